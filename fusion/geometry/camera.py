@@ -1,0 +1,108 @@
+"""A camera: pinhole with OpenCV's lens distortion. Pixel (0, 0) is the centre of the top-left pixel."""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.pose import Array
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Intrinsics of a depth (or colour) camera.
+
+    Attributes:
+        width, height: [px].
+        fx, fy, cx, cy: [px].
+        distortion: OpenCV's (k1, k2, p1, p2, k3, k4, k5, k6); shorter tuples are filled with 0.
+        depth_scale: counts per metre of the depth files.
+        principle: "structured_light", "itof", "active_stereo" or "unknown".
+        sensor, serial: name of the sensor and number of the unit ("" when not known).
+        std: standard deviation of each field that has one, same unit as the field.
+        color: the colour camera, when there is one with its own intrinsics.
+        T_color_depth: (4, 4) maps points of the depth camera to the colour camera.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...] = (0.0,) * 8
+    depth_scale: float = 1000.0
+    principle: str = "unknown"
+    sensor: str = ""
+    serial: str = ""
+    std: dict[str, float] = field(default_factory=dict, hash=False)
+    color: "Camera | None" = None
+    T_color_depth: Array | None = field(default=None, hash=False, compare=False)
+
+    def __post_init__(self) -> None:
+        filled = tuple(float(k) for k in self.distortion) + (0.0,) * 8
+        object.__setattr__(self, "distortion", filled[:8])
+
+    @property
+    def matrix(self) -> Array:
+        """(3, 3) camera matrix [px]."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1.0]])
+
+    @property
+    def parameters(self) -> NDArray[np.float32]:
+        """(12,) fx, fy, cx, cy and the eight distortion values, as kernels take them."""
+        return np.array([self.fx, self.fy, self.cx, self.cy, *self.distortion], np.float32)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width) [px], the shape of an image."""
+        return self.height, self.width
+
+    def rays(self) -> NDArray[np.float32]:
+        """(height, width, 2) undistorted x/z and y/z of every pixel; cached, read only."""
+        return _rays(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.distortion)
+
+    def points(self, depth: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Points (height, width, 3) [m] of a planar depth image (height, width) [m], NaN where missing."""
+        depth = np.asarray(depth, np.float32)
+        return np.dstack([self.rays() * depth[..., None], depth])
+
+    def project(self, points: Array) -> Array:
+        """Pixels (n, 2) [px] of camera points (n, 3) [m], lens distortion included; z must be positive."""
+        points = np.ascontiguousarray(points, float).reshape(-1, 3)
+        if len(points) == 0:
+            return np.zeros((0, 2))
+        uv, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion))
+        return np.asarray(uv).reshape(-1, 2)
+
+    def halved(self) -> "Camera":
+        """The camera of the image in which each pixel is the mean of 2 x 2 (odd edges cut off)."""
+        return replace(
+            self,
+            width=self.width // 2,
+            height=self.height // 2,
+            fx=self.fx / 2,
+            fy=self.fy / 2,
+            cx=(self.cx - 0.5) / 2,
+            cy=(self.cy - 0.5) / 2,
+        )
+
+
+@lru_cache(maxsize=16)
+def _rays(
+    width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: tuple[float, ...]
+) -> NDArray[np.float32]:
+    v, u = np.mgrid[0:height, 0:width].astype(float)
+    if any(distortion):
+        K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
+        # more iterations than OpenCV's default of 5, which leaves up to 0.1 px at wide corners
+        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-9)
+        pixels = np.dstack([u, v]).reshape(-1, 1, 2)
+        xy = cv2.undistortPoints(pixels, K, np.array(distortion), criteria=criteria)
+        rays = np.asarray(xy).reshape(height, width, 2).astype(np.float32)
+    else:
+        rays = np.dstack([(u - cx) / fx, (v - cy) / fy]).astype(np.float32)
+    rays.flags.writeable = False
+    return rays

@@ -1,0 +1,76 @@
+"""Rigid poses as 4x4 matrices, named by what they map: `T_world_camera` takes camera points to the world."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+
+def pose(rotation: ArrayLike, translation: ArrayLike) -> Array:
+    """The pose (4, 4) with a rotation matrix (3, 3) and a translation (3,) in metres."""
+    T = np.eye(4)
+    T[:3, :3] = rotation
+    T[:3, 3] = translation
+    return T
+
+
+def inverse(T: Array) -> Array:
+    """Inverse of rigid poses (..., 4, 4)."""
+    out = np.zeros_like(T)
+    R = np.swapaxes(T[..., :3, :3], -1, -2)
+    out[..., :3, :3] = R
+    out[..., :3, 3] = -np.einsum("...ij,...j->...i", R, T[..., :3, 3])
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def transform(T: Array, points: Array) -> Array:
+    """Points (..., 3) moved by one pose (4, 4)."""
+    return points @ T[:3, :3].T + T[:3, 3]
+
+
+def exp(twist: ArrayLike) -> Array:
+    """Pose of a twist (6,) = rotation vector [rad], then translation [m].
+
+    The translation is applied as it is (a retraction, not the exponential's coupled translation):
+    composed from the left it is a rotation about the origin and then a shift.
+    """
+    xi = np.asarray(twist, float)
+    return pose(Rotation.from_rotvec(xi[:3]).as_matrix(), xi[3:])
+
+
+def angle(T: Array) -> float:
+    """Rotation angle of a pose [rad], 0 to pi."""
+    return float(np.linalg.norm(Rotation.from_matrix(T[:3, :3]).as_rotvec()))
+
+
+def about_axis(point: ArrayLike, direction: ArrayLike, angle_rad: float) -> Array:
+    """The pose (4, 4) that turns right-handed about a line by an angle [rad]."""
+    p = np.asarray(point, float)
+    d = np.asarray(direction, float)
+    R = Rotation.from_rotvec(d / np.linalg.norm(d) * angle_rad).as_matrix()
+    return pose(R, p - R @ p)
+
+
+def from_tum(values: ArrayLike) -> Array:
+    """Pose of TUM's `tx ty tz qx qy qz qw` (7,) (metres, unit quaternion, scalar last)."""
+    v = np.asarray(values, float)
+    return pose(Rotation.from_quat(v[3:7]).as_matrix(), v[:3])
+
+
+def to_tum(T: Array) -> Array:
+    """TUM's `tx ty tz qx qy qz qw` (7,) of a pose, with qw >= 0."""
+    return np.concatenate([T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)])
+
+
+def is_rigid(T: Array, tolerance: float = 1e-3) -> bool:
+    """True when a (4, 4) matrix is finite, orthonormal, right-handed and has the last row 0 0 0 1."""
+    if T.shape != (4, 4) or not np.isfinite(T).all():
+        return False
+    R = T[:3, :3]
+    return bool(
+        np.abs(R @ R.T - np.eye(3)).max() < tolerance
+        and np.linalg.det(R) > 0
+        and np.abs(T[3] - [0, 0, 0, 1]).max() < tolerance
+    )

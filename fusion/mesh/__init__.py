@@ -1,0 +1,1 @@
+"""Triangle meshes: files, clean-up, distances, comparison with a reference."""

@@ -1,0 +1,1 @@
+"""One file per recording format that is read."""

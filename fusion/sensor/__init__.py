@@ -1,0 +1,1 @@
+"""The sensor as one model: effects, their sum, presets."""

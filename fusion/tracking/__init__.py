@@ -1,0 +1,1 @@
+"""Tracking: points and normals in, poses out; knows no volume."""

@@ -1,0 +1,1 @@
+"""The sparse truncated signed distance volume: integrate, raycast, extract a surface."""
