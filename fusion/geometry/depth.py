@@ -1,0 +1,100 @@
+"""Depth images: smoothing, edges, points with normals, half resolution. Missing is NaN."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+
+Image = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class PointMap:
+    """What a depth image says about the surface, in camera coordinates.
+
+    Attributes:
+        camera: the camera whose pixels these are.
+        points: (h, w, 3) [m], NaN where missing.
+        normals: (h, w, 3) unit vectors towards the camera, NaN where unknown.
+        sigma: (h, w) standard deviation of the depth [m]; NaN where missing.
+    """
+
+    camera: Camera
+    points: Image
+    normals: Image
+    sigma: Image
+
+    @property
+    def incidence(self) -> Image:
+        """(h, w) angle between the line of sight and the normal [rad]."""
+        return incidence(self.points, self.normals)
+
+
+def incidence(points: Image, normals: Image) -> Image:
+    """Angle (h, w) between lines of sight to points (h, w, 3) [m] and normals (h, w, 3) [rad]."""
+    cosine = -np.einsum("vuk,vuk->vu", points, normals) / np.linalg.norm(points, axis=2)
+    return np.arccos(np.clip(cosine, -1, 1)).astype(np.float32)
+
+
+def smooth(depth: Image, step: float, radius: int = 4) -> Image:
+    """Bilateral filter of a depth image (h, w) [m]: averages within `radius` px, not across steps larger than `step`."""
+    missing = ~np.isfinite(depth)
+    # a far-away value gets no range weight, so missing pixels do not leak into their neighbours
+    filled = np.where(missing, np.float32(-1e3), depth).astype(np.float32)
+    out = cv2.bilateralFilter(filled, 2 * radius + 1, step, radius / 1.5)
+    out[missing] = np.nan
+    return np.asarray(out, np.float32)
+
+
+def edges(depth: Image, relative: float = 0.03, width: int = 1) -> NDArray[np.bool_]:
+    """Pixels (h, w) within `width` px of a depth step larger than `relative` times the depth, or of a hole."""
+    near = np.where(np.isfinite(depth), depth, np.float32(0))
+    kernel = np.ones((2 * width + 1, 2 * width + 1), np.uint8)
+    spread = cv2.dilate(near, kernel) - cv2.erode(near, kernel)
+    return np.asarray(spread > relative * near)
+
+
+def normals(points: Image, reach: int = 2) -> Image:
+    """Normals (h, w, 3) of an organised point image (h, w, 3), by differences over +-`reach` px; NaN at holes."""
+    du = np.full_like(points, np.nan)
+    dv = np.full_like(points, np.nan)
+    du[:, reach:-reach] = points[:, 2 * reach :] - points[:, : -2 * reach]
+    dv[reach:-reach] = points[2 * reach :] - points[: -2 * reach]
+    out = np.cross(dv, du)
+    out /= np.maximum(np.linalg.norm(out, axis=2, keepdims=True), 1e-20)
+    return np.asarray(np.where(np.einsum("vuk,vuk->vu", out, points)[..., None] > 0, -out, out), np.float32)
+
+
+def halve(depth: Image, relative: float = 0.02) -> Image:
+    """Depth image at half resolution: mean of the 2 x 2 values close to the nearest of them; NaN if all missing."""
+    h, w = depth.shape[0] // 2, depth.shape[1] // 2
+    quads = depth[: 2 * h, : 2 * w].reshape(h, 2, w, 2).transpose(0, 2, 1, 3).reshape(h, w, 4)
+    known = np.where(np.isfinite(quads), quads, np.inf)
+    nearest = known.min(axis=2, keepdims=True)
+    same = known <= nearest * (1 + relative)
+    same &= np.isfinite(known)
+    total = np.where(same, known, 0).sum(axis=2)
+    count = same.sum(axis=2)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), np.float32)
+
+
+def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002, radius: int = 4) -> PointMap:
+    """Points, normals and spread of a depth image (h, w) [m].
+
+    The points are the unfiltered depth; only the normals come from a smoothed copy.
+
+    Args:
+        depth: (h, w) [m], NaN where missing.
+        camera: its camera.
+        sigma: (h, w) or one standard deviation of the depth [m].
+        radius: of the smoothing for the normals [px].
+    """
+    spread = np.broadcast_to(np.asarray(sigma, np.float32), depth.shape).astype(np.float32)
+    step = 6 * float(np.nanmedian(spread)) if np.isfinite(spread).any() else 0.01
+    points = camera.points(depth)
+    found = normals(camera.points(smooth(depth, step, radius)))
+    found[edges(depth)] = np.nan
+    return PointMap(camera, points, found, np.where(np.isfinite(depth), spread, np.nan).astype(np.float32))
