@@ -1,0 +1,86 @@
+"""Axial noise: the spread of repeated depths of one pixel."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.view import Image, View
+
+NGUYEN = "Nguyen, Izadi, Lovell 2012"
+FANKHAUSER = "Fankhauser 2015, equations 1, 4 and 6"
+TOF = "Lange and Seitz 2001: spread of a phase over the square root of the light"
+# beyond this tilt the angle term is held: nobody fitted it beyond 75 deg, and it has a pole at 90 deg
+STEEPEST = np.deg2rad(82.0)
+
+
+@dataclass(frozen=True)
+class AxialNoise(Effect):
+    """Root sum of squares of the groups given: a polynomial in z with an angle term, amplitude, disparity."""
+
+    name: ClassVar[str] = "axial_noise"
+    key: ClassVar[str] = "N2, N3"
+
+    c0: Value = parameter("m", (-1, 1), "constant term", f"{NGUYEN}; {FANKHAUSER}", "depth")
+    c1: Value = parameter("1", (-1, 1), "factor of z", f"{NGUYEN}; {FANKHAUSER}", "depth")
+    c2: Value = parameter("1/m", (-1, 1), "factor of z^2", f"{NGUYEN}; {FANKHAUSER}", "depth")
+    angle: Value = parameter(
+        "m", (0, 0.1), "factor of theta^2 / (pi/2 - theta)^2 at z = 1 m", f"{NGUYEN}; {FANKHAUSER}", "angle"
+    )
+    angle_exponent: Value = parameter(
+        "1", (-3, 3), "power of z in the angle term", f"-0.5 {NGUYEN}; 1.5 {FANKHAUSER}", "angle"
+    )
+    sunlight: Value = parameter("1/m", (0, 1), "factor of z^2 cos(theta) in direct sun", FANKHAUSER, "sunlight")
+    shot: Value = parameter("m", (0, 1), "spread from the light itself at ir_reference", TOF, "amplitude")
+    floor: Value = parameter("m", (0, 1), "spread from the electronics at ir_reference", TOF, "amplitude")
+    ir_reference: Value = parameter("count", (0, 1e6), "amplitude at which shot and floor are given", TOF, "amplitude")
+    sigma_px: Value = parameter("px", (0, 10), "spread of the disparity", "triangulation: d = fx b / z", "disparity")
+    correlation_px: Value = parameter(
+        "px",
+        (0, 50),
+        "standard width over which neighbours share their noise",
+        "matching windows: simkinect",
+        "disparity",
+    )
+
+    def noise(self, depth: Image, view: View) -> Image:
+        shape = self._shape(depth, view)
+        if np.any(self.ir_reference) and view.ir is not None:
+            shape = np.where(np.asarray(view.ir) > 0, self._amplitude(view), shape)
+        disparity = self.sigma_px * depth**2 / view.focal_baseline
+        return np.hypot(shape, disparity) + 0.0 * depth
+
+    def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
+        white = rng.standard_normal(depth.shape)
+        width = float(np.mean(self.correlation_px))
+        if width > 0:
+            white = gaussian_filter(white, width, mode="wrap")
+            white /= _smoothed_spread(depth.shape, width)
+        return self.noise(depth, view) * white
+
+    def _shape(self, z: Image, view: View) -> Image:
+        """The polynomial with its angle and sunlight terms (h, w) [m]; 0 where it would be negative."""
+        sigma = self.c0 + self.c1 * z + self.c2 * z**2
+        if view.incidence is not None and (np.any(self.angle) or np.any(self.sunlight)):
+            # a pixel of unknown tilt counts as frontal
+            theta = np.minimum(np.nan_to_num(view.incidence), STEEPEST)
+            sigma = sigma + self.angle * z**self.angle_exponent * (theta / (np.pi / 2 - theta)) ** 2
+            sigma = sigma + self.sunlight * z**2 * np.cos(theta)
+        elif np.any(self.sunlight):
+            sigma = sigma + self.sunlight * z**2
+        return np.maximum(sigma, 0.0)
+
+    def _amplitude(self, view: View) -> Image:
+        """sqrt(shot^2 q + floor^2 q^2) of the radial distance, q = ir_reference / IR, as depth (h, w) [m]."""
+        q = self.ir_reference / np.maximum(np.asarray(view.ir, float), 1e-9)
+        return np.sqrt(self.shot**2 * q + self.floor**2 * q**2) / view.stretch
+
+
+def _smoothed_spread(shape: tuple[int, ...], width: float) -> float:
+    """Standard deviation of white noise after the smoothing: the root of the kernel's energy."""
+    impulse = np.zeros(shape)
+    impulse[tuple(n // 2 for n in shape)] = 1.0
+    return float(np.sqrt((gaussian_filter(impulse, width, mode="wrap") ** 2).sum()))

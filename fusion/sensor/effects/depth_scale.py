@@ -1,0 +1,23 @@
+"""Depth scale: every depth too long by the same share, as from a wrong baseline or clock."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.view import Image, View
+
+
+@dataclass(frozen=True)
+class DepthScale(Effect):
+    """z_measured = (1 + scale) z."""
+
+    name: ClassVar[str] = "depth_scale"
+    key: ClassVar[str] = "G4"
+
+    scale: Value = parameter(
+        "1", (-0.3, 0.3), "relative error of the depth", "first principles; typical 0.001-0.01 is a guess"
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        return self.scale * depth

@@ -1,0 +1,27 @@
+"""Disparity offset: a turned projector or imager shifts every disparity alike, an error that grows with z^2."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.view import Image, View
+
+
+@dataclass(frozen=True)
+class DisparityOffset(Effect):
+    """d_measured = d + offset with d = fx b / z."""
+
+    name: ClassVar[str] = "disparity_offset"
+    key: ClassVar[str] = "G5"
+    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
+
+    # +-1.5 px keeps the slope of the bias below 0.5 up to 4.5 m for fx b = 43 px m
+    offset: Value = parameter(
+        "px", (-1.5, 1.5), "disparity measured too large", "triangulation: d = fx b / z; size: librealsense #13787"
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        # fx b / (d + offset) - z without a difference of large numbers
+        shift = depth * self.offset / view.focal_baseline
+        return -depth * shift / (1.0 + shift)

@@ -1,0 +1,123 @@
+"""`sensor.json`: a sensor model as a file."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fusion.errors import SensorError
+from fusion.output import atomic_file
+from fusion.sensor.catalogue import IMPLEMENTED
+from fusion.sensor.effect import Effect
+from fusion.sensor.entries import checked_entry, effect_of, missing_parameters, stds_of
+from fusion.sensor.parameter import parameters
+from fusion.sensor.presets import PRESETS, preset
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import BASELINE_M
+
+FORMAT = "fusion-sensor/1"
+PRINCIPLES = ("structured_light", "itof", "active_stereo", "unknown")
+
+
+def read_sensor(path_or_preset: str | Path) -> Sensor:
+    """A sensor from a `sensor.json` or a preset's name; raises SensorError.
+
+    Effects known by name only are kept and listed in `left_out`; missing parameters are neutral, with a warning.
+    """
+    name, path = str(path_or_preset), Path(path_or_preset)
+    if name in PRESETS or not (path.suffix or path.exists()):
+        return preset(name)
+    content = _load(path)
+    effects, kept, warnings = [], [], []
+    std: dict[tuple[str, str], float] = {}
+    sources: dict[str, str] = {}
+    for entry in content["effects"]:
+        effect, given = checked_entry(entry, path)
+        if effect in sources:
+            raise SensorError(f"{effect} is given twice", path, do="keep one of the two")
+        sources[effect] = str(entry.get("source") or "")
+        if effect in IMPLEMENTED:
+            effects.append(effect_of(effect, given, path))
+            std |= stds_of(effect, given, path)
+            warnings += missing_parameters(effect, given)
+        else:
+            kept.append(entry)
+    return Sensor(
+        name=str(content.get("name") or path.stem),
+        principle=content["principle"],
+        effects=tuple(effects),
+        sensor=str(content.get("sensor") or ""),
+        serial=str(content.get("serial") or ""),
+        baseline=_baseline(content, path),
+        std=std,
+        sources={effect: source for effect, source in sources.items() if source},
+        kept=tuple(kept),
+        left_out=tuple(f"{e['effect']}: known by name, but not computed by this version" for e in kept),
+        warnings=tuple(warnings),
+    )
+
+
+def write_sensor(path: str | Path, sensor: Sensor) -> None:
+    """Write a sensor as `sensor.json`; maps become `.npy` files beside it, named after file, effect and parameter."""
+    path = Path(path)
+    entries: list[dict[str, Any]] = [_entry(effect, sensor, path) for effect in sensor.effects]
+    content: dict[str, Any] = {"format": FORMAT, "name": sensor.name, "principle": sensor.principle}
+    content |= {key: value for key in ("sensor", "serial") if (value := getattr(sensor, key))}
+    content["baseline_m"] = sensor.baseline
+    content["effects"] = [*entries, *sensor.kept]
+    with atomic_file(path) as partial:
+        partial.write_text(json.dumps(content, indent=1) + "\n")
+
+
+def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
+    """An effect as it stands in the file; parameters at their neutral value are written too."""
+    written: dict[str, Any] = {}
+    used = {p.group for p in parameters(effect).values() if np.any(getattr(effect, p.name))}
+    for about in parameters(effect).values():
+        if about.group and about.group not in used:
+            continue
+        value = getattr(effect, about.name)
+        if np.ndim(value):
+            stored = f"{path.stem}_{effect.name}_{about.name}.npy"
+            with atomic_file(path.parent / stored) as partial:
+                np.save(partial, value)
+            value = stored
+        written[about.name] = {"value": value, "unit": about.unit}
+        if (effect.name, about.name) in sensor.std:
+            written[about.name]["std"] = sensor.std[effect.name, about.name]
+    return {"effect": effect.name, "parameters": written, "source": sensor.sources.get(effect.name, "")}
+
+
+def _load(path: Path) -> dict[str, Any]:
+    """The file's content with "effects" a list and "principle" a known word."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        known = "a sensor.json or one of " + ", ".join(PRESETS)
+        raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise SensorError("the sensor file cannot be read", path, error, "a JSON object") from error
+    found = content.get("format") if isinstance(content, dict) else type(content).__name__
+    if found != FORMAT:
+        raise SensorError("this is no sensor file", path, f"format {found!r}", f'"format": "{FORMAT}"')
+    if not isinstance(content.get("effects"), list):
+        raise SensorError("the sensor file has no list of effects", path, do='add "effects": []')
+    content["principle"] = content.get("principle") or "unknown"
+    if content["principle"] not in PRINCIPLES:
+        raise SensorError("unknown principle", path, repr(content["principle"]), "one of " + ", ".join(PRINCIPLES))
+    return content
+
+
+def _baseline(content: dict[str, Any], path: Path) -> float:
+    """Projector to camera [m]: the file's own, else that of its projector_shadow, else the Kinect's."""
+    value = content.get("baseline_m")
+    for entry in content["effects"]:
+        if value is None and entry["effect"] == "projector_shadow":
+            value = entry.get("parameters", {}).get("baseline")
+            value = value.get("value") if isinstance(value, dict) else value
+    if value is None:
+        return BASELINE_M
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.001 < abs(value) < 10:
+        raise SensorError("the baseline cannot be used", path, repr(value), "0.001 to 10 metres")
+    return abs(float(value))
