@@ -1,0 +1,21 @@
+"""What every test may use."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+# figures are drawn to files; a test machine has no screen
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+PROJECT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder with the real recordings (`data`) and the challenges; the test is skipped where there is none."""
+    stated = Path(os.environ.get("FUSION_SHARED") or "../shared")
+    folder = (PROJECT / stated).resolve()
+    if not (folder / "data").is_dir():
+        pytest.skip(f"no recordings at {folder}/data: set FUSION_SHARED")
+    return folder
