@@ -1,0 +1,172 @@
+"""Mesh and point cloud files, read with every check once and written whole or not at all."""
+
+import logging
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import MeshError
+from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
+from fusion.mesh.mesh import Mesh
+from fusion.mesh.ply import read_ply, write_ply
+from fusion.output import atomic_file
+
+FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz")
+_READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz}
+_WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz}
+_LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
+_log = logging.getLogger("fusion")
+
+
+def read_mesh(path: Path, notes: list[str] | None = None) -> Mesh:
+    """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ), in the file's own unit and axes.
+
+    Args:
+        path: the file; its ending tells the format. GLB and glTF are metres, Y up, and stay so.
+        notes: what was left out is appended here; without a list it is logged as a warning.
+
+    Returns:
+        The mesh. Vertices that are not finite are left out with their faces. The triangles of OBJ and STL,
+        which store corners apart, are joined where corners lie at exactly the same place.
+
+    Raises:
+        MeshError: no such file, unknown format, unreadable, empty, indices or coordinates out of bounds.
+    """
+    path = Path(path)
+    _check_file(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # broken numbers are found below
+            mesh = _READERS.get(path.suffix.lower(), _read_by_trimesh)(path)
+    except PermissionError:
+        raise
+    except Exception as error:  # the readers raise all kinds of errors on broken files
+        reason = (str(error).strip() or type(error).__name__).splitlines()[0][:150]
+        do = "export the file again, as PLY if you can"
+        raise MeshError("the mesh file cannot be read", path, reason, f"a complete {path.suffix} file", do) from error
+    mesh, told = _checked(mesh, path)
+    for note in told:
+        if notes is None:
+            _log.warning("%s: %s", path, note)
+        else:
+            notes.append(f"{path}: {note}")
+    return mesh
+
+
+def write_mesh(path: Path, mesh: Mesh) -> None:
+    """Write PLY (all of the mesh), OBJ, STL, GLB, OFF (what they can hold), PCD or XYZ (its points).
+
+    Raises:
+        MeshError: an unknown ending, or a point cloud for a format of triangles.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending == ".gltf":
+        raise MeshError("glTF is written as one file only", path, ending, "the ending .glb", "change the name")
+    if ending not in FORMATS:
+        raise MeshError("unknown mesh format", path, ending or "no ending", "one of " + " ".join(FORMATS))
+    if not len(mesh.faces) and ending in (".stl", ".off"):
+        raise MeshError("this format holds triangles only", path, "a point cloud", "PLY, PCD or XYZ", "change the name")
+    with atomic_file(path) as partial:
+        _WRITERS.get(ending, _write_by_trimesh)(partial, mesh)
+
+
+def _check_file(path: Path) -> None:
+    if not path.exists():
+        raise MeshError("no such mesh file", path, do="check the path")
+    if path.is_dir():
+        raise MeshError("not a mesh file", path, "a folder", "a file such as mesh.ply")
+    if path.suffix.lower() not in FORMATS:
+        raise MeshError("unknown mesh format", path, path.suffix or "no ending", "one of " + " ".join(FORMATS))
+    if path.stat().st_size == 0:
+        raise MeshError("the mesh file is empty", path, "0 bytes", "a mesh or point cloud")
+
+
+def _read_by_trimesh(path: Path) -> Mesh:
+    import trimesh
+
+    loaded: Any = trimesh.load(path, process=False, skip_materials=True)
+    if isinstance(loaded, trimesh.Scene):  # its parts, placed as the scene says
+        loaded = trimesh.util.concatenate(loaded.dump())
+    if not hasattr(loaded, "vertices"):
+        raise ValueError("no surface in the file")
+    cloud = not hasattr(loaded, "faces")
+    colors = loaded.colors if cloud else getattr(loaded.visual, "vertex_colors", None)
+    defined = cloud or getattr(loaded.visual, "kind", None) == "vertex"
+    mesh = Mesh(
+        vertices=np.asarray(loaded.vertices, np.float64),
+        faces=np.zeros((0, 3), np.int64) if cloud else np.asarray(loaded.faces, np.int64),
+        normals=np.asarray(loaded.vertex_normals, np.float32) if "vertex_normals" in loaded._cache else None,
+        colors=np.asarray(colors, np.uint8)[:, :3] if defined and colors is not None and len(colors) else None,
+    )
+    return mesh if cloud else _joined(mesh)
+
+
+def _joined(mesh: Mesh) -> Mesh:
+    """Corners at exactly the same place become one vertex (the first one's colour; normals are left out)."""
+    if _misfits(mesh).any():
+        return mesh  # told as an error later
+    order = np.lexsort(mesh.vertices.T)  # equal ones side by side, the file's first one first
+    new = np.ones(len(order), bool)
+    new[1:] = (np.diff(mesh.vertices[order], axis=0) != 0).any(axis=1)
+    if new.all():
+        return mesh
+    first = np.empty(len(order), np.int64)
+    first[order] = order[new][np.cumsum(new) - 1]
+    keep = first == np.arange(len(first))
+    faces = (np.cumsum(keep) - 1)[first[mesh.faces]]
+    return Mesh(mesh.vertices[keep], faces, None, None if mesh.colors is None else mesh.colors[keep])
+
+
+def _misfits(mesh: Mesh) -> NDArray[np.bool_]:
+    return ((mesh.faces < 0) | (mesh.faces >= len(mesh.vertices))).any(axis=1)
+
+
+def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
+    if not len(mesh.vertices):
+        raise MeshError("the mesh is empty or damaged", path, "no vertices", "a mesh or point cloud")
+    bad = int(_misfits(mesh).sum())
+    if bad:
+        found = f"{bad} faces that name other vertices"
+        raise MeshError("faces do not fit the vertices", path, found, f"indices 0 to {len(mesh.vertices) - 1}")
+    finite = np.isfinite(mesh.vertices).all(axis=1)
+    notes = [] if finite.all() else [f"{int((~finite).sum())} vertices that are not finite were left out"]
+    whole, mesh = mesh, vertices_kept(mesh, finite)
+    if not len(mesh.vertices) or len(mesh.faces) < min(len(whole.faces), 1):
+        raise MeshError("the mesh holds no numbers", path, "NaN or infinity everywhere", "finite vertices")
+    largest = float(np.abs(mesh.vertices).max())
+    if largest > _LARGEST:
+        raise MeshError("coordinates out of bounds", path, f"{largest:.3g}", f"at most {_LARGEST:g}", "check the unit")
+    degenerate = (mesh.faces == np.roll(mesh.faces, 1, axis=1)).any(axis=1)
+    return replace(mesh, faces=mesh.faces[~degenerate].astype(np.int32)), notes
+
+
+def vertices_kept(mesh: Mesh, keep: NDArray[np.bool_]) -> Mesh:
+    """The mesh of the vertices where `keep` (n,) holds, and of the faces whose three corners are all kept."""
+    if keep.all():
+        return mesh
+    index = np.cumsum(keep, dtype=np.int32) - 1
+    return Mesh(
+        vertices=mesh.vertices[keep],
+        faces=index[mesh.faces[keep[mesh.faces].all(axis=1)]].astype(np.int32),
+        normals=None if mesh.normals is None else mesh.normals[keep],
+        colors=None if mesh.colors is None else mesh.colors[keep],
+        scalars={name: values[keep] for name, values in mesh.scalars.items()},
+    )
+
+
+def _write_by_trimesh(path: Path, mesh: Mesh) -> None:
+    import trimesh
+
+    if len(mesh.faces):
+        normals = None if mesh.normals is None else mesh.normals.astype(np.float64)
+        out: Any = trimesh.Trimesh(
+            mesh.vertices, mesh.faces, vertex_normals=normals, vertex_colors=mesh.colors, process=False
+        )
+    else:
+        out = trimesh.PointCloud(mesh.vertices, colors=mesh.colors)
+    out.export(path, file_type=path.suffix.lower()[1:])
