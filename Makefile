@@ -44,10 +44,10 @@ $(STAMP): pyproject.toml
 	  echo "making $(VENV) with $$("$$found" --version)"; \
 	  "$$found" -m venv --clear $(VENV); \
 	fi; \
-	echo "installing into $(VENV): some 1.5 GB, minutes the first time"; \
+	echo "installing into $(VENV): some 2 GB, a minute or more the first time"; \
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'; \
 	touch $(STAMP)
 
 clean:
 	rm -rf $(VENV) out build dist .mypy_cache .ruff_cache .pytest_cache
-	find fusion tests tools examples -name __pycache__ -type d -prune -exec rm -rf {} +
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -106,7 +106,7 @@ for arguments in [["--help"], *([name, "--help"] for name in COMMANDS)]:
 
 
 def test_import_and_help_start_at_once():
-    # measured 0.02 s and 0.06 s on an idle core; the limits are what a person notices
+    # measured 0.01 s and 0.03 s; the limits are what a person notices
     interpreter = _best_seconds([sys.executable, "-c", "pass"], 3)
     assert _best_seconds([sys.executable, "-c", "import fusion"], 3) - interpreter < 0.2
     program = "from fusion.commands.main import main; main(['--help'])"
