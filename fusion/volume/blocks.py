@@ -1,0 +1,169 @@
+"""Sparse storage: a growing pool of 8 x 8 x 8 voxel blocks, found through a hash of their coordinates.
+
+A hash and not a dense table of the bounding box: one stray pixel a kilometre away then costs a block and not
+gigabytes. Each block also keeps the ids of its 27 neighbours, so interpolation and meshing never hash.
+"""
+
+import numpy as np
+import taichi as ti
+from numpy.typing import NDArray
+
+from fusion.errors import VolumeError
+from fusion.volume.settings import LATTICE, VOXELS, VolumeSettings
+
+I32 = ti.types.ndarray(ti.i32, 1)
+I32_2 = ti.types.ndarray(ti.i32, 2)
+I64 = ti.types.ndarray(ti.i64, 1)
+F32 = ti.types.ndarray(ti.f32, 1)
+F32_2 = ti.types.ndarray(ti.f32, 2)
+F32_3 = ti.types.ndarray(ti.f32, 3)
+
+
+class Blocks:
+    """The blocks of a volume.
+
+    Attributes:
+        count: blocks in use; the first `count` rows of the arrays below.
+        keys, ids: (m,) the hash, m a power of two: packed coordinates (-1 = free) and block ids.
+        coordinates: (capacity, 3) int32 block coordinates; block (1, 0, 0) begins at voxel (8, 0, 0).
+        neighbours: (capacity, 27) int32 ids of the blocks around, -1 = none, index (di+1)*9 + (dj+1)*3 + dk+1.
+        voxels: (capacity, 512, 2) float32: sum of weight * distance [m], sum of weight.
+        colors: (capacity, 512, 4) float32: sums of weight * (r, g, b), sum of weight; (1, 1, 4) without colour.
+    """
+
+    def __init__(self, settings: VolumeSettings) -> None:
+        self.settings = settings
+        self.limit = settings.max_bytes // settings.block_bytes
+        self.count = 0
+        self.keys: NDArray[np.int64] = np.full(256, -1, np.int64)
+        self.ids: NDArray[np.int32] = np.full(256, -1, np.int32)
+        self.coordinates: NDArray[np.int32] = np.zeros((0, 3), np.int32)
+        self.neighbours: NDArray[np.int32] = np.zeros((0, 27), np.int32)
+        self.voxels: NDArray[np.float32] = np.zeros((0, VOXELS, 2), np.float32)
+        self.colors: NDArray[np.float32] = np.zeros((0, VOXELS, 4) if settings.color else (1, 1, 4), np.float32)
+        self._reserve(min(64, max(self.limit, 1)))
+
+    @property
+    def bytes(self) -> int:
+        """Memory of all arrays [bytes]."""
+        arrays = (self.keys, self.ids, self.coordinates, self.neighbours, self.voxels, self.colors)
+        return sum(array.nbytes for array in arrays)
+
+    def insert(self, coordinates: NDArray[np.int32]) -> None:
+        """Add empty blocks at coordinates (n, 3) that are distinct and not yet there.
+
+        Raises:
+            VolumeError: they do not fit into `max_bytes`; nothing is added then.
+        """
+        needed = self.count + len(coordinates)
+        if needed > self.limit:
+            raise _full(self.settings, needed)
+        if needed > len(self.coordinates):
+            self._reserve(min(max(needed, 2 * len(self.coordinates)), self.limit))
+        first, self.count = self.count, needed
+        self.coordinates[first:needed] = coordinates
+        if 2 * needed > len(self.keys):
+            size = 1 << int(4 * needed - 1).bit_length()
+            self.keys, self.ids = np.full(size, -1, np.int64), np.full(size, -1, np.int32)
+            _fill(self.coordinates, 0, needed, self.keys, self.ids)
+        else:
+            _fill(self.coordinates, first, needed, self.keys, self.ids)
+        _link(self.coordinates, first, needed, self.keys, self.ids, self.neighbours)
+
+    def find(self, coordinates: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Ids (n,) of the blocks at coordinates (n, 3), -1 where there is none."""
+        found = np.full(len(coordinates), -1, np.int32)
+        if len(coordinates):
+            _find(np.ascontiguousarray(coordinates, np.int32), self.keys, self.ids, found)
+        return found
+
+    def _reserve(self, capacity: int) -> None:
+        """Move to arrays of a new capacity; pages never written to cost no memory yet."""
+        for name in ("coordinates", "neighbours", "voxels", "colors"):
+            old = getattr(self, name)
+            if name == "colors" and not self.settings.color:
+                continue
+            new = np.zeros((capacity, *old.shape[1:]), old.dtype)
+            new[: self.count] = old[: self.count]
+            setattr(self, name, new)
+
+
+def unpack(keys: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Block coordinates (n, 3) of packed keys (n,)."""
+    mask = (1 << 21) - 1
+    return np.stack([(keys >> shift & mask) - LATTICE for shift in (42, 21, 0)], axis=1).astype(np.int32)
+
+
+def _full(settings: VolumeSettings, needed: int) -> VolumeError:
+    # at a fixed truncation in voxels the number of blocks goes with 1 / voxel^2
+    fits = settings.voxel * np.sqrt(needed * settings.block_bytes / settings.max_bytes) * 1.05
+    return VolumeError(
+        "the volume does not fit into its memory",
+        found=f"at least {needed} blocks = {needed * settings.block_bytes / 2**20:.0f} MiB needed",
+        expected=f"at most {settings.max_bytes / 2**20:.0f} MiB",
+        do=f"take voxels of at least {np.ceil(fits * 4000) / 4:g} mm, set bounds around the object, or allow more memory",
+    )
+
+
+@ti.func
+def pack(x: ti.i32, y: ti.i32, z: ti.i32) -> ti.i64:
+    """Key of a block."""
+    return (ti.cast(x + LATTICE, ti.i64) << 42) | (ti.cast(y + LATTICE, ti.i64) << 21) | ti.cast(z + LATTICE, ti.i64)
+
+
+@ti.func
+def slot(x: ti.i32, y: ti.i32, z: ti.i32, size: ti.i32) -> ti.i32:
+    """First place to look at in a hash of a power-of-two size."""
+    h = (x * 73856093) ^ (y * 19349669) ^ (z * 83492791)
+    return (h ^ (h >> 13)) & (size - 1)
+
+
+@ti.func
+def lookup(x: ti.i32, y: ti.i32, z: ti.i32, keys: ti.template(), ids: ti.template()) -> ti.i32:
+    """Id of the block at (x, y, z), -1 when there is none."""
+    key = pack(x, y, z)
+    size = keys.shape[0]
+    h = slot(x, y, z, size)
+    found = -1
+    seen = keys[h]
+    while seen != -1:
+        if seen == key:
+            found = ids[h]
+            break
+        h = (h + 1) & (size - 1)
+        seen = keys[h]
+    return found
+
+
+@ti.kernel
+def _find(coordinates: I32_2, keys: I64, ids: I32, found: I32):
+    for n in range(coordinates.shape[0]):
+        found[n] = lookup(coordinates[n, 0], coordinates[n, 1], coordinates[n, 2], keys, ids)
+
+
+@ti.kernel
+def _fill(coordinates: I32_2, first: ti.i32, end: ti.i32, keys: I64, ids: I32):
+    ti.loop_config(serialize=True)
+    for n in range(first, end):
+        x, y, z = coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]
+        size = keys.shape[0]
+        h = slot(x, y, z, size)
+        while keys[h] != -1:
+            h = (h + 1) & (size - 1)
+        keys[h] = pack(x, y, z)
+        ids[h] = n
+
+
+@ti.kernel
+def _link(coordinates: I32_2, first: ti.i32, end: ti.i32, keys: I64, ids: I32, neighbours: I32_2):
+    for n in range(first, end):
+        for o in range(27):
+            x = coordinates[n, 0] + o // 9 - 1
+            y = coordinates[n, 1] + o // 3 % 3 - 1
+            z = coordinates[n, 2] + o % 3 - 1
+            other = -1
+            if ti.max(ti.abs(x), ti.abs(y), ti.abs(z)) < LATTICE:
+                other = lookup(x, y, z, keys, ids)
+            neighbours[n, o] = other
+            if other >= 0:  # two new neighbours write the same value
+                neighbours[other, 26 - o] = n

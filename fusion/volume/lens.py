@@ -1,0 +1,55 @@
+"""Projection with OpenCV's lens distortion inside kernels, kept from folding back far off the axis."""
+
+from functools import lru_cache
+
+import numpy as np
+import taichi as ti
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+
+SIZE = 14  # values a kernel takes: the camera's 12 parameters, the largest radius squared, the largest gain
+
+
+@lru_cache(maxsize=16)
+def lens(camera: Camera) -> NDArray[np.float32]:
+    """(14,) what kernels know of a camera: fx, fy, cx, cy [px], eight distortion values, limit, gain.
+
+    The limit is the largest (x/z)^2 + (y/z)^2 up to which the radial distortion grows: beyond it the polynomial
+    turns round and would bring points from far outside back into the image. The gain is the largest stretch of an
+    image distance below the limit, at least 1.
+    """
+    rays = camera.rays()
+    radius = np.hypot(rays[..., 0], rays[..., 1])
+    largest = float(np.max(radius[np.isfinite(radius)], initial=0.0)) * 1.02 + 1e-3
+    k1, k2, _, _, k3, k4, k5, k6 = camera.distortion
+    r = np.linspace(0.0, largest, 2000)
+    q = r * r
+    with np.errstate(all="ignore"):
+        bent = r * (1 + q * (k1 + q * (k2 + q * k3))) / (1 + q * (k4 + q * (k5 + q * k6)))
+    slope = np.diff(bent) / np.diff(r)
+    bad = np.flatnonzero(~(slope > 0))
+    end = int(bad[0]) if len(bad) else len(slope)
+    gain = max(1.0, float(slope[:end].max(initial=1.0))) * 1.1  # a tenth for the tangential part
+    return np.array([*camera.parameters, r[end] ** 2, gain], np.float32)
+
+
+@ti.func
+def load(parameters: ti.template()):
+    """The 14 values as a local vector, so that they stay in registers."""
+    return ti.Vector([parameters[n] for n in ti.static(range(SIZE))])
+
+
+@ti.func
+def project(x: ti.f32, y: ti.f32, c: ti.template(), distorted: ti.template()):
+    """Pixel (u, v) of x/z and y/z; a point beyond the lens' limit lands far outside of the image."""
+    a, b = x, y
+    if ti.static(distorted):
+        q = x * x + y * y
+        radial = (1.0 + q * (c[4] + q * (c[5] + q * c[8]))) / (1.0 + q * (c[9] + q * (c[10] + q * c[11])))
+        a = x * radial + 2.0 * c[6] * x * y + c[7] * (q + 2.0 * x * x)
+        b = y * radial + c[6] * (q + 2.0 * y * y) + 2.0 * c[7] * x * y
+        if q > c[12]:
+            a = -1e6
+            b = -1e6
+    return a * c[0] + c[2], b * c[1] + c[3]

@@ -1,0 +1,145 @@
+"""Reading the field between voxels: trilinear value and gradient."""
+
+import numpy as np
+import taichi as ti
+from numpy.typing import NDArray
+
+from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64, Blocks, lookup
+from fusion.volume.settings import BLOCK, LATTICE
+
+
+def sample(blocks: Blocks, points: NDArray[np.float64]) -> tuple[NDArray[np.float32], ...]:
+    """Distance, gradient and weight at world points.
+
+    Args:
+        blocks: the volume's blocks.
+        points: (n, 3) [m].
+
+    Returns:
+        Trilinear distance (n,) [m], its gradient (n, 3) and weight (n,): NaN, NaN and 0 where one of the eight
+        voxels around was never seen.
+    """
+    grid = np.asarray(points, float).reshape(-1, 3) / blocks.settings.voxel
+    near = (np.abs(grid) < (LATTICE - 2) * BLOCK).all(axis=1)  # False for NaN too
+    base = np.floor(np.where(near[:, None], grid, 0.0))
+    distance = np.full(len(grid), np.nan, np.float32)
+    gradient = np.full((len(grid), 3), np.nan, np.float32)
+    weight = np.zeros(len(grid), np.float32)
+    if len(grid):
+        _sample(
+            base.astype(np.int32), np.where(near[:, None], grid - base, np.nan).astype(np.float32),
+            blocks.keys, blocks.ids, blocks.neighbours, blocks.voxels, blocks.settings.voxel,
+            distance, gradient, weight,
+        )  # fmt: skip
+    return distance, gradient, weight
+
+
+@ti.func
+def place(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template()):
+    """Block and index of voxel (i, j, k) of block n, each of i, j, k from -8 to 15; block -1 where there is none."""
+    block = n
+    if (i | j | k) & ~(BLOCK - 1) != 0:
+        block = neighbours[n, ((i >> 3) + 1) * 9 + ((j >> 3) + 1) * 3 + (k >> 3) + 1]
+    return block, ((i & 7) * BLOCK + (j & 7)) * BLOCK + (k & 7)
+
+
+@ti.func
+def value(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(), voxels: ti.template()):
+    """Distance [m] and weight of voxel (i, j, k) of block n; (0, 0) where it was never seen."""
+    block, o = place(n, i, j, k, neighbours)
+    distance = 0.0
+    weight = 0.0
+    if block >= 0:
+        weight = voxels[block, o, 1]
+        if weight > 0.0:
+            distance = voxels[block, o, 0] / weight
+    return distance, weight
+
+
+@ti.func
+def corners(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(), voxels: ti.template()):
+    """Distances (8,) of the cell whose lowest corner is voxel (i, j, k), 0 to 7, of block n, and the lowest weight."""
+    f = ti.Vector([0.0] * 8)
+    lowest = 1e30
+    for o in ti.static(range(8)):
+        distance, weight = value(n, i + o // 4, j + o // 2 % 2, k + o % 2, neighbours, voxels)
+        f[o] = distance
+        lowest = ti.min(lowest, weight)
+    return f, lowest
+
+
+@ti.func
+def blend(f: ti.template(), a: ti.template()):
+    """Trilinear value of corner values f (8,) at a (3,), 0 to 1."""
+    x = ti.Vector([f[o] + (f[o + 4] - f[o]) * a[0] for o in ti.static(range(4))])
+    y0 = x[0] + (x[2] - x[0]) * a[1]
+    y1 = x[1] + (x[3] - x[1]) * a[1]
+    return y0 + (y1 - y0) * a[2]
+
+
+@ti.func
+def slope(f: ti.template(), a: ti.template()):
+    """Gradient (3,) of the trilinear value per cell."""
+    x = ti.Vector([f[o] + (f[o + 4] - f[o]) * a[0] for o in ti.static(range(4))])
+    d = ti.Vector([f[o + 4] - f[o] for o in ti.static(range(4))])
+    d0 = d[0] + (d[2] - d[0]) * a[1]
+    d1 = d[1] + (d[3] - d[1]) * a[1]
+    y0 = x[0] + (x[2] - x[0]) * a[1]
+    y1 = x[1] + (x[3] - x[1]) * a[1]
+    e0 = x[2] - x[0]
+    e1 = x[3] - x[1]
+    return ti.Vector([d0 + (d1 - d0) * a[2], e0 + (e1 - e0) * a[2], y1 - y0])
+
+
+@ti.func
+def central(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(), voxels: ti.template()):
+    """Central difference (3,) [m per voxel] at voxel (i, j, k) and 1.0, or 0.0 where a neighbour was never seen."""
+    g = ti.Vector([0.0, 0.0, 0.0])
+    known = 1.0
+    for a in ti.static(range(3)):
+        step = ti.Vector([a == 0, a == 1, a == 2])
+        after, w1 = value(n, i + step[0], j + step[1], k + step[2], neighbours, voxels)
+        before, w0 = value(n, i - step[0], j - step[1], k - step[2], neighbours, voxels)
+        g[a] = 0.5 * (after - before)
+        if ti.min(w0, w1) <= 0.0:
+            known = 0.0
+    return g, known
+
+
+@ti.func
+def smooth(n: ti.i32, cell: ti.template(), a: ti.template(), neighbours: ti.template(), voxels: ti.template()):
+    """Gradient (3,) at a (3,), 0 to 1, of a cell (3,), blended from central differences at its corners.
+
+    Half as noisy as the slope within the cell and continuous from cell to cell; (0, 0, 0) where a voxel is unknown.
+    """
+    g = ti.Vector([0.0, 0.0, 0.0])
+    known = 1.0
+    for o in ti.static(range(8)):
+        if known > 0.0:
+            d, known_here = central(n, cell[0] + o // 4, cell[1] + o // 2 % 2, cell[2] + o % 2, neighbours, voxels)
+            wx = a[0] if ti.static(o // 4 == 1) else 1.0 - a[0]
+            wy = a[1] if ti.static(o // 2 % 2 == 1) else 1.0 - a[1]
+            wz = a[2] if ti.static(o % 2 == 1) else 1.0 - a[2]
+            g += d * (wx * wy * wz)
+            known = known_here
+    return g * known
+
+
+@ti.kernel
+def _sample(
+    base: I32_2, part: F32_2, keys: I64, ids: I32, neighbours: I32_2, voxels: F32_3, voxel: ti.f32,
+    distance: F32, gradient: F32_2, weight: F32,
+):  # fmt: skip
+    for p in range(base.shape[0]):
+        a = ti.Vector([part[p, 0], part[p, 1], part[p, 2]])
+        if a[0] == a[0]:
+            i, j, k = base[p, 0], base[p, 1], base[p, 2]
+            n = lookup(i >> 3, j >> 3, k >> 3, keys, ids)
+            if n >= 0:
+                f, lowest = corners(n, i & 7, j & 7, k & 7, neighbours, voxels)
+                if lowest > 0.0:
+                    distance[p] = blend(f, a)
+                    g = slope(f, a) / voxel
+                    for axis in ti.static(range(3)):
+                        gradient[p, axis] = g[axis]
+                    weight[p] = lowest

@@ -1,0 +1,144 @@
+"""The volume: a sparse truncated signed distance field that depth images are fused into."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.compute import start
+from fusion.errors import VolumeError
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array, is_rigid
+from fusion.mesh.mesh import Mesh
+from fusion.volume import store
+from fusion.volume.blocks import Blocks
+from fusion.volume.integrate import integrate
+from fusion.volume.raycast import Raycast, raycast
+from fusion.volume.sample import sample
+from fusion.volume.settings import VolumeSettings
+from fusion.volume.surface import surface
+
+__all__ = ["Raycast", "Volume", "VolumeSettings"]
+
+
+class Volume:
+    """Fused depth. Voxels hold sum(weight * distance) and sum(weight), so volumes add up exactly.
+
+    Attributes:
+        settings: voxel size, truncation and limits.
+        blocks: the storage.
+    """
+
+    def __init__(self, settings: VolumeSettings) -> None:
+        start()
+        self.settings = settings
+        self.blocks = Blocks(settings)
+
+    @property
+    def block_count(self) -> int:
+        """Number of 8 x 8 x 8 blocks in use."""
+        return self.blocks.count
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the volume [bytes]."""
+        return self.blocks.bytes
+
+    def integrate(
+        self,
+        depth: NDArray[np.floating],
+        camera: Camera,
+        T_world_camera: Array,
+        weight: NDArray[np.floating] | None = None,
+        color: NDArray[np.uint8] | None = None,
+    ) -> None:
+        """Fuse a frame.
+
+        Args:
+            depth: (h, w) planar z [m]; NaN, infinite, zero and negative are missing: they add and carve nothing.
+            camera: of the depth image; its lens distortion is applied to every voxel.
+            T_world_camera: (4, 4).
+            weight: (h, w), one over variance for instance; pixels without a positive weight are missing. None = 1.
+            color: (h, w, 3) uint8 in the depth camera's pixels; used when the settings ask for colour.
+
+        Raises:
+            VolumeError: shapes that do not fit, a pose that is not rigid, or blocks that do not fit into memory;
+                nothing is fused then.
+        """
+        _check_shape("depth", depth, camera.shape)
+        _check_pose(T_world_camera)
+        if weight is not None:
+            _check_shape("weight", weight, camera.shape)
+        if color is not None:
+            _check_shape("colour", color, (*camera.shape, 3))
+            color = np.asarray(color, np.uint8)
+        images = (np.ascontiguousarray(depth, np.float32), weight, color)
+        integrate(self.blocks, images, camera, np.asarray(T_world_camera, float))
+
+    def raycast(self, camera: Camera, T_world_camera: Array, near: float = 0.1, far: float = 10.0) -> Raycast:
+        """The surface as a camera at a pose (4, 4) sees it between the depths near and far [m].
+
+        Raises:
+            VolumeError: the pose is not rigid.
+        """
+        _check_pose(T_world_camera)
+        return raycast(self.blocks, camera, np.asarray(T_world_camera, float), (near, far))
+
+    def sample(self, points: Array) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Trilinear distance (n,) [m], its gradient (n, 3) and weight (n,) at world points (n, 3) [m].
+
+        NaN, NaN and 0 where one of the eight voxels around was never seen.
+        """
+        distance, gradient, weight = sample(self.blocks, points)
+        return distance, gradient, weight
+
+    def surface(self, min_weight: float = 1e-6) -> Mesh:
+        """The zero surface as a welded mesh with outward normals; cells with a corner below min_weight are left out."""
+        return surface(self.blocks, min_weight)
+
+    def add(self, other: "Volume") -> None:
+        """Add what another volume of the same voxel size and truncation has seen.
+
+        Raises:
+            VolumeError: the settings differ, or the blocks do not fit into memory; nothing is added then.
+        """
+        ours, theirs = self.settings, other.settings
+        if (ours.voxel, ours.truncation, ours.color) != (theirs.voxel, theirs.truncation, theirs.color):
+            raise VolumeError(
+                "the volumes do not add up",
+                found=f"voxel {theirs.voxel} m, truncation {theirs.truncation} m, colour {theirs.color}",
+                expected=f"voxel {ours.voxel} m, truncation {ours.truncation} m, colour {ours.color}",
+            )
+        coordinates = other.blocks.coordinates[: other.blocks.count]
+        self.blocks.insert(coordinates[self.blocks.find(coordinates) < 0])
+        ids = self.blocks.find(coordinates)
+        self.blocks.voxels[ids] += other.blocks.voxels[: other.blocks.count]
+        if ours.color:
+            self.blocks.colors[ids] += other.blocks.colors[: other.blocks.count]
+
+    def save(self, path: Path) -> None:
+        """Write to a .npz file, whole or not at all."""
+        store.save(self.blocks, Path(path))
+
+    @classmethod
+    def load(cls, path: Path) -> "Volume":
+        """Read what `save` wrote.
+
+        Raises:
+            VolumeError: the file is missing or no volume.
+        """
+        start()
+        blocks = store.load(Path(path))
+        volume = cls(blocks.settings)
+        volume.blocks = blocks
+        return volume
+
+
+def _check_shape(name: str, image: NDArray, shape: tuple[int, ...]) -> None:
+    if np.shape(image) != shape:
+        raise VolumeError(f"the {name} image does not fit the camera", found=np.shape(image), expected=shape)
+
+
+def _check_pose(T: Array) -> None:
+    if not is_rigid(np.asarray(T, float)):
+        raise VolumeError("the camera pose is not a rigid motion", found=np.asarray(T).tolist(), expected="a 4x4 pose")
