@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.frame_files import FrameFiles
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ class Recording:
         telemetry: columns of `telemetry.csv`, each (m,), with "timestamp"; empty when there is none.
         scene: content of `scene.json`; empty when there is none.
         warnings: what looked wrong while opening, one sentence each.
+        files: the image files behind the frames, or None when the frames come from elsewhere.
     """
 
     path: Path
@@ -56,6 +58,7 @@ class Recording:
     telemetry: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     scene: dict[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    files: FrameFiles | None = None
 
     def __len__(self) -> int:
         return len(self.timestamps)

@@ -1,0 +1,119 @@
+"""TUM RGB-D folders; the native format is one with a `camera.json` beside the lists."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_file import read_camera
+from fusion.recording.camera_presets import PRESETS
+from fusion.recording.frame_files import ASSOCIATION_SECONDS, FrameFiles, associate, in_time
+from fusion.recording.images import image_size
+from fusion.recording.load_frame import load_frame
+from fusion.recording.recording import Recording
+from fusion.recording.telemetry_file import read_telemetry
+from fusion.recording.text_files import read_image_list, read_json
+from fusion.recording.trajectory_file import read_trajectory
+
+
+def recognises(folder: Path) -> bool:
+    """True for a folder with a list of depth images."""
+    return (folder / "depth.txt").is_file()
+
+
+def read(folder: Path, camera: Camera | None) -> Recording:
+    """The recording in a native or plain TUM folder; its images stay on disk. Raises RecordingError."""
+    native = (folder / "camera.json").is_file()
+    if camera is None and not native:
+        do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
+        raise RecordingError("the recording has no camera", folder, "no camera.json", "intrinsics", do)
+    camera = camera or read_camera(folder / "camera.json")
+    stamps, files = _read_lists(folder)
+    files, warnings = without_foreign_color(files, camera)
+    scene, telemetry = folder / "scene.json", folder / "telemetry.csv"
+    return Recording(
+        path=folder,
+        format="native" if native else "tum",
+        camera=camera,
+        timestamps=stamps,
+        load=partial(load_frame, files, camera, stamps),
+        poses=_read_poses(folder),
+        telemetry=read_telemetry(telemetry) if telemetry.is_file() else {},
+        scene=read_json(scene) if scene.is_file() else {},
+        warnings=(*_list_warnings(files), *warnings),
+        files=files,
+    )
+
+
+def without_foreign_color(files: FrameFiles, camera: Camera) -> tuple[FrameFiles, list[str]]:
+    """The files without colour images that are not in the depth camera's pixels, and what to say about it."""
+    first = next((name for name in files.color if name is not None), None)
+    if first is None:
+        return files, []
+    reason = ""
+    T = camera.T_color_depth
+    if camera.color is not None and camera.color.shape != camera.shape:
+        reason = "the colour camera has another size than the depth camera"
+    elif camera.color is not None and T is not None and not np.allclose(T, np.eye(4), atol=1e-6):
+        reason = "the colour camera stands elsewhere than the depth camera (T_color_depth)"
+    else:
+        try:
+            size = image_size(files.folder / first)
+        except RecordingError:  # told when that frame is loaded, and by inspect
+            size = (camera.width, camera.height)
+        if size != (camera.width, camera.height):
+            reason = f"its images are {size[0]} x {size[1]}, the depth images {camera.width} x {camera.height}"
+    if not reason:
+        return files, []
+    return replace(files, color=()), [f"colour is not registered to depth and left out: {reason}"]
+
+
+def _read_lists(folder: Path) -> tuple[NDArray[np.float64], FrameFiles]:
+    unsorted, names = read_image_list(folder / "depth.txt")
+    if not names:
+        raise RecordingError("the recording is empty", folder / "depth.txt", "no frame", "lines timestamp filename")
+    given = np.array(unsorted)
+    order = np.argsort(given, kind="stable")
+    stamps = given[order]
+    color, unmatched_color = _associated(folder / "rgb.txt", stamps)
+    ir, unmatched_ir = _associated(folder / "ir.txt", stamps)
+    unmatched = {"rgb.txt": unmatched_color, "ir.txt": unmatched_ir}
+    files = FrameFiles(
+        folder=folder,
+        depth=[names[i] for i in order],
+        color=color,
+        ir=ir,
+        steps_back=int((np.diff(given) < 0).sum()),
+        unmatched={name: counts for name, counts in unmatched.items() if counts[1]},
+    )
+    return stamps, files
+
+
+def _associated(path: Path, stamps: NDArray[np.float64]) -> tuple[list[str | None], tuple[int, int]]:
+    """File name per depth stamp, and (images that belong to no frame, images in the list)."""
+    if not path.is_file():
+        return [], (0, 0)
+    other, names = read_image_list(path)
+    match = associate(stamps, np.array(other))
+    matched = [names[i] if i >= 0 else None for i in match] if (match >= 0).any() else []
+    return matched, (int((~in_time(np.array(other), stamps)).sum()), len(names))
+
+
+def _read_poses(folder: Path) -> Trajectory | None:
+    path = folder / "groundtruth.txt"
+    return read_trajectory(path) if path.is_file() else None
+
+
+def _list_warnings(files: FrameFiles) -> list[str]:
+    warnings = []
+    if files.steps_back:
+        warnings.append(f"depth.txt is not in the order of time ({files.steps_back} steps back): sorted")
+    for name, (lost, total) in files.unmatched.items():
+        if lost:
+            warnings.append(f"{lost} of {total} images of {name} have no depth frame within {ASSOCIATION_SECONDS:g} s")
+    return warnings

@@ -1,0 +1,56 @@
+"""Loading one frame from its files: counts to metres, missing to NaN, sizes checked."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.recording.frame_files import INVALID_COUNT, FrameFiles
+from fusion.recording.images import read_color, read_ir
+from fusion.recording.recording import Frame
+
+
+def load_frame(files: FrameFiles, camera: Camera, timestamps: NDArray[np.float64], index: int) -> Frame:
+    """The frame with this index.
+
+    A colour or IR image whose size is not that of the depth image is not in the depth camera's pixels: it is left out.
+
+    Raises:
+        RecordingError: an image is missing, damaged, or its size is not the camera's.
+    """
+    color, ir = _name(files.color, index), _name(files.ir, index)
+    return Frame(
+        index=index,
+        timestamp=float(timestamps[index]),
+        depth=load_depth(files, camera, index),
+        color=None if color is None else _fitting(read_color(files.folder / color), camera),
+        ir=None if ir is None else _fitting(read_ir(files.folder / ir), camera),
+    )
+
+
+def load_depth(files: FrameFiles, camera: Camera, index: int) -> NDArray[np.float32]:
+    """(height, width) [m] depth of one frame, NaN where missing. Raises RecordingError."""
+    path = files.folder / files.depth[index]
+    counts = files.read_depth(path)
+    if counts.shape != camera.shape:
+        found = f"{counts.shape[1]} x {counts.shape[0]}"
+        expected = f"{camera.width} x {camera.height}, the size of the camera"
+        raise RecordingError("the depth image has another size", path, found, expected, "pass the right --camera")
+    if files.to_metres is not None:
+        return files.to_metres(counts)
+    return counts_to_metres(counts, camera.depth_scale)
+
+
+def counts_to_metres(counts: NDArray[np.uint16], depth_scale: float) -> NDArray[np.float32]:
+    """(height, width) [m] of counts; 0 and 65535 become NaN."""
+    depth = counts.astype(np.float32)
+    depth[(counts == 0) | (counts == INVALID_COUNT)] = np.nan
+    return depth / np.float32(depth_scale)
+
+
+def _name(names: object, index: int) -> str | None:
+    return names[index] if names else None  # type: ignore[index]
+
+
+def _fitting(image: NDArray, camera: Camera) -> NDArray | None:
+    return image if image.shape[:2] == camera.shape else None

@@ -1,0 +1,45 @@
+"""Opening a recording: what is in the folder says which format it is."""
+
+from pathlib import Path
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.recording.camera_presets import find_camera
+from fusion.recording.formats import tum
+from fusion.recording.recording import Recording
+
+# in the order of asking: the first that recognises the folder reads it
+FORMATS = (tum,)
+
+
+def open_recording(path: Path | str, camera: Camera | Path | str | None = None) -> Recording:
+    """Open a recording of any known format; no image is decoded before it is asked for.
+
+    Args:
+        path: the folder.
+        camera: intrinsics that replace the recording's own: a Camera, a `camera.json` or the name of a preset.
+
+    Raises:
+        RecordingError: the folder is no recording, its lists cannot be read, or it has no camera and none is given.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        found = "a file" if folder.exists() else "nothing"
+        raise RecordingError("there is no recording", folder, found, "a folder with depth images")
+    chosen = None if camera is None else find_camera(camera)
+    for form in FORMATS:
+        if form.recognises(folder):
+            return form.read(folder, chosen)
+    raise _not_recognised(folder)
+
+
+def _not_recognised(folder: Path) -> RecordingError:
+    names = sorted(entry.name + "/" * entry.is_dir() for entry in folder.iterdir())
+    inside = [name for name in names if name.endswith("/") and any(f.recognises(folder / name) for f in FORMATS)]
+    found = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+    expected = (
+        "depth.txt (native, TUM), frame-000000.depth.png (7-Scenes), scene_camera.json (BOP), "
+        "INDEX.txt (fakenect) or depth/ with color/ (Open3D)"
+    )
+    do = f"open one of the recordings inside: {', '.join(inside[:4])}" if inside else ""
+    return RecordingError("the folder is no recording", folder, found or "an empty folder", expected, do)
