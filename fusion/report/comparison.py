@@ -1,0 +1,203 @@
+"""The report of a comparison: how far a mesh stands from its reference, where, and how often."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.pose import Array
+from fusion.mesh.mesh import Mesh
+from fusion.report.figures.distance import distance_scale, distance_views, histogram_figure, shares
+from fusion.report.figures.views import Row, mesh_views
+from fusion.report.judgement import level
+from fusion.report.page import Figure, Light, Number, Page, Section, write_page
+from fusion.report.sight import Side, sides
+from fusion.report.tables import numbers_table
+from fusion.report.viewer import Layer, script, viewer
+
+RMS_M = (0.002, 0.005)  # good up to, a problem above (guesses, for objects of some decimetres)
+BIAS_M = (0.001, 0.003)
+MISSING_SHARE = (0.1, 0.3)
+SCALE = (0.002, 0.01)
+
+_ROWS = [
+    ("mean_signed", "mean, signed"), ("mean", "mean of the size"), ("median", "median of the size"), ("rms", "rms"),
+    ("std", "standard deviation"), ("p95", "95 % are below"), ("max", "largest"),
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """What a comparison report says around its numbers: title, command, settings, input, warnings, orientation.
+
+    Attributes:
+        up, front: (3,) in the mesh's frame; front points from the object to the eye.
+        warnings: (severity "ok", "warning" or "bad", sentence).
+    """
+
+    title: str = "Comparison"
+    subtitle: str = ""
+    command: str = ""
+    settings: Mapping[str, object] = field(default_factory=dict)
+    fingerprint: Mapping[str, object] = field(default_factory=dict)
+    warnings: Sequence[tuple[str, str]] = ()
+    up: Sequence[float] | Array = (0.0, 0.0, 1.0)
+    front: Sequence[float] | Array = (0.0, -1.0, 0.0)
+
+
+def comparison_report(
+    path: Path, comparison: Any, mesh: Mesh, reference: Mesh | None = None, about: Circumstances | None = None
+) -> None:
+    """Write `report.html` of a comparison.
+
+    Args:
+        path: the page.
+        comparison: the fields of `comparison.json`, as a mapping or as attributes; `histogram` (counts, edges [m])
+            is used where there is one.
+        mesh: the compared mesh with `scalars["signed_distance"]` [m] per vertex.
+        reference: what it was compared with, in the mesh's frame, or None.
+        about: the rest of the page.
+    """
+    about = about or Circumstances()
+    up, front = np.asarray(about.up, float), np.asarray(about.front, float)
+    around = sides(up, front)
+    pictures = [Row(mesh, name="mesh")] + ([Row(reference, name="reference")] if reference is not None else [])
+    text = Figure("The mesh and its reference" if reference else "The mesh", "pair", "Views from five sides.")
+    page = Page(
+        title=about.title,
+        subtitle=about.subtitle,
+        summary=comparison_summary(comparison),
+        numbers=_numbers(comparison),
+        sections=[
+            comparison_section(comparison, mesh, around),
+            viewer(mesh, _layers(mesh), up, front),
+            Section("Both shapes", figures=(mesh_views(pictures, around, text),)),
+        ],
+        warnings=[Light(severity, "", sentence) for severity, sentence in about.warnings],
+        settings=about.settings,
+        fingerprint=about.fingerprint,
+        command=about.command,
+        script=script(),
+    )
+    write_page(path, page)
+
+
+def comparison_section(comparison: Any, mesh: Mesh, around: list[Side]) -> Section:
+    """Distance map, histogram and the table of both directions."""
+    figures = []
+    distance = _distance(mesh)
+    within = _within(comparison) or (shares(distance) if distance is not None else {})
+    if distance is not None and np.isfinite(distance).any():
+        figures.append(distance_views(mesh, distance, around, within))
+    counts, edges = _histogram(comparison, distance)
+    if len(counts):
+        median = float(np.nanmedian(distance)) if distance is not None and np.isfinite(distance).any() else np.nan
+        figures.append(histogram_figure(counts, edges, within, median))
+    return Section("Distances", figures=tuple(figures), html=_table(comparison))
+
+
+def comparison_summary(comparison: Any) -> list[Light]:
+    """Judged lines on accuracy, bias, completeness and scale."""
+    near, far = (_get(comparison, name) or {} for name in ("accuracy", "completeness"))
+    lines = []
+    if near:
+        rms, bias = _number(near, "rms"), _number(near, "mean_signed")
+        lines.append(Light(level(rms, RMS_M), "Accuracy", f"The mesh stands {_mm(rms)} (rms) off the reference."))
+        reason = f"On average it lies {_mm(abs(bias))} {'outside' if bias > 0 else 'inside'} the reference."
+        lines.append(Light(level(abs(bias), BIAS_M), "Bias", reason))
+    if far:
+        share = _limit(far, 0.005)
+        reason = f"{share:.1%} of the reference's surface has mesh within 5 mm."
+        lines.append(Light(level(1 - share, MISSING_SHARE), "Completeness", reason))
+    scale = _get(comparison, "scale")
+    if scale is not None:
+        same = float(scale) == 1.0
+        reason = "The scale was kept as it is." if same else f"The mesh fits best when multiplied by {scale:.5f}."
+        lines.append(Light(level(abs(float(scale) - 1), SCALE), "Scale", reason))
+    return lines
+
+
+def _numbers(comparison: Any) -> list[Number]:
+    near, far = (_get(comparison, name) or {} for name in ("accuracy", "completeness"))
+    numbers = []
+    for name, block in (("accuracy", near), ("completeness", far)):
+        if block:
+            numbers.append(Number(f"Rms, {name}", _mm(_number(block, "rms"))[:-3], "mm"))
+            numbers.append(Number(f"Within 2 mm, {name}", f"{_limit(block, 0.002) * 100:.1f}", "%"))
+    scores = _get(comparison, "fscore") or {}
+    numbers += [Number(f"F-score at {float(k) * 1000:g} mm", f"{float(v):.3f}") for k, v in scores.items()]
+    return numbers
+
+
+def _table(comparison: Any) -> str:
+    blocks = [_get(comparison, name) or {} for name in ("accuracy", "completeness")]
+    if not any(blocks):
+        return ""
+    rows = [[f"{label} [mm]", *(_mm(_number(block, key))[:-3] for block in blocks)] for key, label in _ROWS]
+    rows += [
+        [f"within {limit * 1000:g} mm [%]", *(f"{_limit(block, limit) * 100:.1f}" for block in blocks)]
+        for limit in (0.001, 0.002, 0.005)
+    ]
+    return numbers_table(["distance", "mesh to reference", "reference to mesh"], rows)
+
+
+def _layers(mesh: Mesh) -> list[Layer]:
+    distance = _distance(mesh)
+    layers = [Layer("Shape")]
+    if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
+        layers.append(Layer("Colour", colors=mesh.colors))
+    if distance is None or not np.isfinite(distance).any():
+        return layers
+    scale = distance_scale(distance)
+    return [
+        Layer("Distance", values=distance * 1000, unit="mm", scale="RdBu_r", low=scale.low, high=scale.high),
+        *layers,
+    ]
+
+
+def _distance(mesh: Mesh) -> NDArray | None:
+    """(n,) signed distance [m], when the mesh carries one per vertex."""
+    values = mesh.scalars.get("signed_distance")
+    return None if values is None or len(values) != len(mesh.vertices) else np.asarray(values, float)
+
+
+def _histogram(comparison: Any, distance: NDArray | None) -> tuple[NDArray, NDArray]:
+    """(counts, edges [m]): the comparison's own, else from the vertices; the outermost bins hold what lies beyond."""
+    stated = _get(comparison, "histogram")
+    if stated is not None:
+        pair = [_get(stated, name) for name in ("counts", "edges")] if not isinstance(stated, tuple) else list(stated)
+        if len(pair) == 2 and all(part is not None for part in pair):
+            return np.asarray(pair[0], float), np.asarray(pair[1], float)
+    known = distance[np.isfinite(distance)] if distance is not None else np.zeros(0)
+    if not len(known):
+        return np.zeros(0), np.zeros(1)
+    half = max(float(np.percentile(np.abs(known), 99)), 1e-5)
+    return np.histogram(np.clip(known, -half, half), bins=81, range=(-half, half))
+
+
+def _get(source: Any, name: str) -> Any:
+    return source.get(name) if isinstance(source, Mapping) else getattr(source, name, None)
+
+
+def _number(block: Any, name: str) -> float:
+    value = _get(block, name)
+    return float("nan") if value is None else float(value)
+
+
+def _within(comparison: Any) -> dict[float, float]:
+    """Share by limit [m] of the mesh's distances, as the comparison states it."""
+    within = _get(_get(comparison, "accuracy") or {}, "within") or {}
+    return {float(limit): float("nan") if share is None else float(share) for limit, share in within.items()}
+
+
+def _limit(block: Any, limit: float) -> float:
+    """Share within a limit [m]; keys are numbers or texts."""
+    found = [share for key, share in (_get(block, "within") or {}).items() if abs(float(key) - limit) < 1e-9]
+    return float("nan") if not found or found[0] is None else float(found[0])
+
+
+def _mm(value: float) -> str:
+    return f"{value * 1000:.2f} mm" if np.isfinite(value) else "unknown mm"

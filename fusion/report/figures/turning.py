@@ -1,0 +1,104 @@
+"""How far the object turned from frame to frame, and what the turntable correction changed."""
+
+from typing import Any
+
+import numpy as np
+
+from fusion.geometry.pose import Array
+from fusion.report.figures.circle import Paths
+from fusion.report.page import Figure
+from fusion.report.palette import GREY, RED, BLUE, new_figure, styled, to_svg
+
+
+def step_degrees(turntable: dict[str, Any]) -> Array:
+    """(n,) turn since the previous frame [deg]; NaN at the first frame and beside rejected ones."""
+    angles = np.array([np.nan if a is None else a for a in turntable.get("angles_rad") or []], float)
+    return np.degrees(np.diff(angles, prepend=np.nan))
+
+
+def steps_figure(turntable: dict[str, Any]) -> Figure:
+    """Turn per frame with the slips marked."""
+    steps = step_degrees(turntable)
+    known = steps[np.isfinite(steps)]
+    usual = float(np.median(known)) if len(known) else float("nan")
+    slips = [s for s in turntable.get("slips") or [] if 0 <= s.get("frame", -1) < len(steps)]
+    spread = float(np.std(known)) if len(known) else float("nan")
+    what = f"{len(slips)} slip{'s' if len(slips) != 1 else ''} found" if slips else "no slip"
+    title = f"The table turned {usual:.2f} deg a frame (standard deviation {spread:.2f}), {what}"
+    with styled():
+        figure = new_figure(11.0, 2.9)
+        ax = figure.subplots()
+        frames = np.arange(len(steps))
+        ax.axhline(usual, color=GREY, linewidth=1, label=f"median {usual:.2f} deg")
+        marker = {"marker": "o", "markersize": 3.5} if len(steps) < 400 else {}
+        ax.plot(frames, steps, color=BLUE, linewidth=1, label="step", **marker)
+        for place, slip in enumerate(slips):
+            _mark_slip(ax, slip, steps, "slip" if place == 0 else "_")
+        ax.set_xlabel("frame")
+        ax.set_ylabel("turn since the frame before [deg]")
+        ax.margins(x=0.01, y=0.2)
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.13), ncols=3)
+        svg = to_svg(figure, "steps")
+    caption = "Gaps are rejected frames. A slip's mark stands at the first frame after it and says how much was lost."
+    return Figure(title, svg, title + ".", caption)
+
+
+def _mark_slip(ax, slip: dict[str, Any], steps: Array, label: str) -> None:
+    frame, amount = slip["frame"], np.degrees(slip.get("angle_rad") or 0.0)
+    height = steps[frame] if np.isfinite(steps[frame]) else np.nanmedian(steps)
+    ax.plot(frame, height, "D", color=RED, markersize=7, markerfacecolor="none", markeredgewidth=1.6, label=label)
+    ax.annotate(f"frame {frame}: {amount:+.1f} deg", (frame, height), (9, 4), textcoords="offset points", fontsize=9)
+
+
+def before_after_figure(paths: Paths) -> Figure:
+    """Small multiples, before above after: radial and axial deviation, and error of each step."""
+    lines = paths.named()
+    usual = np.nanmedian(step_degrees(paths.turntable)) if paths.turntable.get("angles_rad") else np.nan
+    columns = {
+        "Radial deviation [mm]": [c.radial * 1000 for _, _, c in lines],
+        "Axial deviation [mm]": [c.axial * 1000 for _, _, c in lines],
+        "Step less the usual step [deg]": [_step_errors(c.azimuth, usual) for _, _, c in lines],
+    }
+    spread = {name: [_std(v) for v in values] for name, values in columns.items()}
+    step = spread["Step less the usual step [deg]"]
+    title = f"Spread of the steps: {step[0]:.2f} deg before, {step[-1]:.2f} deg after the correction"
+    with styled():
+        figure = new_figure(11.0, 3.9)
+        grid = figure.subplots(len(lines), 3, squeeze=False, sharex=True, sharey="col")
+        for column, (name, values) in enumerate(columns.items()):
+            for row, (label, color, _) in enumerate(lines):
+                _small(grid[row][column], values[row], color)
+                when = "before" if label == "raw" else "after"
+                grid[row][column].set_title(f"{name}\n" if row == 0 else "", fontsize=9.5)
+                grid[row][column].text(
+                    0, 1.03, f"{when}: rms {_rms_text(values[row])}", transform=grid[row][column].transAxes, fontsize=8.5
+                )
+            grid[-1][column].set_xlabel("frame")
+        svg = to_svg(figure, "beforeafter")
+    return Figure(title, svg, title + ".", "Same scales above and below. Raw poses first, corrected poses below them.")
+
+
+def _small(ax, values: Array, color: str) -> None:
+    ax.axhline(0, color=GREY, linewidth=0.8)
+    marker = {"marker": "o", "markersize": 2.5} if len(values) < 400 else {}
+    ax.plot(np.arange(len(values)), values, color=color, linewidth=1, **marker)
+
+
+def _step_errors(azimuth: Array, usual: float) -> Array:
+    """(n,) step between neighbours that both have a pose, less the usual one [deg], wrapped to +-180."""
+    steps = np.degrees(np.diff(azimuth, prepend=np.nan))
+    if not np.isfinite(usual):
+        usual = 0.0
+    # the camera circles against the object's turn or with it, as the frames are defined: take the nearer sign
+    errors = [(steps - sign * usual + 180) % 360 - 180 for sign in (1, -1)]
+    return min(errors, key=lambda e: np.nanmedian(np.abs(e)) if np.isfinite(e).any() else np.inf)
+
+
+def _std(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.std(known)) if len(known) else float("nan")
+
+
+def _rms_text(values: Array) -> str:
+    known = values[np.isfinite(values)]
+    return f"{np.sqrt(np.mean(known**2)):.2f}" if len(known) else "unknown"

@@ -1,0 +1,201 @@
+"""One self-contained HTML page made of parts: every text is escaped, nothing is loaded from outside."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from html import escape
+from pathlib import Path
+from string import Template
+
+from fusion.output import atomic_file
+from fusion.report.tables import lights, settings_table, tiles
+from fusion.report.versions import versions
+
+
+@dataclass(frozen=True)
+class Light:
+    """One judged statement.
+
+    Attributes:
+        level: "ok", "warning" or "bad".
+        subject: what is judged, two or three words ("Frames used").
+        reason: one sentence that says why.
+    """
+
+    level: str
+    subject: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Number:
+    """A key number: what it is, its value as text, its unit ("" when it has none)."""
+
+    name: str
+    value: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture that is ready for the page.
+
+    Attributes:
+        title: the finding, one line.
+        svg: inline SVG, made by fusion.report.palette.to_svg.
+        alt: what a person who cannot see it should know.
+        caption: how to read it.
+    """
+
+    title: str
+    svg: str
+    alt: str
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A titled part of the page: a leading sentence, then figures; `html` is trusted, ready-made markup."""
+
+    title: str
+    lead: str = ""
+    figures: tuple[Figure, ...] = ()
+    html: str = ""
+    screen_only: bool = False
+
+
+@dataclass(frozen=True)
+class Page:
+    """All that stands on a page; parts that are empty are left out.
+
+    Attributes:
+        title, subtitle: plain text.
+        summary: about five judged lines.
+        numbers: key numbers with units.
+        sections: in the order of reading.
+        warnings: further lights, for instance from reading the input.
+        settings: nested settings, shown as a table.
+        fingerprint: what identifies the input, name to value.
+        command: the command line that made the page.
+        script: trusted JavaScript put once at the head of the page.
+    """
+
+    title: str
+    subtitle: str = ""
+    summary: Sequence[Light] = ()
+    numbers: Sequence[Number] = ()
+    sections: Sequence[Section] = ()
+    warnings: Sequence[Light] = ()
+    settings: Mapping[str, object] | None = None
+    fingerprint: Mapping[str, object] | None = None
+    command: str = ""
+    script: str = ""
+
+
+# the policy lets the page use only what stands in it: no network, no plug-ins, no forms
+TEMPLATE = Template("""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; ${policy}img-src data: blob:; worker-src blob:; connect-src 'none'; form-action 'none'; base-uri 'none'">
+<title>$title</title>
+<style>$style</style>
+$script
+</head>
+<body>
+<header>
+<h1>$title</h1>
+<p class="kicker">$subtitle</p>
+$navigation
+</header>
+<main>
+$body
+</main>
+<footer><p>Made by fusion $version on $date UTC. This page is complete in itself and loads nothing.</p></footer>
+</body>
+</html>
+""")
+
+
+def write_page(path: Path, page: Page) -> None:
+    """Write the page as one HTML file, whole or not at all."""
+    text = render(page)
+    with atomic_file(Path(path)) as partial:
+        # a hostile file name may hold lone surrogates, which UTF-8 cannot write
+        partial.write_text(text, encoding="utf-8", errors="replace")
+
+
+def render(page: Page) -> str:
+    """The page as HTML text."""
+    sections = [_summary(page), *map(_section, page.sections), _warnings(page), _provenance(page)]
+    present = [(title, html) for title, html in sections if html]
+    names = [anchor(title, place) for place, (title, _) in enumerate(present)]
+    links = "".join(
+        f'<a href="#{name}">{escape(title)}</a>' for name, (title, _) in zip(names, present, strict=True)
+    )
+    body = "\n".join(
+        html.replace("<section", f'<section id="{name}"', 1) for name, (_, html) in zip(names, present, strict=True)
+    )
+    return TEMPLATE.substitute(
+        title=escape(page.title),
+        subtitle=escape(page.subtitle),
+        style=Path(__file__).with_name("page.css").read_text(encoding="utf-8"),
+        script=f"<script>{page.script}</script>" if page.script else "",
+        # plotly.js compiles small drawing functions at run time
+        policy="script-src 'unsafe-inline' 'unsafe-eval'; " if page.script else "script-src 'none'; ",
+        navigation=f'<nav aria-label="Sections">{links}</nav>' if len(present) > 2 else "",
+        body=body,
+        version=escape(versions()["fusion"]),
+        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M"),
+    )
+
+
+def anchor(title: str, place: int) -> str:
+    """A name for links, unique by its place on the page."""
+    return f"s{place}-" + (re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")[:40] or "part")
+
+
+def _summary(page: Page) -> tuple[str, str]:
+    if not (page.summary or page.numbers):
+        return "Summary", ""
+    inner = lights([(x.level, x.subject, x.reason) for x in page.summary])
+    inner += tiles([(x.name, x.value, x.unit) for x in page.numbers])
+    return "Summary", f"<section><h2>Summary</h2>{inner}</section>"
+
+
+def _section(section: Section) -> tuple[str, str]:
+    if not (section.figures or section.html):
+        return section.title, ""
+    lead = f'<p class="lead">{escape(section.lead)}</p>' if section.lead else ""
+    figures = "".join(map(_figure, section.figures))
+    kind = ' class="screen"' if section.screen_only else ""
+    return section.title, f"<section{kind}><h2>{escape(section.title)}</h2>{lead}{figures}{section.html}</section>"
+
+
+def _figure(figure: Figure) -> str:
+    caption = f"<figcaption>{escape(figure.caption)}</figcaption>" if figure.caption else ""
+    label = f'class="plot" role="img" aria-label="{escape(figure.alt, quote=True)}"'
+    svg = figure.svg.replace("<svg", f"<svg {label}", 1)
+    return f"<figure><h3>{escape(figure.title)}</h3>{svg}{caption}</figure>"
+
+
+def _warnings(page: Page) -> tuple[str, str]:
+    if not page.warnings:
+        return "Warnings", ""
+    inner = lights([(x.level, x.subject, x.reason) for x in page.warnings])
+    return "Warnings", f"<section><h2>Warnings</h2>{inner}</section>"
+
+
+def _provenance(page: Page) -> tuple[str, str]:
+    """How the page came about: command, input, settings, versions."""
+    inner = ""
+    if page.command:
+        inner += f"<h3>Command</h3><pre>{escape(page.command)}</pre>"
+    if page.fingerprint:
+        inner += "<h3>Input</h3>" + settings_table(page.fingerprint)
+    if page.settings:
+        inner += "<h3>Settings</h3>" + settings_table(page.settings)
+    inner += "<h3>Versions</h3>" + settings_table(versions())
+    return "How it was made", f"<section><h2>How it was made</h2>{inner}</section>"

@@ -1,0 +1,86 @@
+"""Colours and style of every figure, and the way from matplotlib to inline SVG that follows light and dark pages."""
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import matplotlib
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# M. Okabe, K. Ito: Color Universal Design (2008): told apart with every common colour blindness
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9"
+GREY = "#8b94a3"
+
+# these exact colours become the page's own in the SVG, so that text and grid follow light and dark
+INK, SOFT, GRID = "#1c2330", "#5b6575", "#d8dde5"
+_THEMED = {INK: "ink", SOFT: "soft", GRID: "grid"}
+
+SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
+
+STYLE = {
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+    "font.family": "DejaVu Sans",  # ships with matplotlib, and is wider than what browsers put in its place
+    "font.size": 9.5,
+    "text.color": INK,
+    "text.parse_math": False,  # a dollar sign in a file name is no formula
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 8,
+    "axes.labelcolor": SOFT,
+    "axes.edgecolor": GRID,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "xtick.color": GRID,
+    "ytick.color": GRID,
+    "xtick.labelcolor": SOFT,
+    "ytick.labelcolor": SOFT,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.6,
+    "svg.fonttype": "none",  # text stays text: small, sharp, can be searched
+    "image.composite_image": False,
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Everything drawn inside the block has the house style."""
+    with matplotlib.rc_context(STYLE):
+        yield
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """An empty figure [inch] without a window; call inside `styled()`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def to_svg(figure: "Figure", name: str) -> str:
+    """Inline SVG of a figure; `name` makes its ids unique on the page (letters, digits and dashes)."""
+    buffer = io.BytesIO()
+    with matplotlib.rc_context(STYLE | {"svg.hashsalt": name}):
+        figure.savefig(buffer, format="svg", dpi=160, metadata={"Date": None, "Creator": None})
+    svg = buffer.getvalue().decode()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
+    svg = re.sub(r'\bid="', f'id="{name}-', svg)
+    svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", svg)
+    for color, variable in _THEMED.items():
+        svg = re.sub(rf"(fill|stroke): {color}", rf"\g<1>: var(--{variable}, {color})", svg)
+    return svg

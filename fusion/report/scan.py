@@ -1,0 +1,204 @@
+"""The report of a scan: from what the pipeline knows to one page; what is not known is left out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.pose import Array
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.mesh import Mesh
+from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
+from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale
+from fusion.report.figures.frames import frames_figure
+from fusion.report.figures.turning import before_after_figure, steps_figure
+from fusion.report.figures.views import Row, mesh_views
+from fusion.report.judgement import scan_numbers, scan_summary
+from fusion.report.page import Figure, Light, Page, Section, write_page
+from fusion.report.sight import Side, sides
+from fusion.report.tables import numbers_table
+from fusion.report.viewer import Layer, Path3D, script, viewer
+
+
+@dataclass(frozen=True)
+class ScanReport:
+    """What a report of a scan may hold; only the mesh is required, empty parts make no section.
+
+    Attributes:
+        mesh: the result [m].
+        title, subtitle: plain text, may hold any file name.
+        trajectory_raw, trajectory: camera poses before and after the turntable post-pass, in the mesh's frame.
+        turntable: the content of `turntable.json`.
+        residual: (n,) per frame [m], NaN where a frame has none.
+        inlier_share: (n,) per frame, 0 to 1.
+        rejected: frame to reason.
+        times_seen: (vertices,) number of frames that saw each vertex.
+        mesh_raw: the mesh before the turntable correction, for before and after.
+        up, front: (3,) in the mesh's frame; None: from the turntable's axis and the first camera, else -y and -z,
+            which is up and towards the viewer in a camera's frame.
+        summary: judged lines; empty: judged here from the rest.
+        settings: nested, as in `settings.json`.
+        warnings: (severity "ok", "warning" or "bad", sentence).
+        fingerprint: what identifies the input.
+        command: the command line.
+        comparison: result of a comparison with a reference, or None.
+    """
+
+    mesh: Mesh
+    title: str = "Scan"
+    subtitle: str = ""
+    trajectory_raw: Trajectory | None = None
+    trajectory: Trajectory | None = None
+    turntable: dict[str, Any] | None = None
+    residual: NDArray | None = None
+    inlier_share: NDArray | None = None
+    rejected: Mapping[int, str] = field(default_factory=dict)
+    times_seen: NDArray | None = None
+    mesh_raw: Mesh | None = None
+    up: Array | None = None
+    front: Array | None = None
+    summary: Sequence[Light] = ()
+    settings: Mapping[str, object] = field(default_factory=dict)
+    warnings: Sequence[tuple[str, str]] = ()
+    fingerprint: Mapping[str, object] | str = field(default_factory=dict)
+    command: str = ""
+    comparison: Any = None
+
+
+def scan_report(path: Path, report: ScanReport) -> None:
+    """Write `report.html` of a scan."""
+    up, front = orientation(report)
+    around = sides(up, front)
+    print_ = report.fingerprint
+    page = Page(
+        title=report.title,
+        subtitle=report.subtitle,
+        summary=report.summary or scan_summary(report),
+        numbers=scan_numbers(report),
+        sections=[
+            _mesh_section(report, around),
+            _viewer_section(report, up, front),
+            _turntable_section(report, around),
+            _frames_section(report),
+            _coverage_section(report, around),
+            *_comparison_sections(report, around),
+        ],
+        warnings=[Light(level, "", sentence) for level, sentence in report.warnings],
+        settings=report.settings,
+        fingerprint={"fingerprint": print_} if isinstance(print_, str) and print_ else print_ or {},  # type: ignore[arg-type]
+        command=report.command,
+        script=script(),
+    )
+    write_page(path, page)
+
+
+def orientation(report: ScanReport) -> tuple[Array, Array]:
+    """(up, front) of the mesh, each (3,): what was stated, else from the turntable and the first camera."""
+    up, front = np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, -1.0])
+    if report.turntable and has_axis(report.turntable):
+        up = np.asarray(report.turntable["axis_direction"], float)
+    points = report.mesh.vertices[np.isfinite(report.mesh.vertices).all(axis=1)]
+    first = _poses(report)
+    if first is not None and len(points):
+        front = first.centres[first.valid][0] - points.mean(axis=0)
+    return (up if report.up is None else np.asarray(report.up, float)), (
+        front if report.front is None else np.asarray(report.front, float)
+    )
+
+
+def _poses(report: ScanReport) -> Trajectory | None:
+    """The best trajectory that holds a pose."""
+    return next((t for t in (report.trajectory, report.trajectory_raw) if t is not None and t.valid.any()), None)
+
+
+def _mesh_section(report: ScanReport, around: list[Side]) -> Section:
+    mesh = report.mesh
+    size = " x ".join(f"{x * 1000:.0f}" for x in extent(mesh, around))
+    title = f"{size} mm (wide, deep, high), {len(mesh.vertices):,} vertices, {len(mesh.faces):,} triangles"
+    alt = f"The mesh from front, left, back, right and top: {title}."
+    rows = [Row(mesh, name="shape")]
+    if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
+        rows.insert(0, Row(mesh, mesh.colors / 255.0, "colour"))
+    caption = "Parallel projection, all views at one scale. Dark: the inside, seen through a hole."
+    return Section("The mesh", figures=(mesh_views(rows, around, Figure(title, "views", alt, caption)),))
+
+
+def extent(mesh: Mesh, around: list[Side]) -> Array:
+    """(3,) width, depth and height [m] as seen from the front; zero for an empty mesh."""
+    points = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
+    front = around[0]
+    return np.ptp(points @ np.stack([front.right, front.towards, front.up]).T, axis=0) if len(points) else np.zeros(3)
+
+
+def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
+    mesh = report.mesh
+    layers = [Layer("Shape")]
+    if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
+        layers.insert(0, Layer("Colour", colors=mesh.colors))
+    if _seen(report) is not None:
+        scale = coverage_scale(_seen(report))  # type: ignore[arg-type]
+        layers.append(Layer("Coverage", values=_seen(report), unit="frames", low=0, high=scale.high))
+    paths = [("cameras, raw", report.trajectory_raw), ("cameras, corrected", report.trajectory)]
+    lines = [Path3D(name, t.centres) for name, t in paths if t is not None and t.valid.any()]
+    best = _poses(report)
+    if best is not None and report.turntable and has_axis(report.turntable):
+        lines.append(Path3D("fitted circle", circle_points(best, report.turntable)))
+    return viewer(mesh, layers, up, front, tuple(lines))
+
+
+def _turntable_section(report: ScanReport, around: list[Side]) -> Section:
+    figures = []
+    if report.turntable and has_axis(report.turntable):
+        paths = Paths(report.trajectory_raw, report.trajectory, report.turntable)
+        if paths.named():
+            figures.append(circle_figure(paths))
+        if len(paths.named()) == 2:
+            figures.append(before_after_figure(paths))
+    if report.turntable and report.turntable.get("angles_rad"):
+        figures.append(steps_figure(report.turntable))
+    if report.mesh_raw is not None:
+        text = Figure("The mesh before and after the turntable correction", "beforeaftermesh", "Two rows of views.")
+        rows = [Row(report.mesh_raw, name="before"), Row(report.mesh, name="after")]
+        figures.append(mesh_views(rows, [around[0], around[1], around[4]], text))
+    return Section("Turntable", figures=tuple(figures))
+
+
+def _frames_section(report: ScanReport) -> Section:
+    if report.residual is None and report.inlier_share is None and not report.rejected:
+        return Section("Frames")
+    rows = [[str(frame), reason] for frame, reason in sorted(report.rejected.items())]
+    table = numbers_table(["rejected frame", "reason"], rows) if rows else ""
+    if report.residual is None and report.inlier_share is None:
+        return Section("Frames", html=table)
+    figure = frames_figure(report.residual, report.inlier_share, report.rejected)
+    return Section("Frames", figures=(figure,), html=table)
+
+
+def _seen(report: ScanReport) -> NDArray | None:
+    """Coverage (n,) as floats, when it belongs to this mesh."""
+    if report.times_seen is None or len(report.times_seen) != len(report.mesh.vertices) or not len(report.times_seen):
+        return None
+    return np.asarray(report.times_seen, float)
+
+
+def _coverage_section(report: ScanReport, around: list[Side]) -> Section:
+    figures = []
+    seen = _seen(report)
+    if seen is not None:
+        figures.append(coverage_figure(report.mesh, seen, around))
+    best = _poses(report)
+    if best is not None and report.turntable and has_axis(report.turntable):
+        (_, _, centres), *_ = Paths(None, best, report.turntable).named()
+        figures.append(azimuth_figure(centres))
+    return Section("Coverage", figures=tuple(figures))
+
+
+def _comparison_sections(report: ScanReport, around: list[Side]) -> list[Section]:
+    if report.comparison is None:
+        return []
+    from fusion.report.comparison import comparison_section
+
+    return [comparison_section(report.comparison, report.mesh, around)]

@@ -1,0 +1,135 @@
+"""What of a mesh is seen from one side, in parallel projection: rays through Open3D's ray-casting scene."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.pose import Array
+from fusion.mesh.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Side:
+    """A direction to look from.
+
+    Attributes:
+        name: "front", "left", ...
+        towards: (3,) unit vector from the object to the eye.
+        up: (3,) unit vector that points up in the picture.
+    """
+
+    name: str
+    towards: Array
+    up: Array
+
+    @property
+    def right(self) -> Array:
+        """(3,) unit vector that points right in the picture."""
+        return np.cross(self.up, self.towards)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What each pixel of a picture [row from the top, column] shows.
+
+    Attributes:
+        side: where it was looked from.
+        corners: (h, w, 3) int, vertices of the triangle that was hit; -1 where nothing was.
+        weights: (h, w, 3) how much each of them counts.
+        depth: (h, w) [m] along the view, infinite where nothing was hit.
+        pixel: [m] edge of a pixel.
+    """
+
+    side: Side
+    corners: NDArray[np.int64]
+    weights: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    pixel: float
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        """(h, w) pixels that show the object."""
+        return self.corners[..., 0] >= 0
+
+    def values(self, per_vertex: NDArray) -> NDArray[np.float32]:
+        """Values (k, c) of the k pixels that were hit, between those at the vertices (n, c)."""
+        corners, weights = self.corners[self.hit], self.weights[self.hit]
+        return np.einsum("kj,kjc->kc", weights, per_vertex[corners].astype(np.float32))
+
+
+def sides(up: Array, front: Array) -> list[Side]:
+    """Front, left, back, right and top; `front` (3,) points from the object to the eye, made square to `up` (3,)."""
+    up = _unit(up, np.array([0.0, 0.0, 1.0]))
+    helper = np.eye(3)[np.argmin(np.abs(up))]
+    front = _unit(front - up * (front @ up), _unit(np.cross(up, helper), helper))
+    right = np.cross(up, front)
+    around = [Side(n, d, up) for n, d in [("front", front), ("left", -right), ("back", -front), ("right", right)]]
+    return [*around, Side("top", up, -front)]
+
+
+def look(mesh: Mesh, side: Side, pixel: float) -> Sight:
+    """Look at a mesh, or at a point cloud, from one side with pixels of the given size [m]."""
+    points = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
+    if len(points) == 0:
+        return _nothing(side, pixel)
+    frame = np.stack([side.right, side.up, side.towards])
+    low, high = (points @ frame.T).min(axis=0), (points @ frame.T).max(axis=0)
+    pixel = max(pixel, 1e-9)
+    width, height = (np.ceil((high - low)[:2] / pixel).astype(int) + 4).tolist()
+    corner = np.array([low[0] - 1.5 * pixel, high[1] + 1.5 * pixel, high[2]])
+    shape = (min(height, 4096), min(width, 4096))
+    return (_rays if len(mesh.faces) else _splats)(mesh, side, corner, shape, pixel)
+
+
+def _rays(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
+    import open3d as o3d
+
+    finite = np.isfinite(mesh.vertices).all(axis=1)
+    faces = mesh.faces[finite[mesh.faces].all(axis=1)]
+    # the eye's frame with its corner as origin keeps single precision exact enough
+    frame = np.stack([side.right, side.up, side.towards])
+    local = np.nan_to_num(mesh.vertices @ frame.T - corner).astype(np.float32)
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(o3d.core.Tensor(local), o3d.core.Tensor(faces.astype(np.uint32)))
+    v, u = np.mgrid[0 : shape[0], 0 : shape[1]].astype(np.float32) * np.float32(pixel)
+    rays = np.zeros((*shape, 6), np.float32)
+    rays[..., 0], rays[..., 1], rays[..., 2], rays[..., 5] = u, -v, pixel, -1
+    answer = scene.cast_rays(o3d.core.Tensor(rays))
+    depth, triangle, uv = (answer[k].numpy() for k in ("t_hit", "primitive_ids", "primitive_uvs"))
+    hit = np.isfinite(depth)
+    corners = np.full((*shape, 3), -1, np.int64)
+    corners[hit] = faces[triangle[hit]]
+    weights = np.concatenate([1 - uv.sum(axis=-1, keepdims=True), uv], axis=-1)
+    return Sight(side, corners, weights, depth, pixel)
+
+
+def _splats(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
+    """Points as small squares, the nearest wins; the squares close the gaps of a dense cloud."""
+    index = np.flatnonzero(np.isfinite(mesh.vertices).all(axis=1))
+    local = mesh.vertices[index] @ np.stack([side.right, side.up, side.towards]).T - corner
+    index, local = (x[np.argsort(local[:, 2])] for x in (index, local))  # far first, near drawn over it
+    reach = int(np.clip(round(0.5 * np.sqrt(shape[0] * shape[1] / max(len(index), 1))), 1, 6))
+    sight = _nothing(side, pixel, shape)
+    u, v = (np.round(x / pixel).astype(int) for x in (local[:, 0], -local[:, 1]))
+    nearest = np.full(shape, -1)  # place in the order from far to near
+    for dv in range(-reach, reach + 1):
+        for du in range(-reach, reach + 1):
+            row, column = v + dv, u + du
+            inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
+            np.maximum.at(nearest, (row[inside], column[inside]), np.flatnonzero(inside))
+    hit = nearest >= 0
+    sight.corners[hit] = index[nearest[hit], None]
+    sight.depth[hit] = -local[nearest[hit], 2]
+    sight.weights[..., 0] = 1
+    return sight
+
+
+def _nothing(side: Side, pixel: float, shape: tuple[int, int] = (8, 8)) -> Sight:
+    zeros = np.zeros((*shape, 3), np.float32)
+    return Sight(side, np.full((*shape, 3), -1, np.int64), zeros, np.full(shape, np.inf, np.float32), pixel)
+
+
+def _unit(vector: Array, otherwise: Array) -> Array:
+    length = np.linalg.norm(vector)
+    return vector / length if np.isfinite(length) and length > 1e-9 else otherwise

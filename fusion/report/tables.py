@@ -1,0 +1,85 @@
+"""Small pieces of HTML: traffic lights, number tiles, tables; all text is escaped here."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+
+import numpy as np
+
+LEVELS = ("ok", "warning", "bad")
+
+# shape and word tell the level too, so that colour is never the only carrier
+_LAMPS = {
+    "ok": ("Good", '<circle cx="8" cy="8" r="7" fill="currentColor"/>'),
+    "warning": ("Look here", '<path d="M8 1 15.5 15H.5Z" fill="currentColor"/>'),
+    "bad": ("Problem", '<path d="M5 1h6l4 4v6l-4 4H5l-4-4V5Z" fill="currentColor"/>'),
+}
+
+
+def lights(lines: Sequence[tuple[str, str, str]]) -> str:
+    """A list of (level, subject, reason); an unknown level is shown as a warning."""
+    if not lines:
+        return ""
+    return '<ul class="lights">' + "".join(_light(*line) for line in lines) + "</ul>"
+
+
+def _light(level: str, subject: str, reason: str) -> str:
+    level = level if level in LEVELS else "warning"
+    word, shape = _LAMPS[level]
+    lamp = f'<span class="lamp"><svg viewBox="0 0 16 16" aria-hidden="true">{shape}</svg>{word}</span>'
+    return f'<li class="light {level}">{lamp}<b>{escape(subject)}</b><span>{escape(reason)}</span></li>'
+
+
+def tiles(numbers: Sequence[tuple[str, str, str]]) -> str:
+    """Key numbers (name, value, unit) as a grid of tiles."""
+    if not numbers:
+        return ""
+    cells = (
+        f"<div><dt>{escape(name)}</dt><dd>{escape(value)}<small>{escape(unit)}</small></dd></div>"
+        for name, value, unit in numbers
+    )
+    return '<dl class="tiles">' + "".join(cells) + "</dl>"
+
+
+def settings_table(settings: Mapping[str, object]) -> str:
+    """Nested settings as a table of two columns; inner names are joined by dots."""
+    rows = "".join(
+        f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in _flat(settings)
+    )
+    return f'<div class="scroll"><table><tbody>{rows}</tbody></table></div>'
+
+
+def numbers_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of numbers: the first column names the row, the others are right-aligned."""
+    top = "".join(f'<th scope="col"{"" if i == 0 else " class=number"}>{escape(x)}</th>' for i, x in enumerate(head))
+    body = "".join(
+        f'<tr><th scope="row">{escape(row[0])}</th>'
+        + "".join(f'<td class="number">{escape(cell)}</td>' for cell in row[1:])
+        + "</tr>"
+        for row in rows
+    )
+    return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _flat(settings: Mapping[str, object], before: str = "") -> Iterator[tuple[str, str]]:
+    for name, value in settings.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            yield f"{before}{name}", shown(value)
+
+
+def shown(value: object) -> str:
+    """A value as short text: floats with six digits, long lists cut."""
+    if value is None:
+        return "not set"
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, float | np.floating):
+        return f"{float(value):.6g}"
+    if isinstance(value, np.ndarray):
+        value = value.tolist() if value.size <= 16 else f"array of shape {value.shape}"
+    if isinstance(value, list | tuple):
+        cut = [shown(item) for item in value[:16]] + (["..."] if len(value) > 16 else [])
+        return "[" + ", ".join(cut) + "]"
+    text = str(value)
+    return text if len(text) <= 600 else text[:600] + " ..."
