@@ -60,7 +60,9 @@ def scan_numbers(report: "ScanReport") -> list[Number]:
 
 
 def _measure(name: str, value: float, unit: str) -> Number:
-    return Number(name, f"{value:.2f}" if np.isfinite(value) else "unknown", unit)
+    if not np.isfinite(value):
+        return Number(name, "unknown", unit)
+    return Number(name, f"{value:.1f}" if abs(value) >= 20 else f"{value:.2f}", unit)
 
 
 def _frames(report: "ScanReport") -> Light | None:

@@ -178,7 +178,7 @@ def _figure(figure: Figure) -> str:
     caption = f"<figcaption>{escape(figure.caption)}</figcaption>" if figure.caption else ""
     label = f'class="plot" role="img" aria-label="{escape(figure.alt, quote=True)}"'
     svg = figure.svg.replace("<svg", f"<svg {label}", 1)
-    return f"<figure><h3>{escape(figure.title)}</h3>{svg}{caption}</figure>"
+    return f"<figure><h3>{escape(figure.title)}</h3><div class="plots">{svg}</div>{caption}</figure>"
 
 
 def _warnings(page: Page) -> tuple[str, str]:

@@ -18,8 +18,9 @@ from fusion.report.figures.turning import before_after_figure, steps_figure
 from fusion.report.figures.views import Row, mesh_views
 from fusion.report.judgement import scan_numbers, scan_summary
 from fusion.report.page import Figure, Light, Page, Section, write_page
+from fusion.report.palette import BLUE, GREY, ORANGE
 from fusion.report.sight import Side, sides
-from fusion.report.tables import numbers_table
+from fusion.report.tables import settings_table
 from fusion.report.viewer import Layer, Path3D, script, viewer
 
 
@@ -141,11 +142,11 @@ def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
     if _seen(report) is not None:
         scale = coverage_scale(_seen(report))  # type: ignore[arg-type]
         layers.append(Layer("Coverage", values=_seen(report), unit="frames", low=0, high=scale.high))
-    paths = [("cameras, raw", report.trajectory_raw), ("cameras, corrected", report.trajectory)]
-    lines = [Path3D(name, t.centres) for name, t in paths if t is not None and t.valid.any()]
+    paths = [("cameras, raw", ORANGE, report.trajectory_raw), ("cameras, corrected", BLUE, report.trajectory)]
+    lines = [Path3D(name, t.centres, color) for name, color, t in paths if t is not None and t.valid.any()]
     best = _poses(report)
     if best is not None and report.turntable and has_axis(report.turntable):
-        lines.append(Path3D("fitted circle", circle_points(best, report.turntable)))
+        lines.append(Path3D("fitted circle", circle_points(best, report.turntable), GREY))
     return viewer(mesh, layers, up, front, tuple(lines))
 
 
@@ -169,8 +170,8 @@ def _turntable_section(report: ScanReport, around: list[Side]) -> Section:
 def _frames_section(report: ScanReport) -> Section:
     if report.residual is None and report.inlier_share is None and not report.rejected:
         return Section("Frames")
-    rows = [[str(frame), reason] for frame, reason in sorted(report.rejected.items())]
-    table = numbers_table(["rejected frame", "reason"], rows) if rows else ""
+    reasons = {f"frame {frame}": reason for frame, reason in sorted(report.rejected.items())}
+    table = "<h3>Rejected frames</h3>" + settings_table(reasons) if reasons else ""
     if report.residual is None and report.inlier_share is None:
         return Section("Frames", html=table)
     figure = frames_figure(report.residual, report.inlier_share, report.rejected)

@@ -26,7 +26,8 @@ def _light(level: str, subject: str, reason: str) -> str:
     level = level if level in LEVELS else "warning"
     word, shape = _LAMPS[level]
     lamp = f'<span class="lamp"><svg viewBox="0 0 16 16" aria-hidden="true">{shape}</svg>{word}</span>'
-    return f'<li class="light {level}">{lamp}<b>{escape(subject)}</b><span>{escape(reason)}</span></li>'
+    plain, name = ("", f"<b>{escape(subject)}</b>") if subject else (" plain", "")
+    return f'<li class="light {level}{plain}">{lamp}{name}<span>{escape(reason)}</span></li>'
 
 
 def tiles(numbers: Sequence[tuple[str, str, str]]) -> str:

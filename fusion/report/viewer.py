@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.report.page import Section
-from fusion.report.palette import BLUE, ORANGE
+from fusion.report.palette import BLUE, GREY
 from fusion.report.sight import sides
 from fusion.report.thinning import thinned
 
@@ -38,10 +38,11 @@ class Layer:
 
 @dataclass(frozen=True)
 class Path3D:
-    """A line through space (n, 3) [m], with its name; NaN breaks it."""
+    """A line through space (n, 3) [m], with its name and colour; NaN breaks it."""
 
     name: str
     points: Array
+    color: str
 
 
 # plotly reads its text canvases back often and does not say so, for which browsers warn
@@ -52,6 +53,9 @@ _READ_OFTEN = """(() => {
   };
 })();
 """
+
+
+_BUTTONS = ["toImage", "zoom3d", "pan3d", "orbitRotation", "tableRotation", "resetCameraDefault3d"]
 
 
 def script() -> str:
@@ -78,14 +82,19 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
     small, nearest = thinned(mesh)
     layers = layers or [Layer("Shape")]
     traces = [_trace(small, _at(layer, nearest), place == 0) for place, layer in enumerate(layers)]
-    lines = [_line(path, color) for path, color in zip(paths, (BLUE, ORANGE, BLUE, ORANGE), strict=False)]
+    if len(small.faces):
+        face, left, *_ = sides(up, front)
+        lamp = _xyz(1e5 * (face.towards + 0.7 * left.towards + 0.9 * face.up))
+        for trace in traces:
+            trace.lightposition = lamp
+    lines = [_line(path) for path in paths]
     figure = go.Figure([*traces, *lines])
     figure.update_layout(_layout(up, front, layers, len(lines)))
     inner = figure.to_html(
         full_html=False,
         include_plotlyjs=False,
         div_id="view3d",
-        config={"displaylogo": False, "responsive": True, "scrollZoom": True},
+        config={"displaylogo": False, "responsive": True, "scrollZoom": True, "modeBarButtons": [_BUTTONS]},
     )
     count = f"{len(small.faces):,} triangles" if len(small.faces) else f"{len(small.vertices):,} points"
     note = "" if len(small.faces) == len(mesh.faces) and len(mesh.faces) else f" Shown with {count} for speed."
@@ -108,7 +117,13 @@ def _trace(mesh: Mesh, layer: Layer, visible: bool) -> Any:
     x, y, z = (mesh.vertices.T * 1000).astype(np.float32)
     paint: dict[str, Any] = {"color": "#c9ced6"}
     if layer.values is not None:
-        bar = {"title": {"text": layer.unit, "side": "right"}, "thickness": 12, "len": 0.7, "outlinewidth": 0, "x": 0.99}
+        bar = {
+            "title": {"text": layer.unit, "side": "right"},
+            "thickness": 12,
+            "len": 0.7,
+            "outlinewidth": 0,
+            "x": 0.99,
+        }
         paint = {"colorscale": layer.scale, "cmin": layer.low, "cmax": layer.high, "colorbar": bar}
     if len(mesh.faces) == 0:
         marker = {"size": 2} | paint
@@ -129,13 +144,13 @@ def _trace(mesh: Mesh, layer: Layer, visible: bool) -> Any:
     return go.Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, visible=visible, name=layer.name, lighting=light, **paint)
 
 
-def _line(path: Path3D, color: str) -> Any:
+def _line(path: Path3D) -> Any:
     import plotly.graph_objects as go
 
     x, y, z = (path.points.T * 1000).astype(np.float32)
     return go.Scatter3d(
         x=x, y=y, z=z, mode="lines+markers", name=path.name, visible="legendonly", showlegend=True,
-        line={"color": color, "width": 3}, marker={"color": color, "size": 2.5}, hoverinfo="name",
+        line={"color": path.color, "width": 3}, marker={"color": path.color, "size": 2.5}, hoverinfo="name",
     )  # fmt: skip
 
 
@@ -146,7 +161,7 @@ def _hex(colors: NDArray[np.uint8]) -> list[str]:
 
 def _layout(up: Array, front: Array, layers: list[Layer], lines: int) -> dict[str, Any]:
     face, left, *_ = sides(up, front)
-    eye = 1.35 * face.towards + 0.7 * left.towards + 0.55 * face.up
+    eye = 1.65 * face.towards + 0.85 * left.towards + 0.7 * face.up
     axis = {"showbackground": False, "gridcolor": "rgba(128,138,155,.25)", "zeroline": False, "color": "#8b94a3"}
     buttons = [
         {"label": layer.name, "method": "restyle", "args": ["visible", shown, list(range(len(layers)))]}
@@ -167,7 +182,8 @@ def _layout(up: Array, front: Array, layers: list[Layer], lines: int) -> dict[st
         },
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
         "paper_bgcolor": "rgba(0,0,0,0)",
-        "font": {"family": "inherit", "color": "#7b8596"},
+        "font": {"family": "Arial, sans-serif", "color": "#7b8596"},
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": GREY, "activecolor": BLUE},
         "showlegend": lines > 0,
         "legend": {"x": 0.01, "y": 0.02, "yanchor": "bottom", "bgcolor": "rgba(0,0,0,0)"},
         "updatemenus": [menu] if len(layers) > 1 else [],

@@ -18,7 +18,9 @@ FLAGS = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scroll
          "--remote-debugging-pipe"]  # fmt: skip
 
 # Chromium talks over file descriptors 3 and 4: a small program puts the pipe there and becomes Chromium
-_LAUNCH = "import os, sys; os.dup2(int(sys.argv[1]), 3); os.dup2(int(sys.argv[2]), 4); os.execv(sys.argv[3], sys.argv[3:])"
+_LAUNCH = (
+    "import os, sys; os.dup2(int(sys.argv[1]), 3); os.dup2(int(sys.argv[2]), 4); os.execv(sys.argv[3], sys.argv[3:])"
+)
 # what the software renderer of a machine without a graphics card says about itself, not about the page
 _RENDERER = ("GPU stall due to ReadPixels", "Automatic fallback to software WebGL")
 

@@ -87,7 +87,7 @@ def circle_figure(paths: Paths) -> Figure:
     """Top view of the centres with the fitted circle, and how far they stand off it radially and axially."""
     lines = paths.named()
     rms = {name: (_rms(c.radial) * 1000, _rms(c.axial) * 1000) for name, _, c in lines}
-    said = ", ".join(f"{name} {r:.2f} mm radial and {a:.2f} mm axial" for name, (r, a) in rms.items())
+    said = "; ".join(f"{name} {r:.2f} mm radial, {a:.2f} mm axial" for name, (r, a) in rms.items())
     with styled():
         figure = new_figure(11.0, 4.6)
         axes = figure.subplot_mosaic([["top", "radial"], ["top", "axial"]], width_ratios=[1, 1.5], sharex=False)
@@ -98,7 +98,7 @@ def circle_figure(paths: Paths) -> Figure:
         axes["radial"].tick_params(labelbottom=False)
         svg = to_svg(figure, "circle")
     return Figure(
-        f"Camera centres stand off the circle by (rms): {said}",
+        f"Off the fitted circle (rms): {said}",
         svg,
         f"Top view of the camera centres around the fitted circle, and their deviations. Rms: {said}.",
         "Left: seen along the axis, x points to the first camera. Right: distance from the fitted circle, in its "

@@ -35,7 +35,9 @@ def distance_views(mesh: Mesh, distance: Array, sides: list[Side], within: dict[
     return mesh_views([Row(mesh, scale_colors(distance * 1000, scale))], sides, text, scale)
 
 
-_CAPTION = "Strongest colours: at or beyond the ends of the scale, which holds 95 % of the distances. Grey: no distance."
+_CAPTION = (
+    "Strongest colours: at or beyond the ends of the scale, which holds 95 % of the distances. Grey: no distance."
+)
 
 
 def histogram_figure(counts: Array, edges: Array, within: dict[float, float], median: float) -> Figure:

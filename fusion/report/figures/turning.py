@@ -7,7 +7,7 @@ import numpy as np
 from fusion.geometry.pose import Array
 from fusion.report.figures.circle import Paths
 from fusion.report.page import Figure
-from fusion.report.palette import GREY, RED, BLUE, new_figure, styled, to_svg
+from fusion.report.palette import BLUE, GREY, RED, new_figure, styled, to_svg
 
 
 def step_degrees(turntable: dict[str, Any]) -> Array:
@@ -71,7 +71,11 @@ def before_after_figure(paths: Paths) -> Figure:
                 when = "before" if label == "raw" else "after"
                 grid[row][column].set_title(f"{name}\n" if row == 0 else "", fontsize=9.5)
                 grid[row][column].text(
-                    0, 1.03, f"{when}: rms {_rms_text(values[row])}", transform=grid[row][column].transAxes, fontsize=8.5
+                    0,
+                    1.03,
+                    f"{when}: rms {_rms_text(values[row])}",
+                    transform=grid[row][column].transAxes,
+                    fontsize=8.5,
                 )
             grid[-1][column].set_xlabel("frame")
         svg = to_svg(figure, "beforeafter")
@@ -90,7 +94,7 @@ def _step_errors(azimuth: Array, usual: float) -> Array:
     if not np.isfinite(usual):
         usual = 0.0
     # the camera circles against the object's turn or with it, as the frames are defined: take the nearer sign
-    errors = [(steps - sign * usual + 180) % 360 - 180 for sign in (1, -1)]
+    errors = [(sign * steps - usual + 180) % 360 - 180 for sign in (1, -1)]
     return min(errors, key=lambda e: np.nanmedian(np.abs(e)) if np.isfinite(e).any() else np.inf)
 
 

@@ -54,11 +54,13 @@ def mesh_views(rows: Sequence[Row], sides: list[Side], text: Figure, scale: Scal
         grid = figure.subplots(
             len(rows), len(sides), squeeze=False, gridspec_kw={"width_ratios": widths, "height_ratios": heights}
         )
-        for row, line, axes in zip(rows, pictures, grid, strict=True):
+        for row, line, axes, room in zip(rows, pictures, grid, heights, strict=True):
             for place, (side, rgba, ax) in enumerate(zip(sides, line, axes, strict=True)):
                 label = f"{row.name}, {side.name}" if row.name and place == 0 else side.name
-                _show(ax, rgba, label)
-        _scale_bar(grid[-1][0], max(p.shape[0] for p in pictures[-1]), 2 * pixel, widths[0])
+                _show(ax, rgba, label, room)
+        _scale_bar(grid[-1][0], heights[-1], 2 * pixel, widths[0])
+        for ax in grid[-1]:
+            ax.set_ylim(heights[-1] * 1.03 + 6, 0)
         if scale:
             _color_bar(figure, grid, scale)
         return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
@@ -97,8 +99,11 @@ def _picture(row: Row, side: Side, pixel: float) -> NDArray[np.uint8]:
     return picture(look(row.mesh, side, pixel), vertex_normals(row.mesh), colors)
 
 
-def _show(ax, rgba: NDArray[np.uint8], label: str) -> None:
-    ax.imshow(rgba, interpolation="none", extent=(0, rgba.shape[1], rgba.shape[0], 0))
+def _show(ax, rgba: NDArray[np.uint8], label: str, room: int) -> None:
+    """A picture that stands on the bottom of its row, which is `room` pixels high."""
+    height, width = rgba.shape[:2]
+    ax.imshow(rgba, interpolation="none", extent=(0, width, room, room - height))
+    ax.set_ylim(room, 0)
     ax.set_axis_off()
     ax.set_title(label, color=SOFT, fontsize=9.5, fontweight="normal", loc="center")
     if not rgba[..., 3].any():
@@ -114,7 +119,6 @@ def _scale_bar(ax, height: int, pixel: float, width: int) -> None:
         f"{length:g} mm", (length / 2000 / pixel, y), (0, -5), textcoords="offset points", ha="center", va="top",
         fontsize=9, annotation_clip=False,
     )  # fmt: skip
-    ax.set_ylim(max(y + 2, ax.get_ylim()[0]), 0)
 
 
 def _color_bar(figure, grid, scale: Scale) -> None:

@@ -1,0 +1,105 @@
+"""The pages as a person meets them: in a browser, without the network, without complaints."""
+
+import io
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from browser import BINARY, Browser
+from made_up import UP, bumpy_sphere, made_up_comparison, made_up_scan
+
+from fusion.mesh.mesh import Mesh
+from fusion.report.comparison import Circumstances, comparison_report
+from fusion.report.scan import scan_report
+
+pytestmark = pytest.mark.skipif(BINARY is None, reason="no Chromium is installed")
+
+HOSTILE = '<script>document.title="taken"</script>" onmouseover=x $\\frac{ \u00fc\u6f22\U0001f40d</style>'
+DRAWN = "document.querySelector('.viewer canvas') !== null"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with Browser(1280, 900) as opened:
+        yield opened
+
+
+def visit(browser, path):
+    """Open a page; console and requests then tell of this page only."""
+    browser.console.clear()
+    browser.requests.clear()
+    browser.open(path)
+
+
+def calm(browser):
+    """Nothing was complained about, nothing was fetched beyond the page itself."""
+    outside = [r for r in browser.requests if not r.startswith(("file:", "data:", "blob:"))]
+    return browser.console == [] and outside == []
+
+
+def drawn_colors(browser) -> int:
+    """Different colours in the middle of the 3D view, coarsened so that compression or smoothing counts for nothing."""
+    png = np.frombuffer(io.BytesIO(browser.screenshot(".viewer")).read(), np.uint8)
+    image = cv2.imdecode(png, cv2.IMREAD_COLOR)
+    h, w = image.shape[:2]
+    middle = image[h // 4 : 3 * h // 4, w // 3 : 2 * w // 3] // 8
+    return len(np.unique(middle.reshape(-1, 3), axis=0))
+
+
+def test_scan_page_is_calm_and_its_3d_view_is_drawn(browser, tmp_path):
+    scan_report(tmp_path / "report.html", made_up_scan())
+    visit(browser, tmp_path / "report.html")
+    assert browser.wait_for(DRAWN)
+    # an empty or uniform view has 1 colour; the shaded sphere has some hundred
+    assert browser.wait_for("true") and any(drawn_colors(browser) > 20 for _ in range(20))
+    assert calm(browser), (browser.console, browser.requests)
+    assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    ids = "[...document.querySelectorAll('[id]')].map(e => e.id)"
+    assert browser.evaluate(f"{ids}.length - new Set({ids}).size") == 0
+
+
+def test_comparison_page_is_calm_and_its_3d_view_is_drawn(browser, tmp_path):
+    about = Circumstances(up=UP, front=(0, 0, -1))
+    comparison_report(tmp_path / "c.html", made_up_comparison(), bumpy_sphere(3), bumpy_sphere(2, False), about)
+    visit(browser, tmp_path / "c.html")
+    assert browser.wait_for(DRAWN)
+    assert any(drawn_colors(browser) > 20 for _ in range(20))
+    assert calm(browser), (browser.console, browser.requests)
+
+
+def test_hostile_text_stays_text(browser, tmp_path):
+    report = replace(
+        made_up_scan(3), title=HOSTILE, subtitle=HOSTILE, rejected={1: HOSTILE}, settings={HOSTILE: {HOSTILE: HOSTILE}},
+        warnings=[("bad", HOSTILE)], fingerprint=HOSTILE, command=HOSTILE, mesh=Mesh(np.zeros((0, 3))),
+        mesh_raw=None, times_seen=None,
+    )  # fmt: skip
+    scan_report(tmp_path / "report.html", report)
+    visit(browser, tmp_path / "report.html")
+    assert browser.evaluate("document.title") == HOSTILE
+    assert browser.evaluate("document.querySelector('h1').textContent") == HOSTILE
+    assert browser.evaluate("document.querySelectorAll('[onmouseover]').length") == 0
+    assert calm(browser), browser.console
+
+
+def test_the_recorder_hears_what_is_wrong(browser, tmp_path):
+    """The tests above mean something only if errors, warnings, exceptions and requests are heard."""
+    (tmp_path / "bad.html").write_text(
+        "<script>console.warn('w'); console.error('e'); setTimeout(() => nothing(), 0)</script>"
+        "<img src='http://127.0.0.1:9/x.png'>"
+    )
+    visit(browser, tmp_path / "bad.html")
+    heard = " | ".join(browser.console)
+    assert "w" in browser.console and "e" in browser.console and "nothing is not defined" in heard
+    assert any(r.startswith("http:") for r in browser.requests)
+
+
+@pytest.mark.parametrize("width", [390, 820])
+def test_narrow_windows_do_not_scroll_sideways(browser, tmp_path, width):
+    scan_report(tmp_path / "report.html", replace(made_up_scan(), mesh=bumpy_sphere(2), times_seen=None, mesh_raw=None))
+    browser.resize(width, 800)
+    try:
+        visit(browser, tmp_path / "report.html")
+        assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    finally:
+        browser.resize(1280, 900)
