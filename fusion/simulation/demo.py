@@ -1,0 +1,111 @@
+"""The demo's recording: an owl on a turntable, as a Kinect v2 indoors would see it, and the truth beside it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array, pose
+from fusion.mesh.mesh import Mesh
+from fusion.output import output_folder
+from fusion.sensor.presets import preset
+from fusion.simulation.demo_object import demo_object
+from fusion.simulation.scene import Scene
+from fusion.simulation.shapes import Points, box, disc, joined, sheet
+from fusion.simulation.simulate import Simulation, simulate_turntable
+from fusion.simulation.turntable import Turntable, TurntableErrors
+
+# intrinsics near those of a 640 x 480 depth camera, with a clearly visible lens
+CAMERA = Camera(
+    width=640,
+    height=480,
+    fx=577.3,
+    fy=578.9,
+    cx=322.6,
+    cy=237.8,
+    distortion=(0.062, -0.14, 0.0006, -0.0004, 0.03),
+    depth_scale=5000.0,
+    principle="itof",
+    sensor="simulated time of flight, noise of a Kinect v2 indoors",
+)
+OBJECT_AT = np.array([0.012, -0.008, 0.0])  # beside the axis, as people place things
+PLATE_TOP = 0.0  # [m]
+TABLE_TOP = -0.035  # [m]
+
+
+def demo_scene(frames: int = 72, turns: float = 1.2) -> Scene:
+    """The owl on a plate of 30 cm, a table and a wall behind it, seen from 0.75 m."""
+    errors = TurntableErrors(uneven_sd_deg=0.1, slip_frame=2 * frames // 3, slip_deg=1.5)
+    table = Turntable(degrees_per_frame=360.0 * turns / max(frames, 1), frames=frames, errors=errors)
+    return Scene(
+        camera=CAMERA,
+        sensor=preset("kinect-v2-indoors"),
+        T_world_camera=looking_at(np.array([0.66, 0.06, 0.38]), np.array([0.0, 0.0, 0.085])),
+        turntable=table,
+        moving=(demo_truth(), disc(0.15, -0.012, PLATE_TOP - 0.0005, _plate_colors)),
+        still=_surroundings(),
+    )
+
+
+def demo_truth() -> Mesh:
+    """The owl where it stands on the plate at frame 0 (world frame = object frame)."""
+    owl = demo_object()
+    return Mesh(owl.vertices + OBJECT_AT, owl.faces, owl.normals, owl.colors)
+
+
+def write_demo_recording(folder: Path | str, seed: int = 0, frames: int = 72, turns: float = 1.2) -> Path:
+    """Simulate the demo and write it: `recording/`, `truth.ply` and `truth_poses.txt` (TUM, camera in object frame).
+
+    Returns:
+        The folder of the recording.
+    """
+    from fusion.mesh.files import write_mesh
+    from fusion.recording.trajectory_file import write_trajectory
+    from fusion.recording.write import write_recording
+
+    simulation: Simulation = simulate_turntable(demo_scene(frames, turns), seed)
+    recording = Path(folder) / "recording"
+    with output_folder(Path(folder)) as partial:
+        write_recording(partial / "recording", simulation.camera, simulation.frames(), telemetry=simulation.telemetry)
+        write_mesh(partial / "truth.ply", demo_truth())
+        write_trajectory(partial / "truth_poses.txt", simulation.truth)
+    return recording
+
+
+def looking_at(eye: Array, target: Array) -> Array:
+    """The pose (4, 4) of a camera at `eye` [m] that looks at `target`, upright in a world with z up."""
+    z = (target - eye) / np.linalg.norm(target - eye)
+    x = np.cross(z, [0.0, 0.0, 1.0])
+    x /= np.linalg.norm(x)
+    return pose(np.column_stack([x, np.cross(z, x), z]), eye)
+
+
+def _surroundings() -> tuple[Mesh, ...]:
+    x, y, z = np.eye(3)
+    table = sheet(-0.55 * x - 0.9 * y + TABLE_TOP * z, 1.0 * x, 1.8 * y, _wood)
+    wall = sheet(-0.55 * x - 1.2 * y - 0.5 * z, 2.4 * y, 1.8 * z, _wallpaper)
+    tin = disc(0.035, 0.0, 0.11, lambda p: np.tile([70, 120, 80], (len(p), 1)))
+    tin = Mesh(tin.vertices + np.array([-0.32, 0.34, TABLE_TOP]), tin.faces, colors=tin.colors)
+    case = box((-0.42, -0.5, TABLE_TOP), (-0.24, -0.3, TABLE_TOP + 0.14), (150, 110, 90))
+    foot = disc(0.06, TABLE_TOP, -0.012, lambda p: np.tile([60, 60, 64], (len(p), 1)))
+    return (joined((table, wall, tin, case, foot)),)
+
+
+def _plate_colors(p: Points) -> Points:
+    """Light grey with a scale of unequal marks along the rim."""
+    angle, radius = np.arctan2(p[:, 1], p[:, 0]), np.hypot(p[:, 0], p[:, 1])
+    color = np.tile([205.0, 205.0, 210.0], (len(p), 1))
+    sector = np.floor((angle + np.pi) / (2 * np.pi) * 36)
+    color[(radius > 0.132) & (sector % 2 == 0)] = [60, 62, 70]
+    color[(radius > 0.132) & (sector == 5)] = [200, 60, 50]
+    return color
+
+
+def _wood(p: Points) -> Points:
+    grain = 0.5 + 0.5 * np.sin(p[:, 0] * 90 + 4 * np.sin(p[:, 1] * 5))
+    return np.array([150.0, 112.0, 78.0]) + 30.0 * grain[:, None]
+
+
+def _wallpaper(p: Points) -> Points:
+    stripe = (np.floor(p[:, 1] * 12) % 2)[:, None]
+    return np.array([178.0, 186.0, 192.0]) + 14.0 * stripe
