@@ -93,13 +93,17 @@ class Page:
     script: str = ""
 
 
-# the policy lets the page use only what stands in it: no network, no plug-ins, no forms
+# the page may use only what stands in it: no network, no plug-ins, no forms
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; connect-src 'none'; "
+    "form-action 'none'; base-uri 'none'; "
+)
 TEMPLATE = Template("""<!doctype html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; ${policy}img-src data: blob:; worker-src blob:; connect-src 'none'; form-action 'none'; base-uri 'none'">
+<meta http-equiv="Content-Security-Policy" content="$policy">
 <title>$title</title>
 <style>$style</style>
 $script
@@ -132,9 +136,7 @@ def render(page: Page) -> str:
     sections = [_summary(page), *map(_section, page.sections), _warnings(page), _provenance(page)]
     present = [(title, html) for title, html in sections if html]
     names = [anchor(title, place) for place, (title, _) in enumerate(present)]
-    links = "".join(
-        f'<a href="#{name}">{escape(title)}</a>' for name, (title, _) in zip(names, present, strict=True)
-    )
+    links = "".join(f'<a href="#{name}">{escape(title)}</a>' for name, (title, _) in zip(names, present, strict=True))
     body = "\n".join(
         html.replace("<section", f'<section id="{name}"', 1) for name, (_, html) in zip(names, present, strict=True)
     )
@@ -144,7 +146,7 @@ def render(page: Page) -> str:
         style=Path(__file__).with_name("page.css").read_text(encoding="utf-8"),
         script=f"<script>{page.script}</script>" if page.script else "",
         # plotly.js compiles small drawing functions at run time
-        policy="script-src 'unsafe-inline' 'unsafe-eval'; " if page.script else "script-src 'none'; ",
+        policy=POLICY + ("script-src 'unsafe-inline' 'unsafe-eval'" if page.script else "script-src 'none'"),
         navigation=f'<nav aria-label="Sections">{links}</nav>' if len(present) > 2 else "",
         body=body,
         version=escape(versions()["fusion"]),
@@ -178,7 +180,7 @@ def _figure(figure: Figure) -> str:
     caption = f"<figcaption>{escape(figure.caption)}</figcaption>" if figure.caption else ""
     label = f'class="plot" role="img" aria-label="{escape(figure.alt, quote=True)}"'
     svg = figure.svg.replace("<svg", f"<svg {label}", 1)
-    return f"<figure><h3>{escape(figure.title)}</h3><div class="plots">{svg}</div>{caption}</figure>"
+    return f'<figure><h3>{escape(figure.title)}</h3><div class="plots">{svg}</div>{caption}</figure>'
 
 
 def _warnings(page: Page) -> tuple[str, str]:

@@ -4,7 +4,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 
@@ -21,7 +21,7 @@ _THEMED = {INK: "ink", SOFT: "soft", GRID: "grid"}
 
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 
-STYLE = {
+STYLE: Any = {
     "figure.facecolor": "none",
     "axes.facecolor": "none",
     "savefig.facecolor": "none",

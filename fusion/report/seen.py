@@ -23,14 +23,14 @@ def times_seen(mesh: Mesh, trajectory: Trajectory, camera: Camera) -> NDArray[np
     middle = np.nanmean(mesh.vertices, axis=0)
     scene = o3d.t.geometry.RaycastingScene()
     local = np.nan_to_num(mesh.vertices - middle).astype(np.float32)
-    scene.add_triangles(o3d.core.Tensor(local), o3d.core.Tensor(mesh.faces.astype(np.uint32)))
+    scene.add_triangles(o3d.core.Tensor.from_numpy(local), o3d.core.Tensor.from_numpy(mesh.faces.astype(np.uint32)))
     normals = vertex_normals(mesh)
     for T_world_camera in trajectory.poses[trajectory.valid]:
         index = _in_view(mesh, normals, T_world_camera, camera)
         eye = T_world_camera[:3, 3] - middle
         rays = np.hstack([np.broadcast_to(eye, (len(index), 3)), local[index] - eye]).astype(np.float32)
         if len(index):
-            hidden = scene.test_occlusions(o3d.core.Tensor(rays), tnear=0.0, tfar=NEARER).numpy()
+            hidden = scene.test_occlusions(o3d.core.Tensor.from_numpy(rays), tnear=0.0, tfar=NEARER).numpy()
             counts[index[~hidden]] += 1
     return counts
 

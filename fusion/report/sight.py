@@ -91,11 +91,11 @@ def _rays(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: 
     frame = np.stack([side.right, side.up, side.towards])
     local = np.nan_to_num(mesh.vertices @ frame.T - corner).astype(np.float32)
     scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(o3d.core.Tensor(local), o3d.core.Tensor(faces.astype(np.uint32)))
+    scene.add_triangles(o3d.core.Tensor.from_numpy(local), o3d.core.Tensor.from_numpy(faces.astype(np.uint32)))
     v, u = np.mgrid[0 : shape[0], 0 : shape[1]].astype(np.float32) * np.float32(pixel)
     rays = np.zeros((*shape, 6), np.float32)
     rays[..., 0], rays[..., 1], rays[..., 2], rays[..., 5] = u, -v, pixel, -1
-    answer = scene.cast_rays(o3d.core.Tensor(rays))
+    answer = scene.cast_rays(o3d.core.Tensor.from_numpy(rays))
     depth, triangle, uv = (answer[k].numpy() for k in ("t_hit", "primitive_ids", "primitive_uvs"))
     hit = np.isfinite(depth)
     corners = np.full((*shape, 3), -1, np.int64)
@@ -106,9 +106,10 @@ def _rays(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: 
 
 def _splats(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
     """Points as small squares, the nearest wins; the squares close the gaps of a dense cloud."""
-    index = np.flatnonzero(np.isfinite(mesh.vertices).all(axis=1))
-    local = mesh.vertices[index] @ np.stack([side.right, side.up, side.towards]).T - corner
-    index, local = (x[np.argsort(local[:, 2])] for x in (index, local))  # far first, near drawn over it
+    known = np.flatnonzero(np.isfinite(mesh.vertices).all(axis=1))
+    local = mesh.vertices[known] @ np.stack([side.right, side.up, side.towards]).T - corner
+    order = np.argsort(local[:, 2], kind="stable")  # far first, near drawn over it
+    index, local = known[order], local[order]
     reach = int(np.clip(round(0.5 * np.sqrt(shape[0] * shape[1] / max(len(index), 1))), 1, 6))
     sight = _nothing(side, pixel, shape)
     u, v = (np.round(x / pixel).astype(int) for x in (local[:, 0], -local[:, 1]))
@@ -117,7 +118,9 @@ def _splats(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel
         for du in range(-reach, reach + 1):
             row, column = v + dv, u + du
             inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
-            np.maximum.at(nearest, (row[inside], column[inside]), np.flatnonzero(inside))
+            shifted = np.full(shape, -1)
+            shifted[row[inside], column[inside]] = np.flatnonzero(inside)  # of several, the last: the nearest
+            np.maximum(nearest, shifted, out=nearest)
     hit = nearest >= 0
     sight.corners[hit] = index[nearest[hit], None]
     sight.depth[hit] = -local[nearest[hit], 2]

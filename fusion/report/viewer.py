@@ -84,7 +84,7 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
     traces = [_trace(small, _at(layer, nearest), place == 0) for place, layer in enumerate(layers)]
     if len(small.faces):
         face, left, *_ = sides(up, front)
-        lamp = _xyz(1e5 * (face.towards + 0.7 * left.towards + 0.9 * face.up))
+        lamp = _xyz(5e4 * (face.towards + 0.7 * left.towards + 0.9 * face.up))
         for trace in traces:
             trace.lightposition = lamp
     lines = [_line(path) for path in paths]

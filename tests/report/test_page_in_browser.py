@@ -16,6 +16,14 @@ from fusion.report.scan import scan_report
 pytestmark = pytest.mark.skipif(BINARY is None, reason="no Chromium is installed")
 
 HOSTILE = '<script>document.title="taken"</script>" onmouseover=x $\\frac{ \u00fc\u6f22\U0001f40d</style>'
+
+
+@pytest.fixture(autouse=True)
+def small_pictures(monkeypatch):
+    """The size of the pictures is not what is tested here, and small ones are quick."""
+    monkeypatch.setattr("fusion.report.figures.views.PIXELS", 40)
+
+
 DRAWN = "document.querySelector('.viewer canvas') !== null"
 
 

@@ -21,6 +21,12 @@ from fusion.report.thinning import thinned
 EMPTY = Mesh(np.zeros((0, 3)))
 
 
+@pytest.fixture(autouse=True)
+def small_pictures(monkeypatch):
+    """What is tested here does not depend on the size of the pictures, and small ones are quick."""
+    monkeypatch.setattr("fusion.report.figures.views.PIXELS", 40)
+
+
 def headings(path) -> list[str]:
     return re.findall(r"<h2>(.*?)</h2>", path.read_text(encoding="utf-8"))
 

@@ -54,5 +54,5 @@ def azimuth_figure(centres: Cylinder) -> Figure:
         ax.set_xticks(np.radians(np.arange(0, 360, 45)), [f"{d} deg" for d in range(0, 360, 45)])
         ax.spines["polar"].set_visible(False)
         svg = to_svg(figure, "azimuth")
-    caption = f"Frames per {360 // bins} deg of the turn, seen along the axis; 0 deg is the first frame, which sees the front."
+    caption = f"Frames per {360 // bins} deg around the axis; 0 deg is the first frame, which sees the front."
     return Figure(title, svg, title + ".", caption)
