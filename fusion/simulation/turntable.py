@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fusion.errors import FusionError
 from fusion.geometry.pose import Array, about_axis, inverse
 
 
@@ -43,6 +44,12 @@ class Turntable:
     degrees_per_frame: float = 6.0
     frames: int = 60
     errors: TurntableErrors = field(default_factory=TurntableErrors)
+
+    def __post_init__(self) -> None:
+        if self.frames < 1:
+            raise FusionError("a turntable recording needs frames", found=self.frames, expected="1 or more")
+        if not np.any(self.axis_direction) or not np.isfinite([*self.axis_point, *self.axis_direction]).all():
+            raise FusionError("the turntable's axis has no direction", found=self.axis_direction, expected="3 numbers")
 
     def commanded_deg(self) -> Array:
         """(frames,) angles that the table reports [deg]."""

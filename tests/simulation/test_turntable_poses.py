@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fusion.errors import FusionError
 from fusion.geometry.pose import about_axis, angle, inverse, is_rigid, pose, transform
 from fusion.simulation.turntable import Turntable, TurntableErrors
 
@@ -42,3 +43,9 @@ def test_wobble_rocks_the_axis_by_its_amplitude():
     assert tilt.max() == pytest.approx(0.5, abs=0.01)  # sampled every 5 degrees
     assert angle(poses[0]) == pytest.approx(0.0, abs=1e-9)
     assert np.allclose([transform(T, np.zeros(3)) for T in poses], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [{"frames": 0}, {"axis_direction": (0, 0, 0)}, {"axis_point": (0, 0, np.nan)}])
+def test_a_table_that_cannot_be_is_refused(wrong):
+    with pytest.raises(FusionError):
+        Turntable(**wrong)
