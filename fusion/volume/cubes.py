@@ -76,7 +76,7 @@ def _edge(a: int, b: int) -> int:
 def _cut(loop: tuple[int, ...]) -> list[tuple[int, int, int]]:
     """Triangles of a loop, or an empty list when every way needs a diagonal within a face."""
     if len(loop) == 3:
-        return [loop]  # type: ignore[list-item]
+        return [loop]
     for n in range(len(loop)):
         turned = loop[n:] + loop[:n]
         rest = turned[:1] + turned[2:]

@@ -1,9 +1,11 @@
+# mypy: ignore-errors
 """Fusing one depth image: find the blocks it touches, then update every voxel that it sees.
 
 A voxel at z_voxel in front of the camera whose pixel measured z_measured gets the distance to the plane through the
 measured surface there, (z_measured - z_voxel) * slant, cut off at +truncation (free space) and left alone below
--truncation (hidden). Without the slant, views from different sides would disagree about the slope of the field, and
-as grazing ones reach less far behind the surface, the zero would move.
+-truncation in z (hidden). Without the slant, views from different sides would disagree about the slope of the field,
+and as grazing ones reach less far behind the surface, the zero would move. The slant, a cosine, weighs as well: on a
+curved surface the plane is right near the measured point only.
 """
 
 import numpy as np
@@ -12,15 +14,12 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64, Blocks, lookup, pack, unpack
-from fusion.volume.lens import lens, load, project
-from fusion.volume.settings import BLOCK, LATTICE
+from fusion.volume.allocate import TILE, allocate
+from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
+from fusion.volume.lens import lens, load, project, rows
+from fusion.volume.settings import BLOCK
+from fusion.volume.slant import measure_slant
 
-TILE = 8  # pixels along the edge of a tile, the unit of the first pass
-FILTER = 1 << 15  # entries of the table that keeps most doublets out of the list of missing blocks
-STEP = 2  # pixels to either side that the slant of the surface is taken over
-STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
-EDGE = 0.5  # slant of pixels at an edge (guess)
 EDGE_WEIGHT = 0.01  # of pixels beside a jump in depth: they fill in only what no other pixel sees
 U8_3 = ti.types.ndarray(ti.u8, 3)
 
@@ -50,7 +49,7 @@ def integrate(
     weights = np.ones((1, 1), np.float32) if weight is None else np.ascontiguousarray(weight, np.float32)
     allocate(blocks, (depth, weights, clean, farthest), camera, T_world_camera)
     settings = blocks.settings
-    _slant(clean, camera.rays(), settings.truncation, slant)
+    measure_slant(clean, camera.rays(), settings.truncation, slant)
     _update(
         blocks.coordinates, blocks.count, blocks.voxels, blocks.colors,
         clean, slant, weights, np.zeros((1, 1, 3), np.uint8) if color is None else np.ascontiguousarray(color),
@@ -58,180 +57,6 @@ def integrate(
         settings.voxel, settings.truncation,
         any(camera.distortion), weight is not None, color is not None and settings.color,
     )  # fmt: skip
-
-
-def allocate(
-    blocks: Blocks, buffers: tuple[NDArray[np.float32], ...], camera: Camera, T_world_camera: Array
-) -> NDArray[np.int32]:
-    """Add the blocks within the truncation of the measured points; returns those added (n, 3).
-
-    Args:
-        blocks: changed in place.
-        buffers: depth (h, w), weight (h, w) or (1, 1), then two to be filled: the depth with 0 where missing (h, w)
-            and the largest depth of each tile (ceil(h / 8), ceil(w / 8)).
-        camera, T_world_camera: as above.
-
-    Raises:
-        VolumeError: they do not fit; none is added then.
-    """
-    settings = blocks.settings
-    block = settings.voxel * BLOCK
-    box = np.array([-1e30] * 3 + [1e30] * 3 if settings.bounds is None else np.ravel(settings.bounds), np.float32)
-    edge = LATTICE - 2  # neighbours stay on the lattice
-    span = np.clip(np.floor(box.astype(float) / block), -edge, edge).astype(np.int32)
-    seen, missing, size = np.full(FILTER, -1, np.int64), np.zeros(1, np.int32), 1 << 14
-    while True:
-        keys = np.empty(size, np.int64)
-        missing[0] = 0
-        _scan(
-            *buffers, camera.rays(), rows(T_world_camera), box, span, blocks.keys, blocks.ids, seen, keys, missing,
-            settings.voxel, settings.truncation, camera.fx, buffers[1].size > 1 or buffers[0].size == 1,
-        )  # fmt: skip
-        if missing[0] <= size:
-            break
-        size, seen = int(missing[0]) * 2, np.full(FILTER, -1, np.int64)
-    added = unpack(np.unique(keys[: missing[0]]))
-    if len(added):
-        blocks.insert(added)
-    return added
-
-
-def rows(T: Array) -> NDArray[np.float32]:
-    """The upper three rows of a pose as (12,), the form kernels take."""
-    return np.ascontiguousarray(T[:3], np.float32).ravel()
-
-
-@ti.func
-def _touch(
-    p: ti.template(), pad: ti.f32, span: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(),
-    missing: ti.template(), count: ti.template(), last: ti.i64,
-):  # fmt: skip
-    """Lists the absent blocks around a point p [blocks]; `last` and the result are the block looked up last."""
-    latest = last
-    low = ti.floor(p - pad)
-    high = ti.floor(p + pad)
-    if low.min() > -LATTICE and high.max() < LATTICE:
-        a = ti.cast(low, ti.i32)
-        b = ti.cast(high, ti.i32)
-        for x in range(ti.max(a[0], span[0]), ti.min(b[0], span[3]) + 1):
-            for y in range(ti.max(a[1], span[1]), ti.min(b[1], span[4]) + 1):
-                for z in range(ti.max(a[2], span[2]), ti.min(b[2], span[5]) + 1):
-                    key = pack(x, y, z)
-                    if key != latest:
-                        latest = key
-                        if lookup(x, y, z, keys, ids) < 0:
-                            h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
-                            if seen[h] != key:
-                                seen[h] = key
-                                n = ti.atomic_add(count[0], 1)
-                                if n < missing.shape[0]:
-                                    missing[n] = key
-    return latest
-
-
-@ti.kernel
-def _scan(
-    depth: F32_2, weight: F32_2, clean: F32_2, farthest: F32_2, rays: F32_3, pose: F32, box: F32, span: I32,
-    keys: I64, ids: I32, seen: I64, missing: I64, count: I32,
-    voxel: ti.f32, truncation: ti.f32, focal: ti.f32, weighted: ti.template(),
-):  # fmt: skip
-    height, width = depth.shape[0], depth.shape[1]
-    across = farthest.shape[1]
-    block = voxel * BLOCK
-    reach = ti.min(2.0 * voxel, truncation)  # every sample stands for the cube of this half edge around it
-    half = truncation - reach
-    samples = ti.cast(ti.ceil(half / reach - 1e-3), ti.i32) + 1
-    horizon = block * (LATTICE - 4)
-    for tile in range(farthest.shape[0] * across):
-        v0 = tile // across * TILE
-        u0 = tile % across * TILE
-        v1 = ti.min(v0 + TILE, height)
-        u1 = ti.min(u0 + TILE, width)
-        far = 0.0
-        for v in range(v0, v1):
-            for u in range(u0, u1):
-                z = depth[v, u]
-                if not (z > 0.0 and z < horizon):  # also what is NaN
-                    z = 0.0
-                if ti.static(weighted):
-                    w = weight[v, u]
-                    if not (w > 0.0 and w < 1e30):
-                        z = 0.0
-                clean[v, u] = z
-                far = ti.max(far, z)
-        farthest[tile // across, tile % across] = far
-        if far > 0.0:
-            R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
-            t = ti.Vector([pose[3], pose[7], pose[11]])
-            stride = ti.max(1, ti.min(TILE, ti.cast(reach * focal / far, ti.i32)))
-            last = ti.cast(-1, ti.i64)
-            cells = (TILE + stride - 1) // stride
-            for cell in range(cells * cells):
-                va = v0 + cell // cells * stride
-                ua = u0 + cell % cells * stride
-                done = -1e30
-                for v in range(va, ti.min(va + stride, v1)):
-                    for u in range(ua, ti.min(ua + stride, u1)):
-                        z = clean[v, u]
-                        if z > 0.0 and ti.abs(z - done) > reach:
-                            done = z
-                            ray = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0])
-                            p = ray * z + t
-                            if (
-                                p[0] >= box[0] and p[1] >= box[1] and p[2] >= box[2]
-                                and p[0] <= box[3] and p[1] <= box[4] and p[2] <= box[5]
-                            ):  # fmt: skip
-                                for s in range(samples):
-                                    shift = 0.0
-                                    if samples > 1:
-                                        shift = half * (2.0 * s / (samples - 1) - 1.0)
-                                    last = _touch(
-                                        (p + ray * shift) / block, reach / block, span, keys, ids, seen, missing,
-                                        count, last,
-                                    )  # fmt: skip
-
-
-@ti.func
-def _tangent(z: ti.f32, v: ti.i32, u: ti.i32, dv: ti.i32, du: ti.i32, depth: ti.template(), rays: ti.template(),
-             truncation: ti.f32):  # fmt: skip
-    """Difference of the surface points one step (du, dv) after and before a pixel of depth z; 0 at an edge."""
-    ends = ti.Matrix([[rays[v, u, 0] * z, rays[v, u, 1] * z, z]] * 2)
-    found = 0
-    for side in ti.static(range(2)):
-        b = v + dv * (2 * side - 1)
-        a = u + du * (2 * side - 1)
-        if b < 0 or a < 0 or b >= depth.shape[0] or a >= depth.shape[1]:
-            b, a = v, u
-        d = depth[b, a]
-        if d > 0.0 and ti.abs(d - z) < truncation:
-            found += 1
-            ends[side, 0] = rays[b, a, 0] * d
-            ends[side, 1] = rays[b, a, 1] * d
-            ends[side, 2] = d
-    t = ti.Vector([0.0, 0.0, 0.0])
-    if found >= 1:
-        t = ti.Vector([ends[1, x] - ends[0, x] for x in ti.static(range(3))])
-    return t
-
-
-@ti.kernel
-def _slant(depth: F32_2, rays: F32_3, truncation: ti.f32, slant: F32_2):
-    """Distance to the surface's tangent plane per difference in z at every pixel."""
-    height, width = depth.shape[0], depth.shape[1]
-    for pixel in range(height * width):
-        v = pixel // width
-        u = pixel % width
-        z = depth[v, u]
-        if z > 0.0:
-            across = _tangent(z, v, u, 0, STEP, depth, rays, truncation)
-            down = _tangent(z, v, u, STEP, 0, depth, rays, truncation)
-            n = across.cross(down)
-            length = n.norm()
-            factor = EDGE
-            if length > 0.0:
-                ray = ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0])
-                factor = ti.max(ti.abs(n.dot(ray)) / length, STEEP)
-            slant[v, u] = factor
 
 
 @ti.func
@@ -334,11 +159,12 @@ def _update(
                                     lower = weight[va + 1, ua] + (weight[va + 1, ua + 1] - weight[va + 1, ua]) * du
                                     w = upper + (lower - upper) * dv
                         s = (measured - z) * slant[vn, un]
-                        if s > -truncation:
+                        if measured - z > -truncation:
+                            w *= slant[vn, un]
                             o = (i * BLOCK + j) * BLOCK + k
                             voxels[n, o, 0] += w * ti.min(s, truncation)
                             voxels[n, o, 1] += w
-                            if ti.static(colored):
+                            if ti.static(colored):  # noqa: SIM102
                                 if s < truncation:
                                     for a in ti.static(range(3)):
                                         colors[n, o, a] += w * ti.cast(color[vn, un, a], ti.f32)

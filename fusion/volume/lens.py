@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Projection with OpenCV's lens distortion inside kernels, kept from folding back far off the axis."""
 
 from functools import lru_cache
@@ -7,6 +8,7 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array
 
 SIZE = 14  # values a kernel takes: the camera's 12 parameters, the largest radius squared, the largest gain
 
@@ -32,6 +34,11 @@ def lens(camera: Camera) -> NDArray[np.float32]:
     end = int(bad[0]) if len(bad) else len(slope)
     gain = max(1.0, float(slope[:end].max(initial=1.0))) * 1.1  # a tenth for the tangential part
     return np.array([*camera.parameters, r[end] ** 2, gain], np.float32)
+
+
+def rows(T: Array) -> NDArray[np.float32]:
+    """The upper three rows of a pose as (12,), the form kernels take."""
+    return np.ascontiguousarray(T[:3], np.float32).ravel()
 
 
 @ti.func

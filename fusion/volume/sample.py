@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Reading the field between voxels: trilinear value and gradient."""
 
 import numpy as np

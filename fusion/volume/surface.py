@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Marching cubes over the blocks: one vertex per crossed edge, so the mesh is welded from the start."""
 
 import numpy as np
@@ -165,7 +166,7 @@ def _place(
                             a = ti.min(ti.max(f0 / (f0 - f1), 1e-3), 0.999)
                             g = g0 * (1.0 - a) + _gradient(n, there, neighbours, voxels) * a
                             length = g.norm()
-                            if length > 0.0:
+                            if length > 0.0:  # noqa: SIM108
                                 g = g / length
                             else:
                                 g = ti.cast(step, ti.f32) * (1.0 if f1 > f0 else -1.0)

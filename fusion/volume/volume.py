@@ -59,6 +59,7 @@ class Volume:
             camera: of the depth image; its lens distortion is applied to every voxel.
             T_world_camera: (4, 4).
             weight: (h, w), one over variance for instance; pixels without a positive weight are missing. None = 1.
+                The cosine at which the surface is seen is multiplied on in any case.
             color: (h, w, 3) uint8 in the depth camera's pixels; used when the settings ask for colour.
 
         Raises:
