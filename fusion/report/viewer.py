@@ -82,11 +82,6 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
     small, nearest = thinned(mesh)
     layers = layers or [Layer("Shape")]
     traces = [_trace(small, _at(layer, nearest), place == 0) for place, layer in enumerate(layers)]
-    if len(small.faces):
-        face, left, *_ = sides(up, front)
-        lamp = _xyz(5e4 * (face.towards + 0.7 * left.towards + 0.9 * face.up))
-        for trace in traces:
-            trace.lightposition = lamp
     lines = [_line(path) for path in paths]
     figure = go.Figure([*traces, *lines])
     figure.update_layout(_layout(up, front, layers, len(lines)))
@@ -141,7 +136,10 @@ def _trace(mesh: Mesh, layer: Layer, visible: bool) -> Any:
     soft = layer.values is not None or layer.colors is not None
     light = {"ambient": 0.72, "diffuse": 0.45} if soft else {"ambient": 0.42, "diffuse": 0.75}
     light |= {"specular": 0.06, "roughness": 0.8, "fresnel": 0.05}
-    return go.Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, visible=visible, name=layer.name, lighting=light, **paint)
+    lamp = {"x": -4e4, "y": 6e4, "z": 8e4}  # in the eye's frame: from the upper left, it follows the view
+    return go.Mesh3d(
+        x=x, y=y, z=z, i=i, j=j, k=k, visible=visible, name=layer.name, lighting=light, lightposition=lamp, **paint
+    )
 
 
 def _line(path: Path3D) -> Any:
@@ -162,7 +160,7 @@ def _hex(colors: NDArray[np.uint8]) -> list[str]:
 def _layout(up: Array, front: Array, layers: list[Layer], lines: int) -> dict[str, Any]:
     face, left, *_ = sides(up, front)
     eye = 1.65 * face.towards + 0.85 * left.towards + 0.7 * face.up
-    axis = {"showbackground": False, "gridcolor": "rgba(128,138,155,.25)", "zeroline": False, "color": "#8b94a3"}
+    axis = {"showbackground": False, "gridcolor": "#a9b1be", "zeroline": False, "color": "#8b94a3"}
     buttons = [
         {"label": layer.name, "method": "restyle", "args": ["visible", shown, list(range(len(layers)))]}
         for place, layer in enumerate(layers)

@@ -18,13 +18,24 @@ pytestmark = pytest.mark.skipif(BINARY is None, reason="no Chromium is installed
 HOSTILE = '<script>document.title="taken"</script>" onmouseover=x $\\frac{ \u00fc\u6f22\U0001f40d</style>'
 
 
-@pytest.fixture(autouse=True)
-def small_pictures(monkeypatch):
-    """The size of the pictures is not what is tested here, and small ones are quick."""
-    monkeypatch.setattr("fusion.report.figures.views.PIXELS", 40)
-
-
 DRAWN = "document.querySelector('.viewer canvas') !== null"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_pictures():
+    """The size of the pictures is not what is tested here, and small ones are quick."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fusion.report.figures.views.PIXELS", 40)
+        yield
+
+
+@pytest.fixture(scope="module")
+def scan_page(tmp_path_factory, small_pictures):
+    mesh = bumpy_sphere(3)
+    path = tmp_path_factory.mktemp("scan") / "report.html"
+    seen = np.linspace(0, 20, len(mesh.vertices))
+    scan_report(path, replace(made_up_scan(), mesh=mesh, times_seen=seen, mesh_raw=mesh))
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -55,12 +66,11 @@ def drawn_colors(browser) -> int:
     return len(np.unique(middle.reshape(-1, 3), axis=0))
 
 
-def test_scan_page_is_calm_and_its_3d_view_is_drawn(browser, tmp_path):
-    scan_report(tmp_path / "report.html", made_up_scan())
-    visit(browser, tmp_path / "report.html")
+def test_scan_page_is_calm_and_its_3d_view_is_drawn(browser, scan_page):
+    visit(browser, scan_page)
     assert browser.wait_for(DRAWN)
     # an empty or uniform view has 1 colour; the shaded sphere has some hundred
-    assert browser.wait_for("true") and any(drawn_colors(browser) > 20 for _ in range(20))
+    assert any(drawn_colors(browser) > 20 for _ in range(20))
     assert calm(browser), (browser.console, browser.requests)
     assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
     ids = "[...document.querySelectorAll('[id]')].map(e => e.id)"
@@ -102,12 +112,11 @@ def test_the_recorder_hears_what_is_wrong(browser, tmp_path):
     assert any(r.startswith("http:") for r in browser.requests)
 
 
-@pytest.mark.parametrize("width", [390, 820])
-def test_narrow_windows_do_not_scroll_sideways(browser, tmp_path, width):
-    scan_report(tmp_path / "report.html", replace(made_up_scan(), mesh=bumpy_sphere(2), times_seen=None, mesh_raw=None))
-    browser.resize(width, 800)
+def test_narrow_windows_do_not_scroll_sideways(browser, scan_page):
     try:
-        visit(browser, tmp_path / "report.html")
-        assert browser.evaluate("document.documentElement.scrollWidth") <= width
+        visit(browser, scan_page)
+        for width in (820, 390):
+            browser.resize(width, 800)
+            assert browser.evaluate("document.documentElement.scrollWidth") <= width
     finally:
         browser.resize(1280, 900)

@@ -1,5 +1,7 @@
 """How often each part of the surface was seen, and from which directions around the axis."""
 
+from typing import Any
+
 import numpy as np
 
 from fusion.geometry.pose import Array
@@ -43,13 +45,14 @@ def azimuth_figure(centres: Cylinder) -> Figure:
     title = f"Largest gap around the object: {gap:.1f} deg"
     bins = 24
     counts, edges = np.histogram(azimuth, bins=bins, range=(0, 2 * np.pi))
+    most = max(int(np.max(counts)), 1)
     with styled():
         figure = new_figure(5.2, 3.9)
-        ax = figure.add_subplot(projection="polar")
+        ax: Any = figure.add_subplot(projection="polar")
         ax.bar(edges[:-1], counts, width=np.diff(edges) * 0.92, align="edge", color=BLUE, alpha=0.85)
-        ax.plot(azimuth, np.full(len(azimuth), max(counts.max(), 1) * 1.08), "|", color=BLUE, markersize=5)
-        ax.set_rmax(max(counts.max(), 1) * 1.15)
-        ax.set_yticks(sorted({int(x) for x in np.linspace(1, max(counts.max(), 1), 3)}))
+        ax.plot(azimuth, np.full(len(azimuth), most * 1.08), "|", color=BLUE, markersize=5)
+        ax.set_rmax(most * 1.15)
+        ax.set_yticks(sorted({int(x) for x in np.linspace(1, most, 3)}))
         ax.set_rlabel_position(100)
         ax.set_xticks(np.radians(np.arange(0, 360, 45)), [f"{d} deg" for d in range(0, 360, 45)])
         ax.spines["polar"].set_visible(False)

@@ -1,6 +1,7 @@
 """How well each frame fitted: residual, inlier share, and which frames were rejected and why."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,7 @@ def _title(residual: Array | None, count: int, rejected: Mapping[int, str]) -> s
 
 def _draw(ax, values: Array, color: str, name: str, rejected: Mapping[int, str]) -> None:
     frames = np.arange(len(values))
-    marker = {"marker": "o", "markersize": 3.2} if len(values) < 400 else {}
+    marker: Any = {"marker": "o", "markersize": 3.2} if len(values) < 400 else {}
     ax.plot(frames, values, color=color, linewidth=1, **marker)
     known = values[np.isfinite(values)]
     if len(known):
@@ -60,7 +61,7 @@ def _draw(ax, values: Array, color: str, name: str, rejected: Mapping[int, str])
         )  # fmt: skip
     else:
         ax.text(0.5, 0.5, "no frame has a value", transform=ax.transAxes, ha="center", va="center")
-    top = max(float(known.max()) * 1.15 if len(known) else 1.0, 1e-3)
+    top = max(float(np.max(known)) * 1.15 if len(known) else 1.0, 1e-3)
     ax.set_ylim(0, min(top, 104) if "%" in name else top)
     ax.set_ylabel(name)
     for frame in rejected:

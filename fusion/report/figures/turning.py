@@ -30,7 +30,7 @@ def steps_figure(turntable: dict[str, Any]) -> Figure:
         ax = figure.subplots()
         frames = np.arange(len(steps))
         ax.axhline(usual, color=GREY, linewidth=1, label=f"median {usual:.2f} deg")
-        marker = {"marker": "o", "markersize": 3.5} if len(steps) < 400 else {}
+        marker: Any = {"marker": "o", "markersize": 3.5} if len(steps) < 400 else {}
         ax.plot(frames, steps, color=BLUE, linewidth=1, label="step", **marker)
         for place, slip in enumerate(slips):
             _mark_slip(ax, slip, steps, "slip" if place == 0 else "_")
@@ -45,7 +45,7 @@ def steps_figure(turntable: dict[str, Any]) -> Figure:
 
 def _mark_slip(ax, slip: dict[str, Any], steps: Array, label: str) -> None:
     frame, amount = slip["frame"], np.degrees(slip.get("angle_rad") or 0.0)
-    height = steps[frame] if np.isfinite(steps[frame]) else np.nanmedian(steps)
+    height = steps[frame] if np.isfinite(steps[frame]) else 0.0
     ax.plot(frame, height, "D", color=RED, markersize=7, markerfacecolor="none", markeredgewidth=1.6, label=label)
     ax.annotate(f"frame {frame}: {amount:+.1f} deg", (frame, height), (9, 4), textcoords="offset points", fontsize=9)
 
@@ -53,7 +53,8 @@ def _mark_slip(ax, slip: dict[str, Any], steps: Array, label: str) -> None:
 def before_after_figure(paths: Paths) -> Figure:
     """Small multiples, before above after: radial and axial deviation, and error of each step."""
     lines = paths.named()
-    usual = np.nanmedian(step_degrees(paths.turntable)) if paths.turntable.get("angles_rad") else np.nan
+    steps = step_degrees(paths.turntable)
+    usual = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
     columns = {
         "Radial deviation [mm]": [c.radial * 1000 for _, _, c in lines],
         "Axial deviation [mm]": [c.axial * 1000 for _, _, c in lines],
@@ -84,15 +85,13 @@ def before_after_figure(paths: Paths) -> Figure:
 
 def _small(ax, values: Array, color: str) -> None:
     ax.axhline(0, color=GREY, linewidth=0.8)
-    marker = {"marker": "o", "markersize": 2.5} if len(values) < 400 else {}
+    marker: Any = {"marker": "o", "markersize": 2.5} if len(values) < 400 else {}
     ax.plot(np.arange(len(values)), values, color=color, linewidth=1, **marker)
 
 
 def _step_errors(azimuth: Array, usual: float) -> Array:
     """(n,) step between neighbours that both have a pose, less the usual one [deg], wrapped to +-180."""
     steps = np.degrees(np.diff(azimuth, prepend=np.nan))
-    if not np.isfinite(usual):
-        usual = 0.0
     # the camera circles against the object's turn or with it, as the frames are defined: take the nearer sign
     errors = [(sign * steps - usual + 180) % 360 - 180 for sign in (1, -1)]
     return min(errors, key=lambda e: np.nanmedian(np.abs(e)) if np.isfinite(e).any() else np.inf)
