@@ -89,7 +89,7 @@ def scan_report(path: Path, report: ScanReport) -> None:
         ],
         warnings=[Light(level, "", sentence) for level, sentence in report.warnings],
         settings=report.settings,
-        fingerprint={"fingerprint": print_} if isinstance(print_, str) and print_ else print_ or {},  # type: ignore[arg-type]
+        fingerprint={"fingerprint": print_} if isinstance(print_, str) and print_ else print_ or {},
         command=report.command,
         script=script(),
     )
