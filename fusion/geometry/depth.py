@@ -49,12 +49,16 @@ def smooth(depth: Image, step: float, radius: int = 4) -> Image:
     return np.asarray(out, np.float32)
 
 
-def edges(depth: Image, relative: float = 0.03, width: int = 1) -> NDArray[np.bool_]:
-    """Pixels (h, w) within `width` px of a depth step larger than `relative` times the depth, or of a hole."""
+def edges(depth: Image, jump: Image | float, width: int = 1) -> NDArray[np.bool_]:
+    """Pixels (h, w) within `width` px of a hole, or of a step between neighbours larger than `jump` [m]."""
     near = np.where(np.isfinite(depth), depth, np.float32(0))
-    kernel = np.ones((2 * width + 1, 2 * width + 1), np.uint8)
-    spread = cv2.dilate(near, kernel) - cv2.erode(near, kernel)
-    return np.asarray(spread > relative * near)
+    limit = np.broadcast_to(np.asarray(jump, np.float32), depth.shape)
+    torn = ~np.isfinite(depth)
+    for axis in (0, 1):
+        step = np.abs(np.diff(near, axis=axis)) > np.delete(limit, 0, axis)
+        torn |= np.insert(step, 0, False, axis=axis) | np.insert(step, step.shape[axis], False, axis=axis)
+    kernel = np.ones((2 * width - 1, 2 * width - 1), np.uint8)
+    return np.asarray(cv2.dilate(torn.astype(np.uint8), kernel) > 0)
 
 
 def normals(points: Image, reach: int = 2) -> Image:
@@ -81,7 +85,9 @@ def halve(depth: Image, relative: float = 0.02) -> Image:
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), np.float32)
 
 
-def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002, radius: int = 4) -> PointMap:
+def point_map(
+    depth: Image, camera: Camera, sigma: Image | float = 0.002, radius: int = 4, border: int = 1
+) -> PointMap:
     """Points, normals and spread of a depth image (h, w) [m].
 
     The points are the unfiltered depth; only the normals come from a smoothed copy.
@@ -91,10 +97,12 @@ def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002, radius
         camera: its camera.
         sigma: (h, w) or one standard deviation of the depth [m].
         radius: of the smoothing for the normals [px].
+        border: pixels this close to a depth step get no normal, so they take no part in alignment [px].
     """
     spread = np.broadcast_to(np.asarray(sigma, np.float32), depth.shape).astype(np.float32)
     step = 6 * float(np.nanmedian(spread)) if np.isfinite(spread).any() else 0.01
     points = camera.points(depth)
     found = normals(camera.points(smooth(depth, step, radius)))
-    found[edges(depth)] = np.nan
+    # a surface seen at 80 degrees changes its depth by 5.7 pixel widths from one pixel to the next
+    found[edges(depth, 5.7 * depth / camera.fx + 3 * spread, border)] = np.nan
     return PointMap(camera, points, found, np.where(np.isfinite(depth), spread, np.nan).astype(np.float32))

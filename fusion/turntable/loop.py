@@ -1,0 +1,249 @@
+"""Close the loop: one rigid axis and one angle per frame, refined jointly over overlapping views of all turns.
+
+Every pair of overlapping views gives point-to-plane equations. They are linear in small changes of the axis (4), the
+two angles and, on request, the camera; so thousands of pairs per edge shrink to one small normal matrix, and drift
+and the closing gap vanish in one least-squares solution instead of being spread afterwards.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.tracking.icp import Pairs, robust_scale, tukey
+from fusion.turntable.axis import Axis, jacobian
+from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
+from fusion.turntable.views import View, pairs_of
+
+Array = NDArray[np.float64]
+
+
+# errors of neighbouring pixels are alike (filters, matching windows, fixed patterns): what one independent
+# equation is worth, a guess until a recording's own noise correlation is measured
+EFFECTIVE = 0.02
+SHARED = 4  # steps of the axis
+FIRST = SHARED + len(NAMES)  # column of the first angle
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A turntable motion and how well it fits.
+
+    Attributes:
+        axis: in the camera's frame.
+        angles: (n,) turn of each frame [rad], 0 at the first; NaN for a frame left out.
+        angle_std: (n,) standard deviation from the fit, noise taken as independent [rad].
+        residual: (n,) rms of a frame's pairs [m].
+        support: (n,) share of a frame's visible points that fit.
+        cost: weighted sum of squares per pair, after robust weighting.
+        check: errors of camera and depth that were fitted, zero where they were not.
+        check_std: (10,) their standard deviations from the fit, noise taken as independent.
+    """
+
+    axis: Axis
+    angles: Array
+    angle_std: Array
+    residual: Array
+    support: Array
+    cost: float
+    check: SelfCheck
+    check_std: Array
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """Passes of the joint fit.
+
+    Attributes:
+        reaches: largest distance of a pair in each pass [m].
+        iterations: in each pass.
+        free_axis: False keeps the axis as it is.
+        free_camera: names of `selfcheck.NAMES` that are fitted too.
+    """
+
+    reaches: tuple[float, ...] = (0.03, 0.015, 0.008)
+    iterations: tuple[int, ...] = (6, 4, 4)
+    free_axis: bool = True
+    free_camera: tuple[str, ...] = ()
+
+
+@dataclass
+class _System:
+    """Normal equations in [axis (4), camera (10), angles (n)] and the book-keeping per frame."""
+
+    n: int
+    H: Array = field(init=False)
+    g: Array = field(init=False)
+    squares: Array = field(init=False)
+    fitting: Array = field(init=False)
+    visible: Array = field(init=False)
+    cost: float = 0.0
+    weight: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.H = np.zeros((FIRST + self.n, FIRST + self.n))
+        self.g = np.zeros(FIRST + self.n)
+        self.squares, self.fitting, self.visible = np.zeros((3, self.n))
+
+
+def choose_edges(angles: Array, widest: float = np.deg2rad(35), per_frame: int = 6) -> list[tuple[int, int]]:
+    """Pairs of frames (i, j) whose views overlap.
+
+    Errors that stand still in the image pull a small turn towards zero, so neighbours closer than 8 degrees are left
+    out, unless they come from another turn, where zero is nearly the truth.
+
+    Args:
+        angles: (n,) unwrapped [rad], NaN for frames left out.
+        widest: largest turn between the two [rad]; half as much again where nothing is nearer on that side.
+        per_frame: how many partners to give a frame.
+    """
+    closest = np.deg2rad(8)
+    known = np.flatnonzero(np.isfinite(angles))
+    edges: set[tuple[int, int]] = set()
+    for position, i in enumerate(known):
+        others = known[known != i]
+        turn = _wrap(angles[others] - angles[i])
+        telling = (np.abs(turn) >= closest) | (np.abs(angles[others] - angles[i]) > np.pi)
+        picks: set[int] = set()
+        for side in (-1, 1):
+            here = telling & (side * turn >= 0)
+            near = others[here & (np.abs(turn) <= widest)]
+            if len(near) == 0:  # the stretch that was not recorded: reach over it
+                near = others[here & (np.abs(turn) <= 1.5 * widest)]
+            if len(near):
+                order = near[np.argsort(np.abs(_wrap(angles[near] - angles[i])), kind="stable")]
+                spread = np.linspace(0, len(order) - 1, min(len(order), per_frame // 2)).round().astype(int)
+                picks.update(int(k) for k in order[spread])
+        if not picks and position + 1 < len(known):
+            picks.add(int(known[position + 1]))
+        edges.update((int(i), k) for k in picks)
+    return sorted(edges)
+
+
+def close_loop(
+    views: Sequence[View], axis: Axis, angles: Array, edges: list[tuple[int, int]], settings: LoopSettings | None = None
+) -> Loop:
+    """Refine axis and angles.
+
+    Args:
+        views: (n) one per frame.
+        axis, angles: first guess; NaN angles stay out.
+        edges: pairs of frames that overlap.
+        settings: passes.
+    """
+    settings = settings or LoopSettings()
+    angles = np.array(angles, float)
+    check = _no_errors(views)
+    corrected = list(views)
+    system = _System(len(views))
+    for reach, iterations in zip(settings.reaches, settings.iterations, strict=True):
+        for _ in range(iterations):
+            system = _System(len(views))
+            for i, j in edges:
+                _add_edge(system, corrected, axis, angles, (i, j, reach, check if settings.free_camera else None))
+            _add_prior(system, check)
+            step = _solve(system, angles, settings)
+            axis = axis.moved(step[:SHARED])
+            check = replace(check, values=check.values + step[SHARED:FIRST])
+            if settings.free_camera:
+                corrected = [check.view(v) for v in views]
+            angles = angles + np.where(np.isfinite(angles), step[FIRST:], 0)
+            angles -= angles[np.isfinite(angles)][0]
+            if np.abs(step).max() < 1e-5:
+                break
+    free = ~_held(system, angles, settings)
+    std = np.zeros(len(system.g))
+    std[free] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(system.H[np.ix_(free, free)])), 0))
+    residual = np.sqrt(system.squares / np.maximum(system.fitting, 1))
+    support = system.fitting / np.maximum(system.visible, 1)
+    angle_std = np.where(np.isfinite(angles), std[FIRST:], np.nan)
+    cost = system.cost / max(system.weight, 1e-9)
+    return Loop(axis, angles, angle_std, residual, support, cost, check, std[SHARED:FIRST])
+
+
+def _no_errors(views: Sequence[View]) -> SelfCheck:
+    z = np.concatenate([v.points[::20, 2] for v in views])
+    near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
+    triangulation = views[0].map.camera.principle in ("structured_light", "active_stereo")
+    return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation)
+
+
+def _add_prior(system: _System, check: SelfCheck) -> None:
+    """The camera file is not nonsense: its errors have a plausible size."""
+    block = np.arange(SHARED, FIRST)
+    system.H[block, block] += 1 / PRIOR**2
+    system.g[block] += check.values / PRIOR**2
+
+
+def _add_edge(
+    system: _System,
+    views: Sequence[View],
+    axis: Axis,
+    angles: Array,
+    edge: tuple[int, int, float, SelfCheck | None],
+) -> None:
+    i, j, reach, check = edge
+    turn = float(angles[j] - angles[i])
+    pairs = pairs_of(views[i], views[j], axis, turn, reach)
+    if len(pairs.index) < 30:
+        return
+    scale = robust_scale(pairs.residual, pairs.sigma)
+    spread = scale * pairs.sigma
+    shape = tukey(pairs.residual / spread)
+    weight = shape / spread**2
+    J = np.zeros((len(weight), 1 + FIRST))
+    J[:, : 1 + SHARED] = jacobian(axis, turn, pairs.moved, pairs.normals)
+    if check is not None:
+        J[:, 1 + SHARED :] = _camera_jacobian(views[i], views[j], axis.turn(turn)[:3, :3], pairs, check)
+    H = (J * (weight * EFFECTIVE)[:, None]).T @ J
+    g = J.T @ (EFFECTIVE * weight * pairs.residual)
+    columns = [FIRST + j, *range(FIRST)]
+    system.H[np.ix_(columns, columns)] += H
+    system.g[columns] += g
+    # the turn is angle_j - angle_i
+    system.H[FIRST + i, FIRST + i] += H[0, 0]
+    system.H[FIRST + i, columns] -= H[0]
+    system.H[columns, FIRST + i] -= H[0]
+    system.g[FIRST + i] -= g[0]
+    kept = shape > 0
+    for k in (i, j):
+        system.squares[k] += (pairs.residual[kept] ** 2).sum()
+        system.fitting[k] += kept.sum()
+        system.visible[k] += pairs.visible
+    system.cost += float((weight * pairs.residual**2).sum())
+    system.weight += float(shape.sum())
+
+
+def _camera_jacobian(source: View, model: View, R: Array, pairs: Pairs, check: SelfCheck) -> Array:
+    """Derivatives (n, 10) of the residuals in the errors of the camera: both views see the object through it."""
+    camera = source.map.camera
+    of_source = check.derivatives(source.points[pairs.index], camera)
+    of_model = check.derivatives(model.map.points.reshape(-1, 3)[pairs.pixel], camera)
+    return np.einsum("nkc,nc->nk", of_source, pairs.normals @ R) - np.einsum("nkc,nc->nk", of_model, pairs.normals)
+
+
+def _held(system: _System, angles: Array, settings: LoopSettings) -> NDArray[np.bool_]:
+    """Unknowns that stay as they are: the first used frame, what was not asked for, what has no equations."""
+    held = np.diag(system.H) <= 0
+    held[:SHARED] |= not settings.free_axis
+    held[SHARED:FIRST] = [name not in settings.free_camera for name in NAMES]
+    held[FIRST + np.flatnonzero(np.isfinite(angles))[0]] = True
+    return np.asarray(held)
+
+
+def _solve(system: _System, angles: Array, settings: LoopSettings) -> Array:
+    """Gauss-Newton step (14 + n,)."""
+    free = ~_held(system, angles, settings)
+    step = np.zeros(len(system.g))
+    H = system.H[np.ix_(free, free)]
+    H = H + np.diag(np.diag(H) * 1e-6)
+    scale = np.sqrt(np.diag(H))
+    step[free] = np.linalg.lstsq(H / np.outer(scale, scale), -system.g[free] / scale, rcond=None)[0] / scale
+    # far jumps come from wrong pairs: take them in parts
+    rigid = np.delete(step, np.arange(SHARED, FIRST))
+    return step * min(1.0, 0.1 / max(float(np.abs(rigid).max()), 1e-12))
+
+
+def _wrap(angle: Array) -> Array:
+    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)

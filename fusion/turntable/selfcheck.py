@@ -1,0 +1,98 @@
+"""What the camera may get wrong, as seen by a rigid thing that turns about one axis.
+
+A wrong focal length stretches the object across the line of sight but not along it; a depth error that varies with
+distance stretches it along. Either makes the object change its shape while it turns, which a rigid object cannot.
+A common scale changes nothing and stays unknown. The parameters are small changes of every point:
+
+    focal            log(f / f0): the point moves by (-X, -Y, 0) per unit
+    cx, cy           principal point [px]
+    offset           depth + offset [m]
+    radial           depth + radial * rho^2 [m], rho^2 = x^2 + y^2 of the ray, times (z / z0)^2 for triangulation
+    bend2 ... bend6  depth + bend * P_k(s), Legendre polynomials of the distance over the object's range, s = -1..1 [m]
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.polynomial import Legendre
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import PointMap
+from fusion.turntable.views import View
+
+Array = NDArray[np.float64]
+
+NAMES = ("focal", "cx", "cy", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
+# how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 5 mm each
+PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.005, 0.005, 0.005, 0.005, 0.005])
+BENDS = tuple(Legendre.basis(order) for order in range(2, 7))
+
+
+@dataclass(frozen=True)
+class SelfCheck:
+    """Small errors of camera and depth, to be added to what the camera file says.
+
+    Attributes:
+        values: (10,) in the order of NAMES.
+        near, far: range of distance over which the polynomials are laid [m].
+        triangulation: True where radial depth errors grow with the square of distance.
+    """
+
+    values: Array
+    near: float
+    far: float
+    triangulation: bool = False
+
+    def derivatives(self, points: Array, camera: Camera) -> Array:
+        """Change (n, 10, 3) of points (n, 3) [m] per unit of each parameter."""
+        points = np.asarray(points, float)
+        z = points[:, 2]
+        rays = points / z[:, None]
+        s = (2 * z - self.near - self.far) / (self.far - self.near)
+        rho2 = rays[:, 0] ** 2 + rays[:, 1] ** 2
+        if self.triangulation:
+            rho2 = rho2 * (2 * z / (self.near + self.far)) ** 2
+        out = np.zeros((len(points), len(NAMES), 3))
+        out[:, 0, :2] = -points[:, :2]
+        out[:, 1, 0] = -z / camera.fx
+        out[:, 2, 1] = -z / camera.fy
+        out[:, 3] = rays
+        out[:, 4] = rays * rho2[:, None]
+        for k, bend in enumerate(BENDS):
+            out[:, 5 + k] = rays * bend(np.clip(s, -1, 1))[:, None]
+        return out
+
+    def depth(self, depth: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
+        """A depth image (h, w) [m] with the depth errors taken out."""
+        values = self.values.copy()
+        values[:3] = 0
+        points = camera.points(depth).reshape(-1, 3)
+        known = np.isfinite(points[:, 2])
+        out = depth.copy().reshape(-1)
+        out[known] += (self.derivatives(points[known], camera)[:, :, 2] @ values).astype(np.float32)
+        return out.reshape(depth.shape)
+
+    def camera(self, camera: Camera) -> Camera:
+        """The camera with the errors of focal length and principal point taken out."""
+        scale = float(np.exp(self.values[0]))
+        return replace(
+            camera,
+            fx=camera.fx * scale,
+            fy=camera.fy * scale,
+            cx=camera.cx + float(self.values[1]),
+            cy=camera.cy + float(self.values[2]),
+        )
+
+    def view(self, nominal: View) -> View:
+        """A view as it looks with the errors taken out (normals are kept: the change is second order)."""
+        camera = self.camera(nominal.map.camera)
+
+        def corrected(points: NDArray[np.float32]) -> NDArray[np.float32]:
+            flat = points.reshape(-1, 3).astype(float)
+            moved = flat + np.einsum("nkc,k->nc", self.derivatives(flat, nominal.map.camera), self.values)
+            return np.asarray(moved.reshape(points.shape), np.float32)
+
+        old = nominal.map
+        new = PointMap(camera, corrected(old.points), old.normals, old.sigma)
+        return View(new, corrected(nominal.points), nominal.normals, nominal.sigma)

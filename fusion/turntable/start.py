@@ -1,0 +1,61 @@
+"""The first guess: in which direction the axis points, and by how much the table turned between frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry import pose
+from fusion.turntable.axis import Axis
+from fusion.turntable.views import View, misfit
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Step:
+    """The turn between two frames.
+
+    Attributes:
+        angle: [rad], right-handed about the axis.
+        misfit: 0 (perfect) to 1.
+    """
+
+    angle: float
+    misfit: float
+
+
+def axis_guesses(centre: Array, plane_normals: list[Array]) -> list[Axis]:
+    """Axes through the middle of what moves: along the normals of planes seen there, and at tilts of the camera.
+
+    Args:
+        centre: (3,) middle of the moving region [m].
+        plane_normals: unit vectors of planes near the object, towards the camera.
+    """
+    directions = [n for n in plane_normals if n[1] < -0.2]  # y points down: up is negative
+    for tilt in np.deg2rad([0, 20, 40, 60, 80]):
+        directions.append(pose.exp([tilt, 0, 0, 0, 0, 0])[:3, :3] @ np.array([0, -1.0, 0]))
+    kept: list[Array] = []
+    for d in directions:
+        if all(d @ other < np.cos(np.deg2rad(6)) for other in kept):
+            kept.append(d)
+    return [Axis(centre, d) for d in kept]
+
+
+def find_step(source: View, model: View, axis: Axis, candidates: Array, reach: float) -> Step:
+    """The turn that fits two views best: a search over candidate angles [rad], then a parabola-free refinement."""
+    values = np.array([misfit(source, model, axis, float(a), reach) for a in candidates])
+    best = float(candidates[values.argmin()])
+    spacing = float(np.diff(candidates).min()) if len(candidates) > 1 else np.deg2rad(2.0)
+    for _ in range(3):
+        spacing /= 2
+        near = best + spacing * np.array([-1.0, 0.0, 1.0])
+        values = np.array([misfit(source, model, axis, float(a), reach) for a in near])
+        best = float(near[values.argmin()])
+    return Step(best, float(values.min()))
+
+
+def search_range(largest: float = np.deg2rad(25), spacing: float = np.deg2rad(2.5)) -> Array:
+    """Candidate steps [rad] from -largest to largest."""
+    n = int(np.ceil(largest / spacing))
+    return np.arange(-n, n + 1) * spacing

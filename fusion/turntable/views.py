@@ -1,0 +1,118 @@
+"""What each frame of a turntable scan shows of the object: cropped point maps and sampled source points."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import PointMap, point_map
+from fusion.tracking.icp import Pairs, find_pairs
+from fusion.turntable.axis import Axis
+
+Array = NDArray[np.float64]
+
+
+# matching windows and mixed pixels shift the surface this close to a silhouette [px]
+BORDER = 3
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where the object is while it turns, in the camera's frame.
+
+    Attributes:
+        low, high: (3,) box [m].
+    """
+
+    low: Array
+    high: Array
+
+    def holds(self, points: NDArray) -> NDArray[np.bool_]:
+        """(...) bool: points (..., 3) inside; NaN is outside."""
+        return np.asarray(((points >= self.low) & (points <= self.high)).all(axis=-1))
+
+    def grown(self, margin: float) -> "Region":
+        """The region with a margin [m] on all sides."""
+        return Region(self.low - margin, self.high + margin)
+
+    def window(self, camera: Camera) -> tuple[slice, slice]:
+        """The rows and columns of the image in which the region can be seen."""
+        corners = np.stack(np.meshgrid(*zip(self.low, self.high, strict=True)), axis=-1).reshape(-1, 3)
+        corners[:, 2] = np.maximum(corners[:, 2], 0.05)
+        uv = camera.project(corners)
+        u0, v0 = np.floor(uv.min(axis=0)).astype(int) - 8
+        u1, v1 = np.ceil(uv.max(axis=0)).astype(int) + 9
+        return (
+            slice(int(np.clip(v0, 0, camera.height - 16)), int(np.clip(v1, 16, camera.height))),
+            slice(int(np.clip(u0, 0, camera.width - 16)), int(np.clip(u1, 16, camera.width))),
+        )
+
+
+@dataclass(frozen=True)
+class View:
+    """One frame's share in the alignment.
+
+    Attributes:
+        map: everything seen in the window (the background too: it says where the object is not).
+        points, normals, sigma: (n, 3), (n, 3), (n,) of the sampled object surface.
+    """
+
+    map: PointMap
+    points: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    sigma: NDArray[np.float32]
+
+    @property
+    def sampled(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Points, normals and sigma as `find_pairs` takes them."""
+        return self.points, self.normals, self.sigma
+
+
+def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
+    """The camera of a part of the image."""
+    rows, columns = window
+    return replace(
+        camera,
+        width=columns.stop - columns.start,
+        height=rows.stop - rows.start,
+        cx=camera.cx - columns.start,
+        cy=camera.cy - rows.start,
+    )
+
+
+def view(depth: NDArray[np.float32], camera: Camera, sigma: NDArray[np.float32], region: Region, n: int = 2000) -> View:
+    """The view of one frame.
+
+    Args:
+        depth: (h, w) corrected depth [m].
+        camera: its camera.
+        sigma: (h, w) noise [m].
+        region: where the object is.
+        n: about how many points to sample.
+    """
+    window = region.window(camera)
+    whole = point_map(depth[window], crop(camera, window), sigma[window], border=BORDER)
+    usable = region.holds(whole.points) & np.isfinite(whole.normals[..., 0]) & (whole.incidence < np.deg2rad(75))
+    v, u = np.nonzero(usable)
+    stride = max(1, int(np.sqrt(len(v) / n)))
+    keep = (v % stride == 0) & (u % stride == 0)
+    v, u = v[keep], u[keep]
+    return View(whole, whole.points[v, u], whole.normals[v, u], whole.sigma[v, u])
+
+
+def misfit(source: View, model: View, axis: Axis, angle_rad: float, reach: float) -> float:
+    """How badly a turn brings one view onto another: 0 (perfect) to 1 (nothing fits).
+
+    Points that the other view looked through count as wrong as points far off; points that it cannot see are left out.
+    """
+    pairs = find_pairs(source.sampled, axis.turn(angle_rad), model.map, reach, 0.5)
+    if pairs.visible < 0.2 * len(source.points) or pairs.visible < 50:
+        return 1.0
+    wrong = np.minimum((pairs.residual / (0.5 * reach)) ** 2, 1).sum() + pairs.visible - len(pairs.index)
+    return float(wrong / pairs.visible)
+
+
+def pairs_of(source: View, model: View, axis: Axis, angle_rad: float, reach: float) -> Pairs:
+    """Point-to-plane pairs of two views at a turn."""
+    return find_pairs(source.sampled, axis.turn(angle_rad), model.map, reach, 0.7)
