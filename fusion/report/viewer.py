@@ -134,12 +134,9 @@ def _trace(mesh: Mesh, layer: Layer, visible: bool) -> Any:
     i, j, k = mesh.faces.T
     # painted values need flat light, a bare shape needs contrast
     soft = layer.values is not None or layer.colors is not None
-    light = {"ambient": 0.72, "diffuse": 0.45} if soft else {"ambient": 0.42, "diffuse": 0.75}
+    light = {"ambient": 0.8, "diffuse": 0.5} if soft else {"ambient": 0.55, "diffuse": 0.8}
     light |= {"specular": 0.06, "roughness": 0.8, "fresnel": 0.05}
-    lamp = {"x": -4e4, "y": 6e4, "z": 8e4}  # in the eye's frame: from the upper left, it follows the view
-    return go.Mesh3d(
-        x=x, y=y, z=z, i=i, j=j, k=k, visible=visible, name=layer.name, lighting=light, lightposition=lamp, **paint
-    )
+    return go.Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, visible=visible, name=layer.name, lighting=light, **paint)
 
 
 def _line(path: Path3D) -> Any:
