@@ -5,11 +5,11 @@ from pathlib import Path
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import find_camera
-from fusion.recording.formats import tum
+from fusion.recording.formats import bop, fakenect, open3d_folder, seven_scenes, tum
 from fusion.recording.recording import Recording
 
 # in the order of asking: the first that recognises the folder reads it
-FORMATS = (tum,)
+FORMATS = (tum, bop, seven_scenes, fakenect, open3d_folder)
 
 
 def open_recording(path: Path | str, camera: Camera | Path | str | None = None) -> Recording:

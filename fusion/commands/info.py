@@ -1,0 +1,51 @@
+"""`fusion info`: what is in a recording, and what looks wrong with it."""
+
+import argparse
+import json
+from pathlib import Path
+
+EXAMPLE = "fusion info my_scan --json"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("recording", type=Path, metavar="REC", help="folder of the recording")
+    parser.add_argument(
+        "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print what is in the recording; 1 when something in it cannot be used."""
+    from fusion.recording.inspect import inspect
+    from fusion.recording.open import open_recording
+
+    findings = inspect(open_recording(options.recording, options.camera))
+    if options.json:
+        print(json.dumps(findings.to_dict(), indent=1))
+    else:
+        print("\n".join(_lines(findings.to_dict())))
+    return int(findings.severity == "error")
+
+
+def _lines(content: dict) -> list[str]:
+    camera, rate = content["camera"], content["frames_per_second"]
+    frames = f"{content['frames']} frames of {camera['width']} x {camera['height']}"
+    lines = [
+        f"{content['path']}: {content['format']}, {frames}, {content['duration_s']:.2f} s"
+        + (f", {rate:.2f} frames a second" if rate else ""),
+        f"camera: fx {camera['fx']:.2f} fy {camera['fy']:.2f} cx {camera['cx']:.2f} cy {camera['cy']:.2f} px, "
+        f"depth_scale {camera['depth_scale']:g}, {camera['sensor'] or 'sensor not named'}, {camera['principle']}",
+        f"colour frames: {content['color_frames']}, IR frames: {content['ir_frames']}, "
+        f"stated poses: {content['poses']}, telemetry: {', '.join(content['telemetry']) or 'none'}",
+    ]
+    if content["depth_range_m"]:
+        low, high = content["depth_range_m"]
+        valid = content.get("valid_share")
+        share = "" if valid is None else f", {100 * valid:.1f} % of the pixels valid"
+        lines.append(f"depth: {low:.3f} to {high:.3f} m (1st to 99th percentile){share}")
+    for finding in content["findings"]:
+        do = f" -> {finding['do']}" if finding["do"] else ""
+        lines.append(f"{finding['severity']:>7}  {finding['check']}: {finding['seen']}{do}")
+    return lines

@@ -1,0 +1,98 @@
+"""Are the depth values in the right unit, and is missing depth marked as such?"""
+
+import math
+
+import numpy as np
+
+from fusion.recording.finding import Finding
+from fusion.recording.frame_files import INVALID_COUNT
+from fusion.recording.sample import Sample
+
+# [m] where the median of an indoor depth image lies
+PLAUSIBLE = (0.15, 12.0)
+# and where it most likely lies, to choose between scales
+LIKELY = (0.3, 6.0)
+# counts per metre in use: Kinect mm, TUM, YCB-Video, Redwood and RealSense variants, centimetres
+SCALES = (1000.0, 5000.0, 10000.0, 4000.0, 8000.0, 100.0)
+
+
+def check_depth_values(sample: Sample) -> list[Finding]:
+    """No depth at all, another code for missing, a wrong depth scale."""
+    if not len(sample.medians):
+        return []
+    if not np.isfinite(sample.medians).any():
+        return [Finding("depth", "error", "no valid depth in any sampled frame", "look at the depth images")]
+    return _codes(sample) + _scale(sample)
+
+
+def shares(sample: Sample) -> dict[str, float]:
+    """Share of pixels that are 0, 65535 and valid in the sampled frames; empty when frames are no files."""
+    total = sample.counts.sum()
+    if not total:
+        return {}
+    zero, full = sample.counts[0] / total, sample.counts[INVALID_COUNT] / total
+    return {"zero_share": float(zero), "65535_share": float(full), "valid_share": float(1 - zero - full)}
+
+
+def range_m(sample: Sample) -> tuple[float, float] | None:
+    """1st and 99th percentile of the depth [m] over the kept frames."""
+    if not sample.depths:
+        return None
+    depth = np.concatenate([image[np.isfinite(image)] for image in sample.depths.values()])
+    return (float(np.percentile(depth, 1)), float(np.percentile(depth, 99))) if depth.size else None
+
+
+def _codes(sample: Sample) -> list[Finding]:
+    share = shares(sample)
+    findings = []
+    if share and share["valid_share"] < 0.02:
+        seen = f"only {100 * share['valid_share']:.1f} % of the pixels hold depth"
+        findings.append(Finding("depth", "warning", seen, "look at the depth images"))
+    if share and share["65535_share"] > 0:
+        seen = f"65535 in {100 * share['65535_share']:.1f} % of the pixels: read as missing"
+        findings.append(Finding("depth", "ok", seen))
+    return findings + _other_code(sample)
+
+
+def _other_code(sample: Sample) -> list[Finding]:
+    """A largest count that many pixels have, far above all others: another code for missing."""
+    known = sample.counts.copy()
+    known[[0, INVALID_COUNT]] = 0
+    used = np.flatnonzero(known)
+    if len(used) < 10 or sample.recording.files is None or sample.recording.files.to_metres is not None:
+        return []
+    top = int(used[-1])
+    # 1 %: a real surface spreads over many counts; 1.2: and does not stand alone behind all else
+    if known[top] < 0.01 * sample.counts.sum() or top < 1.2 * used[-2]:
+        return []
+    seen = (
+        f"count {top} in {100 * known[top] / sample.counts.sum():.1f} % of the pixels, all others below {used[-2] + 1}"
+    )
+    return [Finding("depth", "warning", seen, f"if {top} stands for missing depth, write 0 there")]
+
+
+def _scale(sample: Sample) -> list[Finding]:
+    camera = sample.recording.camera
+    median = float(np.nanmedian(sample.medians))
+    if sample.recording.files is not None and sample.recording.files.to_metres is not None:
+        return [Finding("depth", "ok", f"median depth {median:.3g} m")]
+    step = _common_step(sample)
+    if not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
+        fitting = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
+        others = ", ".join(f"{s:g} (median {median * camera.depth_scale / s:.3g} m)" for s in fitting)
+        seen = f"median depth {median:.3g} m with depth_scale {camera.depth_scale:g}: not plausible indoors"
+        do = f"pass --camera with depth_scale {others}" if fitting else "pass --camera with the right depth_scale"
+        return [Finding("depth", "error", seen, do)]
+    # millimetres written as 5000 or 10000 counts a metre leave only every 5th or 10th count
+    if step in (5, 10) and camera.depth_scale == 1000:
+        seen = f"all counts are multiples of {step} while depth_scale is 1000 (median {median:.3g} m)"
+        do = f"if these are millimetres times {step}, pass --camera with depth_scale {1000 * step}"
+        return [Finding("depth", "warning", seen, do)]
+    return [Finding("depth", "ok", f"median depth {median:.3g} m, a plausible unit")]
+
+
+def _common_step(sample: Sample) -> int:
+    """Greatest common divisor of all counts that occur."""
+    used = np.flatnonzero(sample.counts)
+    used = used[(used > 0) & (used < INVALID_COUNT)]
+    return math.gcd(*used.tolist()) if len(used) > 20 else 1

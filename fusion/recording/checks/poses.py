@@ -1,0 +1,95 @@
+"""Do the stated poses fit the depth: the right way round, in the same unit?"""
+
+import numpy as np
+
+from fusion.geometry.pose import Array, angle, inverse, transform
+from fusion.recording.finding import Finding
+from fusion.recording.sample import Sample
+
+# relative depth difference up to which a warped pixel agrees: poses of motion capture are off by 1 to 2 cm
+TOLERANCE = 0.03
+POINTS = 2000
+# a doubt needs this much more agreement than the poses as stated
+BETTER = 0.15
+# factors between the scales in use; 1000: poses in millimetres
+FACTORS = (1.0, 0.1, 0.2, 0.5, 2.0, 5.0, 10.0, 1000.0)
+
+
+def check_poses(sample: Sample) -> list[Finding]:
+    """Poses that fit the depth better when inverted, or when the depth has another scale."""
+    poses = sample.recording.poses
+    if poses is None:
+        return []
+    at_frames = poses.at(sample.recording.timestamps)
+    missing = int((~at_frames.valid).sum())
+    if missing == len(at_frames):
+        do = "put the stamps of the poses on the clock of the depth frames"
+        return [Finding("poses", "error", "no stated pose lies within 0.02 s of a frame", do)]
+    pairs = _pairs(sample, at_frames.poses)
+    seen = f"stated for {len(at_frames) - missing} of {len(at_frames)} frames"
+    if not pairs:
+        return [Finding("poses", "ok", f"{seen}; too little motion to judge them")]
+    table = {
+        (turned, factor): float(np.mean([_agreement(sample, *pair, turned, factor) for pair in pairs]))
+        for turned in (False, True)
+        for factor in FACTORS
+    }
+    stated = table[False, 1.0]
+    best = max(table, key=lambda key: table[key])
+    if table[best] < 0.3 or table[best] < stated + BETTER:
+        return [Finding("poses", "ok", f"{seen}; {100 * stated:.0f} % of the warped depth agrees")]
+    return _doubts(sample, best, stated, table[best])
+
+
+def _doubts(sample: Sample, best: tuple[bool, float], stated: float, agreed: float) -> list[Finding]:
+    turned, factor = best
+    seen = f"{100 * stated:.0f} % of the warped depth agrees as stated, {100 * agreed:.0f} % "
+    findings = []
+    if turned:
+        do = "they look like world to camera: invert them, camera to world is expected"
+        findings.append(Finding("poses", "error", seen + "with inverted poses", do))
+    if factor == 1000:
+        do = "the poses look like millimetres: write them in metres"
+        findings.append(Finding("poses", "error", seen + "with poses / 1000", do))
+    elif factor != 1:
+        scale = sample.recording.camera.depth_scale
+        do = f"pass --camera with depth_scale {scale / factor:g}"
+        findings.append(Finding("depth", "error", seen + f"with depth_scale {scale / factor:g} for {scale:g}", do))
+    return findings
+
+
+def _pairs(sample: Sample, poses: Array) -> list[tuple[int, Array, int, Array]]:
+    """(frame, pose, frame, pose) of kept neighbours whose poses differ clearly but not too much to see the same."""
+    kept = [index for index in sample.depths if np.isfinite(poses[index]).all()]
+    pairs = []
+    for step in (1, 2, 3):
+        for i, j in zip(kept, kept[step:], strict=False):
+            relative = inverse(poses[i]) @ poses[j]
+            turn, shift = angle(relative), float(np.linalg.norm(relative[:3, 3]))
+            if (turn > 0.05 or shift > 0.03) and turn < 0.8:
+                pairs.append((i, poses[i], j, poses[j]))
+    return pairs[:20]
+
+
+def _agreement(sample: Sample, i: int, pose_i: Array, j: int, pose_j: Array, turned: bool, factor: float) -> float:
+    """Share of frame i's points that meet a surface of frame j where the poses say, of those that meet any.
+
+    Points that leave the image count half against a hypothesis: else one that moves all but a few out would win.
+    """
+    T_j_i = pose_j @ inverse(pose_i) if turned else inverse(pose_j) @ pose_i
+    depth, other = sample.depths[i] * factor, sample.depths[j] * factor
+    valid = np.isfinite(depth)
+    points = np.dstack([sample.rays * depth[..., None], depth])[valid]
+    points = transform(T_j_i, points[:: max(1, len(points) // POINTS)].astype(float))
+    front = points[points[:, 2] > 1e-3]
+    if len(front) == 0:
+        return 0.0
+    # beyond half a right angle from the axis the lens model is not to be trusted
+    front = front[np.abs(front[:, :2] / front[:, 2:]).max(axis=1) < 2]
+    v, u = np.rint(sample.recording.camera.project(front)[:, ::-1] / sample.stride).astype(int).T
+    inside = (v >= 0) & (v < other.shape[0]) & (u >= 0) & (u < other.shape[1])
+    measured = other[v[inside], u[inside]]
+    met = np.isfinite(measured)
+    z = front[inside, 2]
+    agreed = (np.abs(measured[met] - z[met]) < TOLERANCE * z[met]).sum()
+    return float(agreed / max(1, met.sum() + 0.5 * (len(points) - inside.sum())))

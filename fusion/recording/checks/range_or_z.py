@@ -1,0 +1,98 @@
+"""Is depth planar z, or the distance along the ray?
+
+On a plane 1/z = a x + b y + c over the ray (x, y, 1). With n = |(x, y, 1)| and a stored value d, z = d for planar
+depth and z = d / n for a range. So 1/d = a x + b y + c - s (n - 1) / d with s = 0 for planar z and s = 1 for a
+range: s is one more unknown of a linear fit, and its standard deviation says whether the plane is large enough.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.recording.finding import Finding
+from fusion.recording.sample import Sample
+
+# relative depth error up to which a pixel belongs to a plane: bowing by range reaches 20 % in corners
+TOLERANCE = 0.01
+TRIALS = 60
+# share of the valid pixels that a plane must hold to be asked
+LARGE = 0.15
+# standard deviation of s that a plane must reach to be asked
+SURE = 0.05
+SEED = 1
+
+
+@dataclass(frozen=True)
+class Bow:
+    """`s` of one plane (0 planar z, 1 range), its standard deviation, and the plane's share of the valid pixels."""
+
+    s: float
+    std: float
+    share: float
+
+
+def check_range_or_z(sample: Sample) -> list[Finding]:
+    """Planes that are flat only when the depth is read as a range."""
+    bows = [bow for depth in sample.depths.values() if (bow := largest_plane(depth, sample.rays)) is not None]
+    bows = [bow for bow in bows if bow.share > LARGE and bow.std < SURE]
+    if not bows:
+        return [Finding("range or z", "ok", "no plane large enough to tell planar z from range")]
+    s = float(np.median([bow.s for bow in bows]))
+    seen = f"planes in {len(bows)} of {len(sample.depths)} frames bow by {s:.2f} (0: planar z, 1: range)"
+    # the halfway mark, and a majority: a curved wall or lens error alone stays well below
+    if s > 0.6 and np.mean([bow.s > 0.5 for bow in bows]) > 0.6:
+        do = "the depth looks like the distance along the ray: convert it with z = d / sqrt(1 + x^2 + y^2)"
+        return [Finding("range or z", "error", seen, do)]
+    return [Finding("range or z", "ok", seen)]
+
+
+def largest_plane(depth: NDArray[np.float32], rays: NDArray[np.float32]) -> Bow | None:
+    """The bow of the largest plane in a depth image (h, w) [m] with rays (h, w, 2); None when there is none."""
+    valid = np.isfinite(depth)
+    if valid.sum() < 500:
+        return None
+    chosen = np.random.default_rng(SEED).permutation(int(valid.sum()))[:6000]
+    x, y = rays[valid][chosen].astype(float).T
+    d = depth[valid][chosen].astype(float)
+    rows = np.column_stack([x, y, np.ones_like(x), -(np.sqrt(1 + x * x + y * y) - 1) / d])
+    best: Bow | None = None
+    for s in (0.0, 1.0):
+        bow = _refined(rows, d, _most_agreed(rows, d, s))
+        if bow is not None and (best is None or bow.share > best.share):
+            best = bow
+    return best
+
+
+def _most_agreed(rows: NDArray, d: NDArray, s: float) -> NDArray:
+    """(4,) coefficients of the plane with most agreeing pixels when `s` is given."""
+    random = np.random.default_rng(SEED)
+    target = 1 / d - s * rows[:, 3]
+    best, most = np.zeros(4), -1
+    for _ in range(TRIALS):
+        three = random.integers(0, len(d), 3)
+        if abs(np.linalg.det(rows[three, :3])) < 1e-5:
+            continue
+        plane = np.linalg.solve(rows[three, :3], target[three])
+        agreed = int((np.abs(rows[:, :3] @ plane - target) * d < TOLERANCE).sum())
+        if agreed > most:
+            best, most = np.append(plane, s), agreed
+    return best
+
+
+def _refined(rows: NDArray, d: NDArray, fit: NDArray) -> Bow | None:
+    """The plane and `s` fitted together to the pixels that agree, until they settle."""
+    std = np.inf
+    inside = np.zeros(len(d), bool)
+    for _ in range(8):
+        inside = np.abs(rows @ fit - 1 / d) * d < TOLERANCE
+        if inside.sum() < 100:
+            return None
+        # weights: an error of depth dz changes 1/d by dz / d^2; noise grows about with d^2, so 1/d has even noise
+        A, b = rows[inside], 1 / d[inside]
+        fit, _, rank, _ = np.linalg.lstsq(A, b, rcond=None)
+        if rank < 4:
+            return None
+        residual = A @ fit - b
+        std = float(np.sqrt(np.linalg.pinv(A.T @ A)[3, 3] * (residual @ residual) / (len(b) - 4)))
+    return Bow(float(fit[3]), std, float(inside.mean()))

@@ -1,0 +1,64 @@
+"""Are the time stamps in order, different, even, and do the other images belong to depth frames?"""
+
+import numpy as np
+
+from fusion.recording.finding import Finding
+from fusion.recording.frame_files import ASSOCIATION_SECONDS
+from fusion.recording.sample import Sample
+
+# in medians: a pause this long is more than dropped frames
+GAP = 10.0
+
+
+def check_stamps(sample: Sample) -> list[Finding]:
+    """Unsorted and equal stamps, gaps, images without a depth frame."""
+    stamps, files = sample.recording.timestamps, sample.recording.files
+    steps = np.diff(stamps)
+    findings = []
+    if files is not None and files.steps_back:
+        seen = f"stamps of the depth list go back {files.steps_back} times; the frames were sorted"
+        findings.append(Finding("stamps", "warning", seen, "sort depth.txt by its first column"))
+    equal = int((steps == 0).sum())
+    if equal:
+        do = "take the doubled lines out of depth.txt"
+        findings.append(Finding("stamps", "warning", f"{equal} frames have the stamp of the one before", do))
+    findings += _gaps(steps[steps > 0], stamps)
+    findings += _unmatched(sample)
+    rate = frames_per_second(stamps)
+    if not findings:
+        text = f"in order, {rate:.2f} frames a second" if rate else "in order"
+        findings.append(Finding("stamps", "ok", text))
+    return findings
+
+
+def frames_per_second(stamps: np.ndarray) -> float | None:
+    """Frames a second, from the median step; None for fewer than two stamps."""
+    steps = np.diff(stamps)
+    steps = steps[steps > 0]
+    return float(1 / np.median(steps)) if len(steps) else None
+
+
+def _gaps(steps: np.ndarray, stamps: np.ndarray) -> list[Finding]:
+    if len(steps) < 5:
+        return []
+    # a recording with pauses by plan has many of them: only a few among many even steps are gaps
+    wide = np.flatnonzero(steps > GAP * np.median(steps))
+    if not 0 < len(wide) <= max(1, len(steps) // 10):
+        return []
+    longest = wide[np.argmax(steps[wide])]
+    at = stamps[longest] - stamps[0]
+    seen = f"{len(wide)} gaps; the longest {steps[longest]:.3g} s at {at:.3f} s, usual step {np.median(steps):.3g} s"
+    return [Finding("stamps", "warning", seen, "frames may be missing there; tracking may lose its way")]
+
+
+def _unmatched(sample: Sample) -> list[Finding]:
+    files = sample.recording.files
+    findings = []
+    for name, (lost, total) in (files.unmatched if files else {}).items():
+        # a camera that starts or stops a moment earlier loses a few
+        severity = "warning" if lost > max(2, 0.1 * total) else "ok"
+        if lost:
+            seen = f"{lost} of {total} images of {name} have no depth frame within {ASSOCIATION_SECONDS:g} s"
+            do = f"put the stamps of {name} on the clock of depth.txt" if severity == "warning" else ""
+            findings.append(Finding("stamps", severity, seen, do))
+    return findings

@@ -1,0 +1,46 @@
+"""A recording of any format becomes a native folder."""
+
+import shutil
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from fusion.errors import RecordingError
+from fusion.output import atomic_file
+from fusion.recording.recording import Frame, Recording
+from fusion.recording.write import write_recording
+
+
+def convert_recording(
+    recording: Recording,
+    path: Path | str,
+    progress: Callable[[Iterable[Frame]], Iterable[Frame]] = iter,
+) -> None:
+    """Write a recording as a native folder, with the mesh that its `scene.json` names.
+
+    Args:
+        recording: any recording.
+        path: the new folder, not the recording's own.
+        progress: wraps the frames while they are written, to show how far it is.
+
+    Raises:
+        RecordingError: a frame cannot be loaded, or `path` is the recording itself.
+    """
+    path = Path(path)
+    if path.exists() and path.resolve() == recording.path.resolve():
+        raise RecordingError("a recording cannot be written onto itself", path, do="name another folder")
+    scene, mesh = dict(recording.scene), _mesh_file(recording)
+    if mesh is not None:
+        # beside its scene.json, wherever it was before
+        scene["mesh"] = mesh.name
+    write_recording(path, recording.camera, progress(recording), recording.poses, recording.telemetry, scene)
+    if mesh is not None:
+        with atomic_file(path / mesh.name) as partial:
+            shutil.copyfile(mesh, partial)
+
+
+def _mesh_file(recording: Recording) -> Path | None:
+    name = recording.scene.get("mesh")
+    if not isinstance(name, str) or not name or "\0" in name:
+        return None
+    mesh = recording.path / name
+    return mesh if mesh.is_file() else None

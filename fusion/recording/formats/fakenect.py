@@ -1,0 +1,105 @@
+"""Dumps of libfreenect's fakenect: `INDEX.txt`, `d-*.pgm` depth, `r-*.ppm` colour of a Kinect v1."""
+
+import re
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.recording.camera_presets import PRESETS
+from fusion.recording.frame_files import INVALID_COUNT, FrameFiles, associate
+from fusion.recording.images import read_bytes
+from fusion.recording.load_frame import load_frame
+from fusion.recording.recording import Recording
+from fusion.recording.text_files import data_lines, number
+
+HEADER = re.compile(rb"P5\s+(\d{1,5})\s+(\d{1,5})\s+(\d{1,5})\s")
+# largest 11-bit value: the sensor saw nothing
+NO_READING = 2047
+
+
+def recognises(folder: Path) -> bool:
+    """True for a folder with fakenect's index of dumped images."""
+    return (folder / "INDEX.txt").is_file()
+
+
+def read(folder: Path, camera: Camera | None) -> Recording:
+    """The recording in a fakenect dump, by default with a Kinect v1's nominal camera. Raises RecordingError."""
+    index = folder / "INDEX.txt"
+    depth, color = _listed(index, "d-"), _listed(index, "r-")
+    if not depth:
+        raise RecordingError("the recording is empty", index, "no depth image", "lines such as d-1300000000.1-2.pgm")
+    stamps = np.array([stamp for stamp, _ in depth])
+    order = np.argsort(stamps, kind="stable")
+    match = associate(stamps[order], np.array([stamp for stamp, _ in color]))
+    swapped, raw = _encoding(folder / depth[0][1])
+    files = FrameFiles(
+        folder=folder,
+        depth=[depth[i][1] for i in order],
+        color=[color[i][1] if i >= 0 else None for i in match] if (match >= 0).any() else [],
+        read_depth=partial(read_pgm, swapped=swapped),
+        to_metres=raw_to_metres if raw else None,
+        steps_back=int((np.diff(stamps) < 0).sum()),
+    )
+    warnings = ["the depth images hold raw 11-bit values: nominal conversion to metres"] if raw else []
+    warnings += [] if camera else ["the camera is a nominal Kinect v1, not calibrated"]
+    warnings += ["colour is not registered to depth: colours are shifted"] if files.color else []
+    camera = camera or PRESETS["kinect-v1"][0]
+    stamps = stamps[order]
+    return Recording(
+        path=folder,
+        format="fakenect",
+        camera=camera,
+        timestamps=stamps,
+        load=partial(load_frame, files, camera, stamps),
+        warnings=tuple(warnings),
+        files=files,
+    )
+
+
+def raw_to_metres(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """(height, width) [m] of 11-bit values, NaN where nothing was seen. OpenKinect wiki, Imaging Information."""
+    inverse_depth = np.float32(3.3309495161) - np.float32(0.0030711016) * raw.astype(np.float32)
+    # beyond 10 m the curve runs away and the sensor gives no reading
+    seen = (raw > 0) & (raw < NO_READING) & (inverse_depth > 0.1)
+    return np.where(seen, 1 / np.where(seen, inverse_depth, 1), np.nan).astype(np.float32)
+
+
+def read_pgm(path: Path, swapped: bool) -> NDArray[np.uint16]:
+    """(height, width) counts of a 16-bit PGM; `swapped`: little endian, as fakenect writes. Raises RecordingError."""
+    data = read_bytes(path)
+    head = HEADER.match(data)
+    if not head or int(head[3]) < 256:
+        raise RecordingError("the image is not a 16-bit PGM", path, repr(data[:16]), "P5 width height 65535")
+    width, height = int(head[1]), int(head[2])
+    body = data[head.end() : head.end() + 2 * width * height]
+    if len(body) < 2 * width * height or not body:
+        raise RecordingError("an image is damaged", path, f"{len(body)} bytes", f"{2 * width * height} bytes")
+    return np.frombuffer(body, "<u2" if swapped else ">u2").astype(np.uint16).reshape(height, width)
+
+
+def _listed(index: Path, start: str) -> list[tuple[float, str]]:
+    """(stamp [s], name) of the images whose name begins so: `d-<host seconds>-<device ticks>.pgm`."""
+    found = []
+    for line, text in data_lines(index):
+        if text.startswith(start) and "\0" not in text:
+            found.append((number(text[2:].split("-")[0], index, line), text))
+    return found
+
+
+def _encoding(path: Path) -> tuple[bool, bool]:
+    """(little endian, raw 11-bit values) as the first image tells.
+
+    In the wrong byte order neighbours differ wildly. Raw values end at 2047, which stands for no reading;
+    millimetres go on and mark no reading with 0.
+    """
+    readings = [read_pgm(path, swapped) for swapped in (False, True)]
+    jumps = [np.abs(np.diff(reading.astype(np.int64), axis=1)).mean() for reading in readings]
+    swapped = bool(jumps[1] < jumps[0])
+    counts = readings[int(swapped)]
+    known = counts[counts != INVALID_COUNT]
+    raw = known.size > 0 and known.max() <= NO_READING and (known == NO_READING).sum() >= (known == 0).sum()
+    return swapped, bool(raw)

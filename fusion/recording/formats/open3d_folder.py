@@ -1,0 +1,126 @@
+"""Open3D's and Redwood's folders: `depth/*.png`, `color/*.jpg`, camera and trajectory optional."""
+
+import re
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array, is_rigid
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_presets import PRESETS
+from fusion.recording.formats.tum import without_foreign_color
+from fusion.recording.frame_files import FrameFiles
+from fusion.recording.load_frame import load_frame
+from fusion.recording.recording import Recording
+from fusion.recording.text_files import data_lines, number, read_json
+
+COLOR_FOLDERS = ("color", "rgb", "image")
+CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json")
+IMAGES = {".png", ".jpg", ".jpeg"}
+# Redwood: frame number - microseconds
+REDWOOD = re.compile(r"\d+-(\d{6,})$")
+FRAMES_PER_SECOND = 30.0
+# Open3D's depth_scale in its reconstruction system: millimetres
+DEPTH_SCALE = 1000.0
+
+
+def recognises(folder: Path) -> bool:
+    """True for a folder with depth images and a folder of colour images, Open3D's camera or trajectory beside it."""
+    beside = any((folder / name).is_dir() for name in COLOR_FOLDERS) or any(
+        (folder / name).is_file() for name in (*CAMERA_FILES, "trajectory.log")
+    )
+    return beside and (folder / "depth").is_dir() and bool(_images(folder, "depth"))
+
+
+def read(folder: Path, camera: Camera | None) -> Recording:
+    """The recording in an Open3D or Redwood folder. Raises RecordingError."""
+    depth = _images(folder, "depth")
+    color = next((found for name in COLOR_FOLDERS if (found := _images(folder, name))), [])
+    camera = camera or _camera(folder)
+    stamps, warnings = _stamps(depth), []
+    matched: list[str | None] = []
+    if color and len(color) == len(depth):
+        matched = list(color)
+    elif color:
+        by_number = {_number(name): name for name in color}
+        matched = [by_number.get(_number(name)) for name in depth]
+        warnings = [f"{len(depth)} depth and {len(color)} colour images: joined by the number in their names"]
+    files, more = without_foreign_color(FrameFiles(folder=folder, depth=depth, color=matched), camera)
+    return Recording(
+        path=folder,
+        format="open3d",
+        camera=camera,
+        timestamps=stamps,
+        load=partial(load_frame, files, camera, stamps),
+        poses=_poses(folder, stamps),
+        warnings=(*warnings, *more),
+        files=files,
+    )
+
+
+def _images(folder: Path, name: str) -> list[str]:
+    if not (folder / name).is_dir():
+        return []
+    names = [entry.name for entry in (folder / name).iterdir() if entry.suffix.lower() in IMAGES]
+    return [f"{name}/{file}" for file in sorted(names, key=lambda file: (_number(file), file))]
+
+
+def _number(name: str) -> int:
+    """The frame number in a file name: the first run of digits (Redwood puts the time behind it)."""
+    digits = re.search(r"[0-9]+", Path(name).stem)
+    return int(digits[0][:18]) if digits else -1
+
+
+def _stamps(names: list[str]) -> NDArray[np.float64]:
+    times = [REDWOOD.match(Path(name).stem) for name in names]
+    if all(times):
+        stamps = np.array([int(match[1][:18]) for match in times if match]) * 1e-6
+        if (np.diff(stamps) > 0).all():
+            return stamps
+    return np.arange(len(names)) / FRAMES_PER_SECOND
+
+
+def _camera(folder: Path) -> Camera:
+    path = next((folder / name for name in CAMERA_FILES if (folder / name).is_file()), None)
+    if path is None:
+        do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
+        raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
+    fields = read_json(path)
+    try:
+        K = np.array(fields["intrinsic_matrix"], float).reshape(3, 3).T  # column by column
+        width, height = int(fields["width"]), int(fields["height"])
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        expected = '"width", "height" and "intrinsic_matrix" (9 numbers, column by column)'
+        raise RecordingError("the camera cannot be read", path, repr(error)[:80], expected) from error
+    if not np.isfinite(K).all() or K[0, 0] <= 0 or K[1, 1] <= 0 or not 0 < min(width, height) <= 65535:
+        raise RecordingError(
+            "the camera cannot be used", path, np.round(K.reshape(-1), 1).tolist(), "focal lengths above 0"
+        )
+    return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=DEPTH_SCALE)
+
+
+def _poses(folder: Path, stamps: Array) -> Trajectory | None:
+    path = next(iter(sorted(folder.glob("*.log"))), None)
+    return None if path is None else read_log(path, stamps)
+
+
+def read_log(path: Path, stamps: Array) -> Trajectory:
+    """Poses of a Redwood trajectory: blocks of `frame frame count` and a 4x4, camera to world. Raises RecordingError."""
+    lines = list(data_lines(path))
+    poses = np.full((len(stamps), 4, 4), np.nan)
+    for start in range(0, len(lines), 5):
+        block = [[number(value, path, line) for value in text.split()] for line, text in lines[start : start + 5]]
+        where = f"{path}, line {lines[start][0]}"
+        if len(block) != 5 or len(block[0]) != 3 or any(len(row) != 4 for row in block[1:]):
+            raise RecordingError("a pose cannot be read", where, "", "three numbers, then four rows of four")
+        T, index = np.array(block[1:]), block[0][0]
+        # 0.01: logs are written with few decimals
+        if not is_rigid(T, 0.01):
+            raise RecordingError("a pose is not rigid", where)
+        if 0 <= index < len(poses):
+            poses[int(index)] = T
+    return Trajectory(stamps, poses)
