@@ -16,7 +16,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.allocate import TILE, allocate
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
-from fusion.volume.lens import lens, load, project, rows
+from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.settings import BLOCK
 from fusion.volume.slant import measure_slant
 
@@ -64,8 +64,8 @@ def _in_view(centre: ti.template(), radius: ti.f32, truncation: ti.f32, c: ti.te
              height: ti.i32, width: ti.i32, distorted: ti.template()):  # fmt: skip
     """False when the sphere around a block lies outside of the image or behind all that the image measured there."""
     near = centre[2] - radius
-    seen = centre[2] + radius > 0.0
-    if near > 0.25 * radius:
+    seen = in_cone(centre, radius, c)
+    if seen and near > 0.25 * radius:
         x = centre[0] / centre[2]
         y = centre[1] / centre[2]
         r = ti.sqrt(x * x + y * y)
@@ -128,12 +128,15 @@ def _update(
             y = q[1] + step[1] * k
             z = q[2] + step[2] * k
             if z > 1e-6:
-                u, v = project(x / z, y / z, c, distorted)
+                near = 1.0 / z
+                u, v = project(x * near, y * near, c, distorted)
                 if u > -0.5 and v > -0.5 and u < width - 0.5 and v < height - 0.5:
                     un = ti.cast(u + 0.5, ti.i32)
                     vn = ti.cast(v + 0.5, ti.i32)
                     measured = depth[vn, un]
-                    if measured > 0.0:  # the nearest pixel decides whether there is a measurement
+                    # the nearest pixel decides whether there is a measurement; interpolation moves it by less than the
+                    # truncation, so what lies twice as deep is hidden for certain
+                    if measured > 0.0 and measured - z > -2.0 * truncation:
                         w = 1.0
                         if ti.static(weighted):
                             w = weight[vn, un]

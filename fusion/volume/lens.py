@@ -60,3 +60,11 @@ def project(x: ti.f32, y: ti.f32, c: ti.template(), distorted: ti.template()):
             a = -1e6
             b = -1e6
     return a * c[0] + c[2], b * c[1] + c[3]
+
+
+@ti.func
+def in_cone(centre: ti.template(), radius: ti.f32, c: ti.template()):
+    """False when a ball [m, camera frame] lies outside of the cone around all that the camera sees."""
+    rim = ti.sqrt(c[12])
+    aside = ti.sqrt(centre[0] * centre[0] + centre[1] * centre[1])
+    return centre[2] + radius > 0.0 and aside - rim * centre[2] < radius * ti.sqrt(1.0 + c[12])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64, Blocks, lookup
-from fusion.volume.lens import lens, load, project, rows
+from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.sample import blend, corners, place, slope, smooth, value
 from fusion.volume.settings import BLOCK
 
@@ -69,7 +69,7 @@ def _range(
                        for a in ti.static(range(3))])  # fmt: skip
         z0 = ti.max(q[2] - radius, near)
         z1 = ti.min(q[2] + radius, far)
-        if z0 < z1:
+        if z0 < z1 and in_cone(q, radius, c):
             v0, u0, v1, u1 = 0, 0, height - 1, width - 1
             if q[2] - radius > 0.25 * radius:
                 x = q[0] / q[2]
@@ -158,7 +158,12 @@ def _cast(
                 local = base & 7
                 far = ti.cast(ti.floor(p + 0.5), ti.i32) - block * BLOCK
                 s, w = value(n, far[0], far[1], far[2], neighbours, voxels)
-                if w > 0.0 and s > 2.5 * voxel:  # well outside: a coarse look is enough
+                if w <= 0.0:  # one of the eight voxels around was never seen
+                    before = -1.0
+                    t += 0.5 * quantum
+                elif before < 0.0 and s < -1.8 * voxel:  # well inside, and not come from outside
+                    t += quantum
+                elif s > 2.5 * voxel:  # well outside: a coarse look is enough
                     before = s
                     t_before = t
                     t += 0.8 * s / voxel * quantum
