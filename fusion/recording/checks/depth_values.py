@@ -77,17 +77,18 @@ def _scale(sample: Sample) -> list[Finding]:
     if sample.recording.files is not None and sample.recording.files.to_metres is not None:
         return [Finding("depth", "ok", f"median depth {median:.3g} m")]
     step = _common_step(sample)
+    # millimetres written as 5000 or 10000 counts a metre leave only every 5th or 10th count
+    if step in (5, 10) and camera.depth_scale == 1000:
+        seen = f"all counts are multiples of {step} while depth_scale is 1000 (median {median:.3g} m)"
+        do = f"if these are millimetres times {step}, pass --camera with depth_scale {1000 * step}"
+        severity = "warning" if PLAUSIBLE[0] <= median <= PLAUSIBLE[1] else "error"
+        return [Finding("depth", severity, seen, do)]
     if not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
         fitting = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
         others = ", ".join(f"{s:g} (median {median * camera.depth_scale / s:.3g} m)" for s in fitting)
         seen = f"median depth {median:.3g} m with depth_scale {camera.depth_scale:g}: not plausible indoors"
         do = f"pass --camera with depth_scale {others}" if fitting else "pass --camera with the right depth_scale"
         return [Finding("depth", "error", seen, do)]
-    # millimetres written as 5000 or 10000 counts a metre leave only every 5th or 10th count
-    if step in (5, 10) and camera.depth_scale == 1000:
-        seen = f"all counts are multiples of {step} while depth_scale is 1000 (median {median:.3g} m)"
-        do = f"if these are millimetres times {step}, pass --camera with depth_scale {1000 * step}"
-        return [Finding("depth", "warning", seen, do)]
     return [Finding("depth", "ok", f"median depth {median:.3g} m, a plausible unit")]
 
 

@@ -17,7 +17,8 @@ def check_files(sample: Sample) -> list[Finding]:
         for kind in ("depth", "color", "ir"):
             findings += _look_at(kind, recording.files.folder, getattr(recording.files, kind))
     for index, reason in list(sample.failures.items())[:3]:
-        do = "" if "pass" in reason else "copy the file again or take its line out of the list"
+        fits = "--camera" not in reason
+        do = "copy the file again or take its line out of the list" if fits else "pass --camera for images of this size"
         findings.append(Finding("files", "error", f"frame {index} cannot be loaded: {reason}", do))
     if not findings:
         findings.append(Finding("files", "ok", f"{len(recording)} frames, all files there and whole"))

@@ -18,7 +18,7 @@ def check_intrinsics(sample: Sample) -> list[Finding]:
     for name, value, side in (("cx", camera.cx, camera.width), ("cy", camera.cy, camera.height)):
         off = (value - (side - 1) / 2) / side
         if abs(off) > OFF_CENTRE:
-            severity = "error" if abs(off) > 0.5 else "warning"
+            severity = "error" if abs(off) > 0.4 else "warning"
             seen = f"{name} = {value:.1f} in an image of {camera.width} x {camera.height}"
             do = (
                 f"pass --camera with the intrinsics of this size; these look like those of about {2 * value + 1:.0f} px"

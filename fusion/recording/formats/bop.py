@@ -96,7 +96,7 @@ def _camera(entries: list[dict[str, Any]], size: tuple[int, int], path: Path) ->
         raise RecordingError('"cam_K" cannot be used', path, f"fx {fx}, fy {fy}", "row by row, focal lengths above 0")
     spread = np.abs(matrices - matrices[0]).max()
     # 0.5 px: below it one camera serves all images
-    warnings = [f"cam_K differs by up to {spread:.1f} px between images; that of the first is used"] * (spread > 0.5)
+    warnings = [f"cam_K differs by up to {spread:.1f} px between images; that of the first is used"] * int(spread > 0.5)
     # depth_scale turns a count into millimetres
     return Camera(*size, fx, fy, cx, cy, depth_scale=1000.0 / scales[0]), warnings
 

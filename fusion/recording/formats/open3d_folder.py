@@ -109,7 +109,7 @@ def _poses(folder: Path, stamps: Array) -> Trajectory | None:
 
 
 def read_log(path: Path, stamps: Array) -> Trajectory:
-    """Poses of a Redwood trajectory: blocks of `frame frame count` and a 4x4, camera to world. Raises RecordingError."""
+    """Poses of a Redwood log: blocks of `frame frame count` and a 4x4, camera to world. Raises RecordingError."""
     lines = list(data_lines(path))
     poses = np.full((len(stamps), 4, 4), np.nan)
     for start in range(0, len(lines), 5):

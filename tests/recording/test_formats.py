@@ -1,0 +1,133 @@
+"""Fixtures in the published layout of each foreign format."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+import synthetic
+
+from fusion.errors import RecordingError
+from fusion.geometry.pose import inverse
+from fusion.recording.convert import convert_recording
+from fusion.recording.formats.fakenect import raw_to_metres
+from fusion.recording.inspect import inspect
+from fusion.recording.open import open_recording
+from fusion.recording.write import depth_counts, write_recording
+
+FRAMES = synthetic.frames(3)
+POSES = synthetic.poses(3)
+COLOR = np.full((*synthetic.CAMERA.shape, 3), (200, 100, 50), np.uint8)  # RGB
+
+
+def image(path, array):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    array = array[..., ::-1] if array.ndim == 3 else array
+    assert cv2.imwrite(str(path), array)
+
+
+def seven_scenes(folder):
+    for i, frame in enumerate(FRAMES):
+        counts = depth_counts(frame.depth, 1000)
+        counts[counts == 0] = 65535
+        image(folder / f"frame-{i:06d}.depth.png", counts)
+        image(folder / f"frame-{i:06d}.color.png", COLOR)
+        rows = "".join("\t ".join(f"{v: .7e}" for v in row) + "\t \n" for row in POSES[i])
+        (folder / f"frame-{i:06d}.pose.txt").write_text(rows)
+    return synthetic.CAMERA
+
+
+def bop(folder):
+    cameras = {}
+    for i, frame in enumerate(FRAMES):
+        image(folder / "depth" / f"{i:06d}.png", depth_counts(frame.depth, 10000))
+        image(folder / "rgb" / f"{i:06d}.png", COLOR)
+        T = inverse(POSES[i])
+        cameras[str(i)] = {
+            "cam_K": synthetic.CAMERA.matrix.reshape(-1).tolist(),
+            "depth_scale": 0.1,
+            "cam_R_w2c": T[:3, :3].reshape(-1).tolist(),
+            "cam_t_w2c": (1000 * T[:3, 3]).tolist(),
+        }
+    (folder / "scene_camera.json").write_text(json.dumps(cameras))
+
+
+def open3d(folder):
+    log = ""
+    for i, frame in enumerate(FRAMES):
+        image(folder / "depth" / f"{i:06d}.png", depth_counts(frame.depth, 1000))
+        image(folder / "color" / f"{i:06d}.png", COLOR)
+        log += f"{i} {i} {i + 1}\n" + "".join(" ".join(f"{v:.8f}" for v in row) + "\n" for row in POSES[i])
+    K = synthetic.CAMERA.matrix.T.reshape(-1).tolist()
+    (folder / "intrinsic.json").write_text(json.dumps({"width": 160, "height": 120, "intrinsic_matrix": K}))
+    (folder / "trajectory.log").write_text(log)
+
+
+def plain_tum(folder):
+    write_recording(folder, synthetic.CAMERA, FRAMES, synthetic.trajectory(3))
+    (folder / "camera.json").unlink()
+    return synthetic.CAMERA
+
+
+@pytest.mark.parametrize(
+    ("write", "name"), [(seven_scenes, "7scenes"), (bop, "bop"), (open3d, "open3d"), (plain_tum, "tum")]
+)
+def test_format(tmp_path, write, name):
+    folder = tmp_path / "r"
+    folder.mkdir()
+    recording = open_recording(folder, write(folder))
+    assert recording.format == name and len(recording) == 3
+    np.testing.assert_allclose(recording.camera.matrix, synthetic.CAMERA.matrix)
+    for frame, given in zip(recording, FRAMES, strict=True):
+        # half a millimetre, the coarsest count of these formats
+        np.testing.assert_allclose(frame.depth, given.depth, atol=0.51e-3)
+        if name != "tum":
+            assert frame.color[3, 4].tolist() == [200, 100, 50]
+    # seven decimals in the files
+    np.testing.assert_allclose(recording.poses.at(recording.timestamps).poses, POSES, atol=1e-6)
+    assert inspect(recording).severity != "error"
+    convert_recording(recording, tmp_path / "native")
+    native = open_recording(tmp_path / "native")
+    np.testing.assert_array_equal(native[2].depth, recording[2].depth)
+
+
+@pytest.mark.parametrize("order", ["<u2", ">u2"])
+@pytest.mark.parametrize("raw", [True, False])
+def test_fakenect(tmp_path, order, raw):
+    v, u = np.mgrid[0:480, 0:640]
+    counts = (500 + u // 2 + v // 4 if raw else 1500 + 3 * u + v).astype(np.uint16)
+    counts[:20] = 2047 if raw else 0
+    (tmp_path / "d-12.500000-77.pgm").write_bytes(b"P5 640 480 65535\n" + counts.astype(order).tobytes())
+    (tmp_path / "r-12.510000-78.ppm").write_bytes(b"P6 640 480 255\n" + bytes((9, 8, 7)) * (640 * 480))
+    (tmp_path / "INDEX.txt").write_text("r-12.510000-78.ppm\na-12.5-1.dump\nd-12.500000-77.pgm\n")
+    recording = open_recording(tmp_path)
+    frame = recording[0]
+    assert recording.format == "fakenect" and frame.timestamp == 12.5
+    expected = raw_to_metres(counts) if raw else np.where(counts == 0, np.nan, counts / 1000)
+    np.testing.assert_allclose(frame.depth, expected, rtol=1e-6)
+    assert np.isnan(frame.depth[:20]).all() and frame.color[0, 0].tolist() == [9, 8, 7]
+
+
+def test_raw_kinect_values_in_metres():
+    # OpenKinect wiki's curve: about 0.5 m at 435 and 2 m at 922 of 2047
+    np.testing.assert_allclose(raw_to_metres(np.array([[435, 922]], np.uint16)), [[0.5, 2.0]], rtol=0.01)
+
+
+def test_plain_tum_without_camera_says_what_to_pass(tmp_path):
+    plain_tum(tmp_path / "r")
+    with pytest.raises(RecordingError, match=r"--camera.*tum-fr1"):
+        open_recording(tmp_path / "r")
+    assert open_recording(tmp_path / "r", "tum-fr1").camera.depth_scale == 5000
+    with pytest.raises(RecordingError, match="tum-fr1"):
+        open_recording(tmp_path / "r", "tum-fr9")
+
+
+def test_what_is_no_recording_is_named(tmp_path):
+    (tmp_path / "photos").mkdir()
+    write_recording(tmp_path / "scan", synthetic.CAMERA, FRAMES)
+    with pytest.raises(RecordingError, match=r"photos/, scan/.*recordings inside: scan/"):
+        open_recording(tmp_path)
+    with pytest.raises(RecordingError, match="nothing"):
+        open_recording(tmp_path / "nowhere")
+    with pytest.raises(RecordingError, match="empty folder"):
+        open_recording(tmp_path / "photos")
