@@ -132,9 +132,7 @@ def robust_scale(residual: Array, sigma: Array) -> float:
     return max(1.0, 1.4826 * float(np.median(np.abs(residual) / sigma)))
 
 
-def align(
-    source: PointMap, model: PointMap, T_model_source: Array, settings: IcpSettings | None = None
-) -> IcpResult:
+def align(source: PointMap, model: PointMap, T_model_source: Array, settings: IcpSettings | None = None) -> IcpResult:
     """Align a point map with a model seen from nearby (Chen and Medioni 1992; Newcombe et al. 2011).
 
     Args:

@@ -1,0 +1,174 @@
+"""`fusion reconstruct`: correct, track, integrate; a recording becomes a mesh."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fusion.reconstruct import Reconstruction, ReconstructSettings
+    from fusion.recording.recording import Recording
+
+EXAMPLE = "fusion reconstruct my_scan -o out --sensor kinect-v1"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    add = parser.add_argument
+    add("recording", type=Path, metavar="REC", help="folder of the recording")
+    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for mesh.ply, trajectory.txt, ...")
+    add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
+    add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recording's own")
+    add("--poses", metavar="FILE", help="TUM trajectory to use instead of tracking; `stated`: the recording's own")
+    add("--voxel", type=float, metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
+    add("--truncation", type=float, metavar="M", help="half band around the surface [m]; default: from the noise")
+    add("--max-depth", type=float, metavar="M", help="leave out what is farther [m]")
+    add("--box", type=float, nargs=6, metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"), help="keep only this box [m]")
+    add("--room", action="store_true", help="voxels of 5 to 20 mm for a room, instead of 1 to 2 mm for an object")
+    add("--no-color", action="store_true", help="leave the colours out (a third of the memory)")
+    add("--json", action="store_true", help="print one JSON object")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Reconstruct and write the results."""
+    from fusion.reconstruct import reconstruct
+    from fusion.recording.open import open_recording
+
+    recording = open_recording(options.recording, options.camera)
+    result = reconstruct(recording, _settings(options, recording))
+    write(options.output, recording, result)
+    numbers = summary(recording, result)
+    if options.json:
+        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+    else:
+        print("\n".join(_lines(numbers, result, options.output)))
+
+
+def _settings(options: argparse.Namespace, recording: "Recording") -> "ReconstructSettings":
+    from fusion.reconstruct import ReconstructSettings
+    from fusion.sensor.file import read_sensor
+
+    box = options.box
+    return ReconstructSettings(
+        sensor=None if options.sensor is None else read_sensor(options.sensor),
+        poses=None if options.poses is None else _poses(options.poses, recording),
+        voxel=options.voxel,
+        truncation=options.truncation,
+        room=options.room,
+        max_depth=options.max_depth,
+        box=None if box is None else ((box[0], box[1], box[2]), (box[3], box[4], box[5])),
+        color=not options.no_color,
+    )
+
+
+def _poses(name: str, recording: "Recording") -> Any:
+    from fusion.errors import RecordingError
+    from fusion.recording.trajectory_file import read_trajectory
+
+    if name not in ("stated", "groundtruth"):
+        return read_trajectory(Path(name))
+    if recording.poses is None:
+        raise RecordingError("the recording states no poses", recording.path, do="pass a TUM trajectory with --poses")
+    return recording.poses
+
+
+def write(folder: Path, recording: "Recording", result: "Reconstruction") -> None:
+    """mesh.ply, trajectory.txt, settings.json and report.html, all or none."""
+    from fusion.mesh.files import write_mesh
+    from fusion.output import output_folder
+    from fusion.recording.trajectory_file import write_trajectory
+    from fusion.report.scan import scan_report
+
+    with output_folder(folder) as partial:
+        write_mesh(partial / "mesh.ply", result.mesh)
+        write_trajectory(partial / "trajectory.txt", result.trajectory)
+        content = result.settings | {
+            "recording": str(recording.path),
+            "frames": len(recording),
+            "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
+            "warnings": [text for _, text in result.warnings],
+        }
+        (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        scan_report(partial / "report.html", _report(recording, result))
+
+
+def _report(recording: "Recording", result: "Reconstruction") -> Any:
+    import numpy as np
+
+    from fusion.geometry.trajectory import Trajectory
+    from fusion.report.scan import ScanReport
+    from fusion.report.seen import times_seen
+
+    # coverage from at most 60 frames: more take long and say nothing new
+    some = slice(None, None, max(1, len(recording) // 60))
+    seen = Trajectory(result.trajectory.timestamps[some], result.trajectory.poses[some])
+    tracked = np.isfinite(result.residual).any()
+    return ScanReport(
+        result.mesh,
+        title=f"Reconstruction of {recording.path.name}",
+        subtitle=f"{len(recording)} frames, {recording.format}",
+        trajectory=result.trajectory,
+        residual=result.residual if tracked else None,
+        inlier_share=result.inlier_share if tracked else None,
+        rejected=result.rejected,
+        times_seen=times_seen(result.mesh, seen, recording.camera),
+        settings=result.settings,
+        warnings=result.warnings,
+        fingerprint=_fingerprint(recording),
+        command="fusion " + " ".join(sys.argv[1:]),
+    )
+
+
+def _fingerprint(recording: "Recording") -> dict[str, object]:
+    """What tells this input from another without reading all of it."""
+    import hashlib
+
+    from fusion.errors import FusionError
+
+    digest = hashlib.sha256()
+    for index in {0, len(recording) - 1}:
+        try:
+            digest.update(recording[index].depth.tobytes())
+        except FusionError:  # a broken frame is told elsewhere
+            digest.update(b"unreadable")
+    return {
+        "recording": recording.path.name,
+        "frames": len(recording),
+        "first and last time stamp": f"{recording.timestamps[0]:.6f}, {recording.timestamps[-1]:.6f}",
+        "sha256 of the first and last depth image": digest.hexdigest()[:16],
+    }
+
+
+def summary(recording: "Recording", result: "Reconstruction") -> dict[str, Any]:
+    """The numbers that a caller wants first."""
+    import numpy as np
+
+    residual = result.residual[np.isfinite(result.residual)]
+    size = np.ptp(result.mesh.vertices, axis=0)
+    return {
+        "frames": len(recording),
+        "placed": int(result.trajectory.valid.sum()),
+        "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
+        "residual_rms_m": float(np.sqrt(np.mean(residual**2))) if len(residual) else None,
+        "voxel_m": result.settings["voxel_m"],
+        "truncation_m": result.settings["truncation_m"],
+        "vertices": len(result.mesh.vertices),
+        "triangles": len(result.mesh.faces),
+        "size_m": [float(x) for x in size],
+        "warnings": [text for _, text in result.warnings],
+    }
+
+
+def _lines(numbers: dict[str, Any], result: "Reconstruction", folder: Path) -> list[str]:
+    rms = numbers["residual_rms_m"]
+    size = " x ".join(f"{x:.3f}" for x in numbers["size_m"])
+    first = next(iter(result.rejected.items()), None)
+    reason = "" if first is None else f"; frame {first[0]}: {first[1]}"
+    return [
+        f"frames    {numbers['placed']} of {numbers['frames']} placed{reason}",
+        "residual  " + ("poses as given" if rms is None else f"{rms * 1e3:.2f} mm rms to the model"),
+        f"mesh      {numbers['triangles']:,} triangles, {size} m, voxel {numbers['voxel_m'] * 1e3:g} mm",
+        f"warnings  {'; '.join(numbers['warnings']) or 'none'}",
+        f"report    {folder / 'report.html'}",
+    ]

@@ -1,0 +1,284 @@
+"""The pipeline for a moving camera: correct, track, integrate; a recording becomes a mesh."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fusion.errors import FusionError, RecordingError, TrackingError, VolumeError
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import PointMap, point_map
+from fusion.geometry.pose import Array
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.mesh import Mesh
+from fusion.recording.recording import Frame, Recording
+from fusion.sensor.presets import default_sensor
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+from fusion.tracking.tracker import Tracked, Tracker, TrackerSettings
+from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
+from fusion.volume.volume import Volume, VolumeSettings
+
+PROBES = 5  # frames looked at before the start, to choose voxels and to forecast the memory
+NOISIEST = 0.5  # standard deviations above this share of the truncation would tear the surface they are fused into
+MODEL_WIDTH = 400  # the model is seen at half resolution from images wider than this: noise is finer than it [px]
+
+
+@dataclass(frozen=True)
+class ReconstructSettings:
+    """What a reconstruction may be told.
+
+    Attributes:
+        sensor: corrects the depth and weighs it; None takes what the camera's principle suggests.
+        poses: `T_world_camera` by time stamp, used as they are; None tracks the frames.
+        voxel, truncation: [m]; None chooses them from distance, focal length and noise.
+        room: voxels for a room instead of an object, where they are chosen.
+        max_depth: depth beyond is not used [m].
+        box: two corners (3,), (3,) [m] in the world (the first camera's frame unless poses are given).
+        color: fuse colour where the recording has it.
+        max_bytes: limit of the volume's memory.
+        min_placed: share of the frames below which the whole has failed.
+        tracker: how frames are placed.
+    """
+
+    sensor: Sensor | None = None
+    poses: Trajectory | None = None
+    voxel: float | None = None
+    truncation: float | None = None
+    room: bool = False
+    max_depth: float | None = None
+    box: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    color: bool = True
+    max_bytes: int = 4 << 30
+    min_placed: float = 0.5
+    tracker: TrackerSettings = field(default_factory=TrackerSettings)
+
+    def __post_init__(self) -> None:
+        if self.max_depth is not None and not self.max_depth > 0:
+            raise FusionError("the largest depth is not usable", "--max-depth", self.max_depth, "metres above 0")
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """A mesh and the evidence for it; n is the number of frames of the recording.
+
+    Attributes:
+        mesh: in the world, which is the first placed camera's frame unless poses were given.
+        trajectory: (n) `T_world_camera`, NaN for rejected frames.
+        residual, inlier_share: (n,) of the alignment [m], [1]; NaN where a frame was not aligned.
+        information: (n, 6, 6) as in `IcpResult`.
+        unconstrained: frame to the directions that its surface does not fix.
+        rejected: frame to reason.
+        settings: what was asked for and chosen, plain values.
+        warnings: ("warning" or "bad", sentence).
+        volume: what was fused.
+    """
+
+    mesh: Mesh
+    trajectory: Trajectory
+    residual: NDArray[np.float64]
+    inlier_share: NDArray[np.float64]
+    information: NDArray[np.float64]
+    unconstrained: dict[int, tuple[str, ...]]
+    rejected: dict[int, str]
+    settings: dict[str, Any]
+    warnings: tuple[tuple[str, str], ...]
+    volume: Volume
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A frame ready for tracking and fusion: corrected depth [m], its surface, and the weight of each pixel."""
+
+    depth: NDArray[np.float32]
+    surface: PointMap
+    weight: NDArray[np.float32]
+    frame: Frame
+
+
+def reconstruct(recording: Recording, settings: ReconstructSettings | None = None) -> Reconstruction:
+    """Correct, track and fuse all frames of a recording.
+
+    Raises:
+        RecordingError: no frame, or none that can be read or shows a surface.
+        TrackingError: fewer frames were placed than `settings.min_placed` asks for.
+        VolumeError: the voxel settings make no sense or do not fit into memory.
+    """
+    settings = settings or ReconstructSettings()
+    sensor = settings.sensor or default_sensor(recording.camera)
+    volume_settings, notes = plan(recording, settings, sensor)
+    volume = Volume(volume_settings)
+    placed = _Placer(recording, settings, volume)
+    results: list[Tracked] = []
+    for index in tqdm(range(len(recording)), desc="frames", unit="frame", disable=None):
+        try:
+            frame = prepare(recording[index], recording.camera, sensor, settings.max_depth)
+        except RecordingError as error:  # one broken file is no reason to lose the others
+            results.append(placed.skip(str(error)))
+            continue
+        results.append(placed(index, frame))
+        if results[-1].ok:
+            fuse(volume, frame, results[-1].T_world_camera)
+    _check_enough(results, recording, settings)
+    mesh = volume.surface()
+    if not len(mesh.faces):
+        raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box, --max-depth and the unit")
+    notes += _judge(results, volume)
+    return _result(recording, results, mesh, volume, (settings, sensor, notes))
+
+
+def prepare(frame: Frame, camera: Camera, sensor: Sensor, max_depth: float | None = None) -> Prepared:
+    """Undo what the sensor does to the depth, and say how good each pixel is."""
+    depth = sensor.correct(frame.depth, View(camera, frame.depth, ir=frame.ir, baseline=sensor.baseline))
+    depth = depth.astype(np.float32)
+    if max_depth is not None:
+        depth[depth > max_depth] = np.nan
+    surface = point_map(depth, camera, sensor.sigma(depth, None, camera, frame.ir))
+    weight = sensor.weight(depth, surface.incidence, camera, frame.ir).astype(np.float32)
+    return Prepared(depth, surface, weight, frame)
+
+
+def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:
+    """Integrate a frame; pixels whose noise does not fit into the truncation are left out."""
+    truncation = volume.settings.truncation
+    # weights count in pixels as good as the noise limit, so their size does not depend on the sensor
+    weight = frame.weight * np.float32((NOISIEST * truncation) ** 2)
+    weight[~(frame.surface.sigma < NOISIEST * truncation)] = 0
+    volume.integrate(frame.depth, frame.surface.camera, T_world_camera, weight, frame.frame.color)
+
+
+def plan(
+    recording: Recording, settings: ReconstructSettings, sensor: Sensor
+) -> tuple[VolumeSettings, list[tuple[str, str]]]:
+    """Voxel and truncation that suit a recording, with warnings; what one view takes must fit into memory."""
+    probes = _probe(recording, settings, sensor)
+    distance = float(np.median([np.nanmedian(p.depth) for p in probes]))
+    sigma = float(np.median([np.nanmedian(p.surface.sigma) for p in probes]))
+    voxel = settings.voxel or choose_voxel(distance, recording.camera, settings.room)
+    truncation = settings.truncation or choose_truncation(voxel, sigma)
+    named = recording.files is not None and any(recording.files.color)
+    color = settings.color and (named or any(p.frame.color is not None for p in probes))
+    chosen = VolumeSettings(voxel, truncation, color, settings.box, settings.max_bytes)
+    notes = [("warning", text) for text in (*recording.warnings, *sensor.warnings)]
+    if settings.box is None:
+        needed = max(forecast_bytes(chosen, p.depth, recording.camera) for p in probes)
+        if needed > settings.max_bytes:
+            fits = voxel * np.sqrt(needed / settings.max_bytes)
+            raise VolumeError(
+                "the volume will not fit into its memory",
+                recording.path,
+                f"{needed / 2**20:.0f} MiB for one view with voxels of {voxel * 1e3:g} mm",
+                f"at most {settings.max_bytes / 2**20:.0f} MiB",
+                f"pass --voxel {np.ceil(fits * 4000) / 4000:g} or more, --room, --box or --max-depth",
+            )
+        if needed > settings.max_bytes / 4:
+            text = f"one view alone takes {needed / 2**20:.0f} MiB of {settings.max_bytes / 2**20:.0f} MiB"
+            notes.append(("warning", f"memory: {text}; --room, --box or --max-depth need less"))
+    return chosen, notes
+
+
+def _probe(recording: Recording, settings: ReconstructSettings, sensor: Sensor) -> list[Prepared]:
+    """A few frames that show a surface, spread over the recording."""
+    if not len(recording):
+        raise RecordingError("the recording has no frames", recording.path)
+    found, broken = [], None
+    for index in np.unique(np.linspace(0, len(recording) - 1, PROBES).round().astype(int)):
+        try:
+            prepared = prepare(recording[int(index)], recording.camera, sensor, settings.max_depth)
+        except RecordingError as error:
+            broken = error
+            continue
+        if np.isfinite(prepared.depth).any():
+            found.append(prepared)
+    if not found:
+        if broken is not None:
+            raise broken
+        raise RecordingError(
+            "no depth in the recording", recording.path, "only missing pixels",
+            do="check the depth files, depth_scale and --max-depth",
+        )  # fmt: skip
+    return found
+
+
+class _Placer:
+    """Gives each frame its pose: the stated one, or a tracked one."""
+
+    def __init__(self, recording: Recording, settings: ReconstructSettings, volume: Volume) -> None:
+        self.poses = None if settings.poses is None else settings.poses.at(recording.timestamps).poses
+        camera = recording.camera
+        self.model_camera = camera.halved() if camera.width > MODEL_WIDTH else camera
+        self.far = settings.max_depth or 20.0
+        self.volume = volume
+        self.tracker = Tracker(self._model, settings.tracker)
+
+    def __call__(self, index: int, frame: Prepared) -> Tracked:
+        if self.poses is None:
+            return self.tracker.place(frame.surface)
+        T = self.poses[index]
+        return Tracked(T) if np.isfinite(T).all() else self.skip("no pose is given for its time stamp")
+
+    def skip(self, reason: str) -> Tracked:
+        return self.tracker.skip(reason)
+
+    def _model(self, T_world_camera: Array) -> PointMap:
+        seen = self.volume.raycast(self.model_camera, T_world_camera, far=self.far)
+        # the noise of the model is small against that of a frame: many frames made it
+        return PointMap(self.model_camera, seen.points, seen.normals, np.zeros_like(seen.depth))
+
+
+def _check_enough(results: list[Tracked], recording: Recording, settings: ReconstructSettings) -> None:
+    lost = [r.status for r in results if not r.ok]
+    placed = len(results) - len(lost)
+    if placed == 0 or placed < settings.min_placed * len(results):
+        raise TrackingError(
+            "too few frames could be placed",
+            recording.path,
+            f"{placed} of {len(results)}; most often: {Counter(lost).most_common(1)[0][0]}",
+            f"at least {settings.min_placed:.0%}",
+            "move slower, keep more relief in view, or give --poses; `fusion info` checks the recording",
+        )
+
+
+def _judge(results: list[Tracked], volume: Volume) -> list[tuple[str, str]]:
+    notes = []
+    lost = sum(not r.ok for r in results)
+    if lost:
+        notes.append(("warning", f"{lost} of {len(results)} frames are rejected"))
+    weak = Counter(name for r in results if r.ok for name in r.unconstrained)
+    for name, count in weak.most_common():
+        if count > 0.1 * len(results):
+            notes.append(("warning", f"{name} is not fixed by the surface in {count} of {len(results)} frames"))
+    return notes
+
+
+def _result(
+    recording: Recording, results: list[Tracked], mesh: Mesh, volume: Volume,
+    how: tuple[ReconstructSettings, Sensor, list[tuple[str, str]]],
+) -> Reconstruction:  # fmt: skip
+    settings, sensor, notes = how
+    told = {
+        "voxel_m": volume.settings.voxel,
+        "truncation_m": volume.settings.truncation,
+        "room": settings.room,
+        "max_depth_m": settings.max_depth,
+        "box_m": settings.box,
+        "color": volume.settings.color,
+        "sensor": sensor.name,
+        "poses": "tracked" if settings.poses is None else "given",
+        "volume_bytes": volume.bytes,
+    }
+    return Reconstruction(
+        mesh=mesh,
+        trajectory=Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results])),
+        residual=np.array([r.residual for r in results]),
+        inlier_share=np.array([r.inlier_share for r in results]),
+        information=np.stack([r.information for r in results]),
+        unconstrained={i: r.unconstrained for i, r in enumerate(results) if r.ok and r.unconstrained},
+        rejected={i: r.status for i, r in enumerate(results) if not r.ok},
+        settings=told,
+        warnings=tuple(notes),
+        volume=volume,
+    )
