@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 # errors of neighbouring pixels are alike (filters, matching windows, fixed patterns): what one independent
 # equation is worth, a guess until a recording's own noise correlation is measured
 EFFECTIVE = 0.02
+MOST = 4.0  # errors of the camera stay within this many prior standard deviations
 SHARED = 4  # steps of the axis
 FIRST = SHARED + len(NAMES)  # column of the first angle
 
@@ -58,13 +59,14 @@ class LoopSettings:
     Attributes:
         reaches: largest distance of a pair in each pass [m].
         iterations: in each pass.
-        free_axis: False keeps the axis as it is.
+        free_axis, free_angles: False keeps them as they are.
         free_camera: names of `selfcheck.NAMES` that are fitted too.
     """
 
     reaches: tuple[float, ...] = (0.03, 0.015, 0.008)
     iterations: tuple[int, ...] = (6, 4, 4)
     free_axis: bool = True
+    free_angles: bool = True
     free_camera: tuple[str, ...] = ()
 
 
@@ -122,20 +124,25 @@ def choose_edges(angles: Array, widest: float = np.deg2rad(35), per_frame: int =
 
 
 def close_loop(
-    views: Sequence[View], axis: Axis, angles: Array, edges: list[tuple[int, int]], settings: LoopSettings | None = None
+    views: Sequence[View],
+    motion: tuple[Axis, Array],
+    edges: list[tuple[int, int]],
+    settings: LoopSettings | None = None,
+    check: SelfCheck | None = None,
 ) -> Loop:
     """Refine axis and angles.
 
     Args:
-        views: (n) one per frame.
-        axis, angles: first guess; NaN angles stay out.
+        views: (n) one per frame, as the camera file has them.
+        motion: first guess of the axis and the angles (n,) [rad]; NaN angles stay out.
         edges: pairs of frames that overlap.
         settings: passes.
+        check: errors of camera and depth to start from.
     """
     settings = settings or LoopSettings()
-    angles = np.array(angles, float)
-    check = _no_errors(views)
-    corrected = list(views)
+    axis, angles = motion[0], np.array(motion[1], float)
+    check = check or no_errors(views)
+    corrected = [check.view(v) for v in views] if check.values.any() else list(views)
     system = _System(len(views))
     for reach, iterations in zip(settings.reaches, settings.iterations, strict=True):
         for _ in range(iterations):
@@ -145,7 +152,9 @@ def close_loop(
             _add_prior(system, check)
             step = _solve(system, angles, settings)
             axis = axis.moved(step[:SHARED])
-            check = replace(check, values=check.values + step[SHARED:FIRST])
+            # wrong pairs must not drive the camera beyond what a camera file can be wrong by
+            values = np.clip(check.values + step[SHARED:FIRST], -MOST * PRIOR, MOST * PRIOR)
+            check = replace(check, values=values)
             if settings.free_camera:
                 corrected = [check.view(v) for v in views]
             angles = angles + np.where(np.isfinite(angles), step[FIRST:], 0)
@@ -162,7 +171,8 @@ def close_loop(
     return Loop(axis, angles, angle_std, residual, support, cost, check, std[SHARED:FIRST])
 
 
-def _no_errors(views: Sequence[View]) -> SelfCheck:
+def no_errors(views: Sequence[View]) -> SelfCheck:
+    """A camera and depth as stated, laid over the range of distance that the views show."""
     z = np.concatenate([v.points[::20, 2] for v in views])
     near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
     triangulation = views[0].map.camera.principle in ("structured_light", "active_stereo")
@@ -229,6 +239,7 @@ def _held(system: _System, angles: Array, settings: LoopSettings) -> NDArray[np.
     held[:SHARED] |= not settings.free_axis
     held[SHARED:FIRST] = [name not in settings.free_camera for name in NAMES]
     held[FIRST + np.flatnonzero(np.isfinite(angles))[0]] = True
+    held[FIRST:] |= not settings.free_angles
     return np.asarray(held)
 
 

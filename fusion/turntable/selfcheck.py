@@ -24,8 +24,8 @@ from fusion.turntable.views import View
 Array = NDArray[np.float64]
 
 NAMES = ("focal", "cx", "cy", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
-# how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 5 mm each
-PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.005, 0.005, 0.005, 0.005, 0.005])
+# how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 3 mm each
+PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.003, 0.003, 0.003, 0.003, 0.003])
 BENDS = tuple(Legendre.basis(order) for order in range(2, 7))
 
 

@@ -43,7 +43,7 @@ def axis_guesses(centre: Array, plane_normals: list[Array]) -> list[Axis]:
 
 
 def find_step(source: View, model: View, axis: Axis, candidates: Array, reach: float) -> Step:
-    """The turn that fits two views best: a search over candidate angles [rad], then a parabola-free refinement."""
+    """The turn that fits two views best: a search over candidate angles [rad], then ever finer."""
     values = np.array([misfit(source, model, axis, float(a), reach) for a in candidates])
     best = float(candidates[values.argmin()])
     spacing = float(np.diff(candidates).min()) if len(candidates) > 1 else np.deg2rad(2.0)

@@ -1,0 +1,220 @@
+"""The motion of the table: from the views of a scan to one axis and one angle per frame."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import TrackingError
+from fusion.turntable.axis import Axis
+from fusion.turntable.loop import Loop, LoopSettings, choose_edges, close_loop
+from fusion.turntable.plate import above, plate_height
+from fusion.turntable.selfcheck import SelfCheck
+from fusion.turntable.start import axis_guesses, find_step, search_range
+from fusion.turntable.views import Region, View, misfit
+
+Array = NDArray[np.float64]
+REACH = 0.03  # [m] of the first passes, for objects of decimetres
+POINTS_FIRST, POINTS_FINE = 1000, 2500  # source points per frame
+DEPTH_ERRORS = ("focal", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the joint fit found.
+
+    Attributes:
+        axis: in the camera's frame, its point at the plate's height where a plate was seen.
+        angles: (n,) turn of each frame [rad], 0 at the first; NaN for rejected frames.
+        angle_std: (n,) [rad].
+        residual: (n,) [m]; support: (n,) share of the visible points that fit.
+        rejected: frame to reason.
+        plate: height of the plate above the axis' point [m], None when no plate was seen.
+        camera_check: what camera and depth seem to get wrong, with all errors fitted.
+        focal_check: the same with the camera alone (focal length and principal point) fitted.
+        focal_std: standard deviation of the relative focal length in `focal_check`.
+    """
+
+    axis: Axis
+    angles: Array
+    angle_std: Array
+    residual: Array
+    support: Array
+    rejected: dict[int, str]
+    plate: float | None
+    camera_check: SelfCheck
+    focal_check: SelfCheck
+    focal_std: float
+
+
+def estimate_motion(views: Sequence[View], region: Region, commanded: Array | None = None) -> Motion:
+    """Find axis and angles.
+
+    Args:
+        views: (n) with all their surface points (they are thinned here); empty ones are rejected.
+        region: where the object is.
+        commanded: (n,) angles [rad] that the table was told or said, of unknown sign; None when nothing is known.
+
+    Raises:
+        TrackingError: the views do not fit any turn about one axis.
+    """
+    n = len(views)
+    empty = np.array([len(v.points) < 100 for v in views])
+    used = np.flatnonzero(~empty)
+    if len(used) < 3:
+        raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
+    centre = (region.low + region.high) / 2
+    shown = [_thinned(views[i], POINTS_FIRST) for i in used]
+    stride, steps, axis = _first_axis(shown, centre, None if commanded is None else commanded[used])
+    plate = plate_height([views[i] for i in used], axis, region)
+    floor = -np.inf if plate is None else plate + 0.008
+    shown = [above(views[i], axis, floor, POINTS_FIRST) for i in used]
+    if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
+        shown, floor = [_thinned(views[i], POINTS_FIRST) for i in used], -np.inf
+    axis, angles = _chain(shown, axis, steps, stride, None if commanded is None else commanded[used])
+    fine = [above(views[i], axis, floor, POINTS_FINE) for i in used]
+    fit, camera_fit = _refine(shown, fine, axis, angles)
+    rejected = {int(i): "the object is not visible" for i in np.flatnonzero(empty)}
+    bad = fit.support < 0.5 * np.median(fit.support)
+    rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
+
+    def whole(values: Array) -> Array:
+        out = np.full(n, np.nan)
+        out[used] = values
+        return out
+
+    angles = whole(np.where(bad, np.nan, fit.angles))
+    angles -= angles[np.isfinite(angles)][0]
+    final = fit.axis.nearest_to(centre)
+    height = plate_height([views[i] for i in used], final, region)
+    if height is not None:
+        final = replace(final, point=final.point + height * final.direction)
+    return Motion(
+        final, angles, whole(fit.angle_std), whole(fit.residual), whole(fit.support), rejected,
+        None if height is None else 0.0, fit.check, camera_fit.check, float(camera_fit.check_std[0]),
+    )  # fmt: skip
+
+
+def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> tuple[Loop, Loop]:
+    """Local edges first, then the turns' closure, then all errors of camera and depth; last the axis as stated.
+
+    Returns:
+        The motion for the stated camera, and the fit in which the camera alone was free.
+    """
+    coarse = LoopSettings((REACH, 0.015, 0.01), (4, 4, 4), free_camera=("focal",))
+    local = [(i, j) for i, j in choose_edges(angles) if abs(angles[j] - angles[i]) < np.pi]
+    first = close_loop(shown, (axis, angles), local, coarse)
+    angles = _close_turns([first.check.view(v) for v in shown], first.axis, first.angles)
+    edges = choose_edges(angles, np.deg2rad(50), 8)
+    middle = close_loop(shown, (first.axis, angles), edges, coarse, first.check)
+    edges = choose_edges(middle.angles, np.deg2rad(50), 8)
+    lens = LoopSettings((0.01, 0.008), (3, 4), free_camera=("focal", "cx", "cy"))
+    camera_fit = close_loop(fine, (middle.axis, middle.angles), edges, lens, middle.check)
+    bend = LoopSettings((0.01, 0.008), (3, 4), free_camera=DEPTH_ERRORS)
+    bent = close_loop(fine, (middle.axis, middle.angles), edges, bend, middle.check)
+    # errors of depth explain more or they are not there
+    best = bent if _score(bent) < _score(middle) else middle
+    stated = LoopSettings((0.015, 0.01), (3, 3), free_angles=False)
+    fit = close_loop(shown, (best.axis, best.angles), edges, stated)
+    return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
+
+
+def _score(fit: Loop) -> float:
+    return float(np.median(fit.residual) / max(float(np.median(fit.support)), 1e-3))
+
+
+def _thinned(view: View, most: int) -> View:
+    return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)
+
+
+def _first_axis(views: list[View], centre: Array, commanded: Array | None) -> tuple[int, Array, Axis]:
+    """Stride [frames] whose turns are large enough to see, the turns of some pairs so far apart, and the axis."""
+    stride = 1
+    if commanded is not None:
+        known = np.abs(np.diff(commanded))
+        step = float(np.median(known[known > 1e-4])) if (known > 1e-4).any() else np.deg2rad(5)
+        stride = int(np.clip(round(np.deg2rad(15) / step), 1, max(1, (len(views) - 1) // 2)))
+    while True:
+        best = min((_try_axis(views, guess, stride) for guess in axis_guesses(centre, [])), key=lambda found: found[0])
+        typical = float(np.median(np.abs(best[2])))
+        if commanded is not None or typical > np.deg2rad(7) or 2 * stride >= len(views) // 2:
+            break
+        stride *= 2
+    if best[0] > 0.6:
+        raise TrackingError(
+            "the views do not fit a turn about one axis",
+            found=f"a misfit of {best[0]:.2f}",
+            expected="below 0.6",
+            do="check that the camera stood still and steps are below 25 degrees, or give --box",
+        )
+    return stride, best[2], best[1].nearest_to(centre)
+
+
+def _try_axis(views: list[View], axis: Axis, stride: int) -> tuple[float, Axis, Array]:
+    """Misfit, axis and turns of some pairs of frames, starting from one guess of the axis."""
+    starts = np.arange(0, len(views) - stride, max(1, (len(views) - stride) // 8))
+    pairs = [(int(i), int(i) + stride) for i in starts]
+    both = [views[k] for pair in pairs for k in pair]
+    alone = [(2 * k, 2 * k + 1) for k in range(len(pairs))]
+    turns = np.zeros(len(pairs))
+    for _ in range(2):
+        turns = np.array([find_step(views[i], views[j], axis, search_range(), REACH).angle for i, j in pairs])
+        angles = np.zeros(len(both))
+        angles[1::2] = turns
+        fit = close_loop(both, (axis, angles), alone, LoopSettings((REACH, REACH / 2), (6, 4)))
+        axis, turns = fit.axis, fit.angles[1::2] - fit.angles[0::2]
+    if axis.direction[1] > 0:  # up is -y
+        return 1.0, axis, turns
+    wrong = [misfit(views[i], views[j], axis, float(t), 0.02) for (i, j), t in zip(pairs, turns, strict=True)]
+    return float(np.mean(wrong)), axis, turns
+
+
+def _chain(
+    views: list[View], axis: Axis, turns: Array, stride: int, commanded: Array | None
+) -> tuple[Axis, Array]:
+    """Angles (n,) of all frames, by key frames `stride` apart."""
+    keys = np.append(np.arange(0, len(views) - 1, stride), len(views) - 1)
+    typical = float(np.median(turns)) / stride
+    sign = 1.0
+    if commanded is not None:
+        sign = float(np.sign(typical * np.median(np.diff(commanded)[np.diff(commanded) != 0])) or 1.0)
+    steps = []
+    for i, j in zip(keys[:-1], keys[1:], strict=True):
+        expected = typical * (j - i) if commanded is None else sign * (commanded[j] - commanded[i])
+        near = expected + np.deg2rad(np.arange(-10, 10.1, 2))
+        found = find_step(views[i], views[j], axis, near, REACH)
+        trusted = misfit(views[i], views[j], axis, float(expected), REACH)
+        # what the table says holds unless the surface clearly contradicts
+        told = commanded is not None and found.misfit > 0.7 * trusted
+        steps.append(float(expected) if told else found.angle)
+    at_keys = np.concatenate([[0.0], np.cumsum(steps)])
+    alone = [(k, k + 1) for k in range(len(keys) - 1)]
+    fit = close_loop([views[k] for k in keys], (axis, at_keys), alone, LoopSettings((REACH, REACH / 2), (5, 3)))
+    if commanded is not None:  # between the keys as told
+        told_angles = sign * (commanded - commanded[0])
+        correction = np.interp(np.arange(len(views)), keys, at_keys - told_angles[keys])
+        return fit.axis, told_angles + correction
+    return fit.axis, np.interp(np.arange(len(views)), keys, fit.angles)
+
+
+def _close_turns(views: list[View], axis: Axis, angles: Array) -> Array:
+    """Stretch the angles so that views of different turns (or across the gap) agree: undoes a bias of every step."""
+    i, j = np.triu_indices(len(angles), 1)
+    far = np.abs(angles[j] - angles[i]) > np.pi
+    i, j = i[far], j[far]
+    if len(i) == 0:
+        return angles
+
+    def wrong(stretch: float) -> float:
+        turn = (stretch * (angles[j] - angles[i]) + np.pi) % (2 * np.pi) - np.pi
+        near = np.flatnonzero(np.abs(turn) < np.deg2rad(40))
+        if len(near) == 0:
+            return 1.0
+        picks = near[np.linspace(0, len(near) - 1, min(24, len(near))).astype(int)]
+        return float(np.mean([misfit(views[i[k]], views[j[k]], axis, float(turn[k]), REACH) for k in picks]))
+
+    tries = np.linspace(0.88, 1.16, 57)
+    values = [wrong(s) for s in tries]
+    best, stay = float(tries[int(np.argmin(values))]), wrong(1.0)
+    return angles * best if min(values) < 0.8 * stay else angles
