@@ -2,19 +2,20 @@
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.depth import PointMap, point_map
+from fusion.geometry.depth import PointMap
 from fusion.tracking.icp import Pairs, find_pairs
 from fusion.turntable.axis import Axis
 
 Array = NDArray[np.float64]
 
 
-# matching windows and mixed pixels shift the surface this close to a silhouette [px]
-BORDER = 3
+# matching windows and mixed pixels shift the surface this much closer to a silhouette than normals need [px]
+BORDER = 1
 
 
 @dataclass(frozen=True)
@@ -81,24 +82,18 @@ def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
     )
 
 
-def view(depth: NDArray[np.float32], camera: Camera, sigma: NDArray[np.float32], region: Region, n: int = 2000) -> View:
-    """The view of one frame.
+def view(surface: PointMap, region: Region) -> View:
+    """The view of one frame, with all points of the object that are not seen at a grazing angle.
 
     Args:
-        depth: (h, w) corrected depth [m].
-        camera: its camera.
-        sigma: (h, w) noise [m].
+        surface: what the frame shows, in the window of the region (see `Region.window` and `crop`).
         region: where the object is.
-        n: about how many points to sample.
     """
-    window = region.window(camera)
-    whole = point_map(depth[window], crop(camera, window), sigma[window], border=BORDER)
-    usable = region.holds(whole.points) & np.isfinite(whole.normals[..., 0]) & (whole.incidence < np.deg2rad(75))
-    v, u = np.nonzero(usable)
-    stride = max(1, int(np.sqrt(len(v) / n)))
-    keep = (v % stride == 0) & (u % stride == 0)
-    v, u = v[keep], u[keep]
-    return View(whole, whole.points[v, u], whole.normals[v, u], whole.sigma[v, u])
+    known = np.isfinite(surface.normals[..., 0])
+    # a square of the house's border around every hole and step takes no part
+    known &= cv2.erode(known.astype(np.uint8), np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)) > 0
+    usable = region.holds(surface.points) & known & (surface.incidence < np.deg2rad(75))
+    return View(surface, surface.points[usable], surface.normals[usable], surface.sigma[usable])
 
 
 def misfit(source: View, model: View, axis: Axis, angle_rad: float, reach: float) -> float:
