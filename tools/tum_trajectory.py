@@ -8,19 +8,22 @@ which it does well on these frames: 5.8 mm voxels (3 m / 512), depth up to 4 m, 
 """
 
 import argparse
+import importlib
 import json
 import os
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.trajectory import Trajectory
+from fusion.reconstruct import ReconstructSettings, reconstruct
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
-from fusion.reconstruct import ReconstructSettings, reconstruct
 
 Array = NDArray[np.float64]
 VOXEL = 3.0 / 512  # [m], what Open3D's examples use
@@ -40,15 +43,12 @@ def ours(recording: Recording, frames: int) -> Array:
 
 def first(recording: Recording, frames: int) -> Recording:
     """The first frames of a recording."""
-    from dataclasses import replace
-
     return replace(recording, timestamps=recording.timestamps[:frames])
 
 
 def open3d_model(recording: Recording, frames: int) -> Array:
     """Poses (n, 4, 4) of Open3D's dense frame-to-model pipeline."""
-    import open3d as o3d
-
+    o3d: Any = importlib.import_module("open3d")  # its type stubs reject what it takes
     o3d.utility.set_verbosity_level(o3d.utility.VerbosityLevel.Error)
     cpu, slam = o3d.core.Device("CPU:0"), o3d.t.pipelines.slam
     height, width = recording.camera.shape
@@ -72,8 +72,7 @@ def open3d_model(recording: Recording, frames: int) -> Array:
 
 def open3d_odometry(recording: Recording, frames: int) -> Array:
     """Poses (n, 4, 4) of Open3D's frame-to-frame odometry."""
-    import open3d as o3d
-
+    o3d: Any = importlib.import_module("open3d")
     odometry = o3d.t.pipelines.odometry
     K, start = o3d.core.Tensor(recording.camera.matrix), o3d.core.Tensor(np.eye(4))
     steps = [odometry.OdometryConvergenceCriteria(20)] * 3
