@@ -12,8 +12,9 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.geometry.trajectory import Trajectory
-from fusion.mesh.cleanup import cut_below, fill_small_holes, largest_part
+from fusion.mesh.cleanup import fill_small_holes, largest_part
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
 from fusion.reconstruct import Prepared, fuse, prepare
 from fusion.recording.recording import Recording
 from fusion.sensor.presets import default_sensor
@@ -22,6 +23,7 @@ from fusion.tracking.icp import IcpSettings, align
 from fusion.turntable.circle import Circle, fit_circle, onto_circle
 from fusion.turntable.motion import Motion, estimate_motion
 from fusion.turntable.moving import find_moving
+from fusion.turntable.plate import above_plate
 from fusion.turntable.steps import Steps, closing_pair, judge_steps
 from fusion.turntable.views import Region, View, crop, view
 from fusion.volume.forecast import choose_truncation, choose_voxel
@@ -369,7 +371,8 @@ def _wobble(raw: Trajectory, motion: Motion) -> float:
 def _clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> Mesh:
     """The object alone: no plate, no flying parts, no small holes."""
     if motion.plate is not None and not settings.keep_plate:
-        mesh = cut_below(mesh, (0.0, 0.0, motion.plate + CLEAR_OF_PLATE), (0.0, 0.0, 1.0))
+        normals = mesh.normals if mesh.normals is not None else np.zeros_like(mesh.vertices)
+        mesh = vertices_kept(mesh, above_plate(mesh.vertices, normals, CLEAR_OF_PLATE))
     if not len(mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")
     mesh = largest_part(mesh)

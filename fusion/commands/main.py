@@ -49,7 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"fusion {chosen.command}: interrupted; nothing was written\n")
         return 130
     except OSError as error:
-        sys.stderr.write(f"fusion {chosen.command}: {error.strerror or error}; in {error.filename}\n")
+        where = f"; in {error.filename}" if error.filename else ""
+        sys.stderr.write(f"fusion {chosen.command}: {error.strerror or error}{where}\n")
     return 1
 
 

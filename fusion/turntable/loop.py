@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 # equation is worth, a guess until a recording's own noise correlation is measured
 EFFECTIVE = 0.02
 MOST = 4.0  # errors of the camera stay within this many prior standard deviations
+SETTLED = 5e-5  # [rad], [m]
 SHARED = 4  # steps of the axis
 FIRST = SHARED + len(NAMES)  # column of the first angle
 
@@ -159,7 +160,7 @@ def close_loop(
                 corrected = [check.view(v) for v in views]
             angles = angles + np.where(np.isfinite(angles), step[FIRST:], 0)
             angles -= angles[np.isfinite(angles)][0]
-            if np.abs(step).max() < 1e-5:
+            if np.abs(np.delete(step, np.arange(SHARED, FIRST))).max() < SETTLED:
                 break
     free = ~_held(system, angles, settings)
     std = np.zeros(len(system.g))
@@ -228,9 +229,9 @@ def _add_edge(
 def _camera_jacobian(source: View, model: View, R: Array, pairs: Pairs, check: SelfCheck) -> Array:
     """Derivatives (n, 10) of the residuals in the errors of the camera: both views see the object through it."""
     camera = source.map.camera
-    of_source = check.derivatives(source.points[pairs.index], camera)
-    of_model = check.derivatives(model.map.points.reshape(-1, 3)[pairs.pixel], camera)
-    return np.einsum("nkc,nc->nk", of_source, pairs.normals @ R) - np.einsum("nkc,nc->nk", of_model, pairs.normals)
+    of_source = check.along(source.points[pairs.index].astype(float), pairs.normals @ R, camera)
+    q = model.map.points.reshape(-1, 3)[pairs.pixel].astype(float)
+    return of_source - check.along(q, pairs.normals, camera)
 
 
 def _held(system: _System, angles: Array, settings: LoopSettings) -> NDArray[np.bool_]:

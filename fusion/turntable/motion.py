@@ -16,7 +16,8 @@ from fusion.turntable.views import Region, View, misfit
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
-POINTS_FIRST, POINTS_FINE = 1000, 2500  # source points per frame
+POINTS_FIRST, POINTS_FINE = 1000, 2000  # source points per frame
+WIDEST = np.deg2rad(50)  # between two views that are compared
 DEPTH_ERRORS = ("focal", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 
 
@@ -102,26 +103,23 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     Returns:
         The motion for the stated camera, and the fit in which the camera alone was free.
     """
-    coarse = LoopSettings((REACH, 0.015, 0.01), (4, 4, 4), free_camera=("focal",))
-    local = [(i, j) for i, j in choose_edges(angles) if abs(angles[j] - angles[i]) < np.pi]
+    coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
+    local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
     first = close_loop(shown, (axis, angles), local, coarse)
     angles = _close_turns([first.check.view(v) for v in shown], first.axis, first.angles)
-    edges = choose_edges(angles, np.deg2rad(50), 8)
+    edges = choose_edges(angles, WIDEST, 4)
     middle = close_loop(shown, (first.axis, angles), edges, coarse, first.check)
-    edges = choose_edges(middle.angles, np.deg2rad(50), 8)
-    lens = LoopSettings((0.01, 0.008), (3, 4), free_camera=("focal", "cx", "cy"))
-    camera_fit = close_loop(fine, (middle.axis, middle.angles), edges, lens, middle.check)
-    bend = LoopSettings((0.01, 0.008), (3, 4), free_camera=DEPTH_ERRORS)
-    bent = close_loop(fine, (middle.axis, middle.angles), edges, bend, middle.check)
-    # errors of depth explain more or they are not there
-    best = bent if _score(bent) < _score(middle) else middle
-    stated = LoopSettings((0.015, 0.01), (3, 3), free_angles=False)
+    edges = choose_edges(middle.angles, WIDEST, 4)
+    lens = LoopSettings((0.01, 0.008), (3, 3), free_camera=("focal", "cx", "cy"))
+    camera_fit = close_loop(shown, (middle.axis, middle.angles), edges, lens, middle.check)
+    bend = LoopSettings((0.01, 0.008), (3, 3), free_camera=DEPTH_ERRORS)
+    many = choose_edges(middle.angles, WIDEST, 8)
+    bent = close_loop(fine, (middle.axis, middle.angles), many, bend, middle.check)
+    # errors of depth may explain the shape, never at the price of surface that no longer fits
+    best = bent if np.median(bent.support) > 0.95 * np.median(middle.support) else middle
+    stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
     fit = close_loop(shown, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
-
-
-def _score(fit: Loop) -> float:
-    return float(np.median(fit.residual) / max(float(np.median(fit.support)), 1e-3))
 
 
 def _thinned(view: View, most: int) -> View:

@@ -34,6 +34,34 @@ def plate_height(views: Sequence[View], axis: Axis, region: Region) -> float | N
     return float(np.median(height[np.abs(height - middle) < 1.5 * cell]))
 
 
+def above_plate(vertices: Array, normals: NDArray[np.float32], clear: float) -> NDArray[np.bool_]:
+    """Vertices (n,) of an object frame (z up along the axis, plate near 0) that do not belong to the plate.
+
+    What turns about the axis is seen as a surface of revolution, so even a plate that the camera bends is one height
+    per radius: the median of the level surface there.
+
+    Args:
+        vertices: (n, 3) [m].
+        normals: (n, 3) outwards.
+        clear: height above the plate up to which vertices still belong to it [m].
+    """
+    ring = 0.005
+    radius = np.hypot(vertices[:, 0], vertices[:, 1])
+    level = (normals[:, 2] > 0.9) & (np.abs(vertices[:, 2]) < 4 * clear)
+    index = (radius / ring).astype(int)
+    heights = np.full(index.max(initial=0) + 1, np.nan)
+    for k in np.unique(index[level]):
+        here = vertices[level & (index == k), 2]
+        if len(here) > 20:
+            heights[k] = np.median(here)
+    known = np.flatnonzero(np.isfinite(heights))
+    if len(known) == 0:
+        return np.asarray(vertices[:, 2] > clear)
+    # under the object the plate is flat, as far as can be known
+    profile = np.interp(np.arange(len(heights)), known, heights[known], left=0.0)
+    return np.asarray(vertices[:, 2] > profile[index] + clear)
+
+
 def above(view: View, axis: Axis, height: float, most: int) -> View:
     """The view with only source points above a height [m], at most about so many.
 

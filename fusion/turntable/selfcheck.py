@@ -14,7 +14,6 @@ A common scale changes nothing and stays unknown. The parameters are small chang
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
@@ -26,7 +25,6 @@ Array = NDArray[np.float64]
 NAMES = ("focal", "cx", "cy", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 # how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 3 mm each
 PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.003, 0.003, 0.003, 0.003, 0.003])
-BENDS = tuple(Legendre.basis(order) for order in range(2, 7))
 
 
 @dataclass(frozen=True)
@@ -44,33 +42,34 @@ class SelfCheck:
     far: float
     triangulation: bool = False
 
-    def derivatives(self, points: Array, camera: Camera) -> Array:
-        """Change (n, 10, 3) of points (n, 3) [m] per unit of each parameter."""
-        points = np.asarray(points, float)
+    def along(self, points: Array, directions: Array, camera: Camera) -> Array:
+        """Change (n, 10) of points (n, 3) [m] along directions (n, 3), per unit of each parameter."""
         z = points[:, 2]
-        rays = points / z[:, None]
-        s = (2 * z - self.near - self.far) / (self.far - self.near)
-        rho2 = rays[:, 0] ** 2 + rays[:, 1] ** 2
+        out = np.empty((len(points), len(NAMES)))
+        out[:, 0] = -(directions[:, 0] * points[:, 0] + directions[:, 1] * points[:, 1])
+        out[:, 1] = -directions[:, 0] * z / camera.fx
+        out[:, 2] = -directions[:, 1] * z / camera.fy
+        out[:, 3:] = (np.einsum("ij,ij->i", directions, points) / z)[:, None] * self._depth_terms(points)
+        return out
+
+    def _depth_terms(self, points: Array) -> Array:
+        """Depth errors (n, 7) at points (n, 3) per unit of offset, radial, bend2 to bend6."""
+        z = points[:, 2]
+        s = np.clip((2 * z - self.near - self.far) / (self.far - self.near), -1, 1)
+        rho2 = (points[:, 0] ** 2 + points[:, 1] ** 2) / z**2
         if self.triangulation:
             rho2 = rho2 * (2 * z / (self.near + self.far)) ** 2
-        out = np.zeros((len(points), len(NAMES), 3))
-        out[:, 0, :2] = -points[:, :2]
-        out[:, 1, 0] = -z / camera.fx
-        out[:, 2, 1] = -z / camera.fy
-        out[:, 3] = rays
-        out[:, 4] = rays * rho2[:, None]
-        for k, bend in enumerate(BENDS):
-            out[:, 5 + k] = rays * bend(np.clip(s, -1, 1))[:, None]
-        return out
+        legendre = [np.ones_like(s), s]
+        for k in range(1, 6):  # Bonnet's recursion
+            legendre.append(((2 * k + 1) * s * legendre[k] - k * legendre[k - 1]) / (k + 1))
+        return np.column_stack([legendre[0], rho2, *legendre[2:]])
 
     def depth(self, depth: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
         """A depth image (h, w) [m] with the depth errors taken out."""
-        values = self.values.copy()
-        values[:3] = 0
-        points = camera.points(depth).reshape(-1, 3)
+        points = camera.points(depth).reshape(-1, 3).astype(float)
         known = np.isfinite(points[:, 2])
         out = depth.copy().reshape(-1)
-        out[known] += (self.derivatives(points[known], camera)[:, :, 2] @ values).astype(np.float32)
+        out[known] += (self._depth_terms(points[known]) @ self.values[3:]).astype(np.float32)
         return out.reshape(depth.shape)
 
     def camera(self, camera: Camera) -> Camera:
@@ -88,10 +87,14 @@ class SelfCheck:
         """A view as it looks with the errors taken out (normals are kept: the change is second order)."""
         camera = self.camera(nominal.map.camera)
 
+        old_camera = nominal.map.camera
+
         def corrected(points: NDArray[np.float32]) -> NDArray[np.float32]:
             flat = points.reshape(-1, 3).astype(float)
-            moved = flat + np.einsum("nkc,k->nc", self.derivatives(flat, nominal.map.camera), self.values)
-            return np.asarray(moved.reshape(points.shape), np.float32)
+            z = flat[:, 2] + self._depth_terms(flat) @ self.values[3:]
+            x = (flat[:, 0] / flat[:, 2] * old_camera.fx - self.values[1]) / camera.fx * z
+            y = (flat[:, 1] / flat[:, 2] * old_camera.fy - self.values[2]) / camera.fy * z
+            return np.asarray(np.column_stack([x, y, z]).reshape(points.shape), np.float32)
 
         old = nominal.map
         new = PointMap(camera, corrected(old.points), old.normals, old.sigma)

@@ -1,0 +1,25 @@
+"""Options that the reconstructing commands share."""
+
+import argparse
+from pathlib import Path
+
+Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """Recording, output, sensor, camera, box and voxels."""
+    add = parser.add_argument
+    add("recording", type=Path, metavar="REC", help="folder of the recording")
+    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for mesh.ply, trajectory.txt, ...")
+    add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
+    add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recording's own")
+    add("--voxel", type=float, metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
+    add("--truncation", type=float, metavar="M", help="half band around the surface [m]; default: from the noise")
+    add("--box", type=float, nargs=6, metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"), help="keep only this box [m]")
+    add("--no-color", action="store_true", help="leave the colours out (a third of the memory)")
+    add("--json", action="store_true", help="print one JSON object")
+
+
+def shown_box(values: list[float] | None) -> Corners | None:
+    """Two corners of `--box`."""
+    return None if values is None else ((values[0], values[1], values[2]), (values[3], values[4], values[5]))

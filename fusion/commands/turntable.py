@@ -1,0 +1,154 @@
+"""`fusion turntable`: an object on a turntable becomes a mesh, with axis, angles and a closed loop."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fusion.commands.shown import add_common, shown_box
+
+if TYPE_CHECKING:
+    from fusion.recording.recording import Recording
+    from fusion.report.scan import ScanReport
+    from fusion.scan import Scan, ScanSettings
+
+EXAMPLE = "fusion turntable my_scan -o out --sensor kinect-v1"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    add_common(parser)
+    add = parser.add_argument
+    add("--step", type=float, metavar="DEG", help="turn between frames [deg], when the recording has no log of it")
+    add("--ignore-log", action="store_true", help="do not use turntable_deg of telemetry.csv")
+    add("--strength", choices=("axis", "circle"), default="axis", help="post-pass: one rigid axis, or centres on circle")
+    add("--refine-camera", action="store_true", help="take out the error of the focal length that the scan shows")
+    add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Scan and write the results."""
+    from fusion.recording.open import open_recording
+    from fusion.scan import scan_turntable
+
+    recording = open_recording(options.recording, options.camera)
+    scan = scan_turntable(recording, _settings(options))
+    write(options.output, recording, scan)
+    numbers = summary(recording, scan)
+    if options.json:
+        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+    else:
+        print("\n".join([*lines(numbers), f"report    {options.output / 'report.html'}"]))
+
+
+def _settings(options: argparse.Namespace) -> "ScanSettings":
+    import numpy as np
+
+    from fusion.scan import ScanSettings
+    from fusion.sensor.file import read_sensor
+
+    return ScanSettings(
+        sensor=None if options.sensor is None else read_sensor(options.sensor),
+        box=shown_box(options.box),
+        step=None if options.step is None else float(np.deg2rad(options.step)),
+        use_log=not options.ignore_log,
+        strength=options.strength,
+        refine_camera=options.refine_camera,
+        keep_plate=options.keep_plate,
+        voxel=options.voxel,
+        truncation=options.truncation,
+        color=not options.no_color,
+    )
+
+
+def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None) -> None:
+    """All files of the command (CONTRACT), all or none."""
+    from fusion.mesh.files import write_mesh
+    from fusion.output import output_folder
+    from fusion.recording.camera_file import write_camera
+    from fusion.recording.trajectory_file import write_trajectory
+    from fusion.report.scan import scan_report
+
+    with output_folder(folder) as partial:
+        write_mesh(partial / "mesh.ply", scan.mesh)
+        write_trajectory(partial / "trajectory.txt", scan.trajectory)
+        write_trajectory(partial / "trajectory_raw.txt", scan.trajectory_raw)
+        (partial / "turntable.json").write_text(json.dumps(scan.turntable(), indent=1) + "\n", encoding="utf-8")
+        content = scan.settings | {
+            "recording": str(recording.path),
+            "frames": len(recording),
+            "warnings": [text for _, text in scan.warnings],
+        }
+        (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        if scan.settings["refine_camera"]:
+            write_camera(partial / "camera.json", scan.camera)
+        scan_report(partial / "report.html", report(recording, scan, comparison))
+
+
+def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "ScanReport":
+    """What the page shows."""
+    from fusion.geometry.trajectory import Trajectory
+    from fusion.recording.inspect import fingerprint
+    from fusion.report.scan import ScanReport
+    from fusion.report.seen import times_seen
+
+    # coverage from at most 60 frames: more take long and say nothing new
+    some = slice(None, None, max(1, len(recording) // 60))
+    seen = Trajectory(scan.trajectory.timestamps[some], scan.trajectory.poses[some])
+    return ScanReport(
+        scan.mesh,
+        title=f"Turntable scan {recording.path.name}",
+        subtitle=f"{len(recording)} frames, {recording.format}",
+        trajectory_raw=scan.trajectory_raw,
+        trajectory=scan.trajectory,
+        turntable=scan.turntable(),
+        residual=scan.residual,
+        inlier_share=scan.inlier_share,
+        rejected=scan.motion.rejected,
+        times_seen=times_seen(scan.mesh, seen, scan.camera),
+        mesh_raw=scan.mesh_raw,
+        up=None,
+        settings=scan.settings,
+        warnings=scan.warnings,
+        fingerprint=fingerprint(recording),
+        command="fusion " + " ".join(sys.argv[1:]),
+        comparison=comparison,
+    )
+
+
+def summary(recording: "Recording", scan: "Scan") -> dict[str, Any]:
+    """The numbers that a caller wants first."""
+    import numpy as np
+
+    table = scan.turntable()
+    return {
+        "frames": len(recording),
+        "placed": int(scan.trajectory.valid.sum()),
+        "rejected": table["rejected_reasons"],
+        "step_mean_deg": float(np.rad2deg(scan.steps.mean)),
+        "step_std_deg": float(np.rad2deg(scan.steps.std)),
+        "closure_m": {"before": table["closure_raw"]["distance"], "after": table["closure"]["distance"]},
+        "slips": table["slips"],
+        "voxel_m": scan.settings["voxel_m"],
+        "triangles": len(scan.mesh.faces),
+        "size_m": [float(x) for x in np.ptp(scan.mesh.vertices, axis=0)],
+        "focal_length_check": table["focal_length_check"],
+        "warnings": [text for level, text in scan.warnings if level != "ok"],
+    }
+
+
+def lines(numbers: dict[str, Any]) -> list[str]:
+    """The summary for a person."""
+    size = " x ".join(f"{x * 1e3:.0f}" for x in numbers["size_m"])
+    gap = numbers["closure_m"]
+    closing = "no full turn" if gap["after"] is None else f"closing gap {gap['after'] * 1e3:.2f} mm"
+    if gap["before"] is not None:
+        closing += f" ({gap['before'] * 1e3:.2f} mm before the post-pass)"
+    slips = ", ".join(f"slip before frame {s['frame']}" for s in numbers["slips"]) or "no slip"
+    return [
+        f"frames    {numbers['placed']} of {numbers['frames']} placed",
+        f"table     {numbers['step_mean_deg']:.2f} deg a frame (std {numbers['step_std_deg']:.2f}), {slips}; {closing}",
+        f"mesh      {numbers['triangles']:,} triangles, {size} mm, voxel {numbers['voxel_m'] * 1e3:g} mm",
+        f"warnings  {'; '.join(numbers['warnings']) or 'none'}",
+    ]
