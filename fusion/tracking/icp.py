@@ -11,6 +11,10 @@ from fusion.tracking.association import IN_FRONT, associate
 
 Array = NDArray[np.float64]
 
+FEWEST = 30  # pairs for six unknowns (guess)
+# rms error of normals from noisy depth [rad]: what a plane shows of it must not count as relief (guess)
+NORMAL_NOISE = 0.03
+
 
 @dataclass(frozen=True)
 class IcpSettings:
@@ -25,9 +29,9 @@ class IcpSettings:
         max_residual: rms point-to-plane distance [m] above which the alignment has failed.
     """
 
-    strides: tuple[int, ...] = (8, 4, 2)
-    reaches: tuple[float, ...] = (0.10, 0.05, 0.02)
-    iterations: tuple[int, ...] = (12, 8, 6)
+    strides: tuple[int, ...] = (8, 8, 4, 2)
+    reaches: tuple[float, ...] = (0.20, 0.10, 0.05, 0.02)
+    iterations: tuple[int, ...] = (8, 8, 6, 6)
     min_cosine: float = 0.7
     min_inlier_share: float = 0.4
     max_residual: float = 0.05
@@ -146,44 +150,92 @@ def align(source: PointMap, model: PointMap, T_model_source: Array, settings: Ic
     """
     settings = settings or IcpSettings()
     T = np.array(T_model_source, float)
-    information = np.zeros((6, 6))
-    share, rms, scale = 0.0, float("inf"), 1.0
-    for stride, reach, iterations in zip(settings.strides, settings.reaches, settings.iterations, strict=True):
+    step = _Step(T, np.zeros((6, 6)), np.zeros((6, 0)), np.full(6, np.inf), 0.0, float("inf"), 0)
+    passes = list(zip(settings.strides, settings.reaches, settings.iterations, strict=True))
+    for n, (stride, reach, iterations) in enumerate(passes):
+        # where most of the view slides along itself, the few points that would stop it look like outliers at first:
+        # all but the last pass take in whatever lies within reach
+        open_to = reach if n < len(passes) - 1 else 0.0
         sampled = sample(source, stride)
         for _ in range(iterations):
-            pairs = find_pairs(sampled, T, model, reach, settings.min_cosine)
-            if len(pairs.index) < 30:
-                return IcpResult(T, information, 0.0, rms, f"only {len(pairs.index)} points met the model")
-            scale = robust_scale(pairs.residual, pairs.sigma)
-            weight = tukey(pairs.residual / (scale * pairs.sigma)) / (scale * pairs.sigma) ** 2
-            centre = pairs.moved.mean(axis=0)
-            J = np.hstack([np.cross(pairs.moved - centre, pairs.normals), pairs.normals])
-            information = (J * weight[:, None]).T @ J
-            step = np.linalg.lstsq(_damped(information), -J.T @ (weight * pairs.residual), rcond=None)[0]
-            shift = pose.pose(np.eye(3), centre)
-            T = shift @ pose.exp(step) @ pose.inverse(shift) @ T
-            if np.abs(step[:3]).max() < 2e-5 and np.abs(step[3:]).max() < 2e-5:
+            step = _gauss_newton(find_pairs(sampled, T, model, reach, settings.min_cosine), T, open_to)
+            if step.pairs < FEWEST:
+                status = f"only {step.pairs} points met the model"
+                return IcpResult(T, step.information, 0.0, step.residual, status)
+            T = step.T_model_source
+            if np.abs(step.twist).max() < 2e-5:  # far below what a pixel shows
                 break
-        kept = np.abs(pairs.residual) < 4.685 * scale * pairs.sigma
-        share = kept.sum() / max(pairs.visible, 1)
-        rms = float(np.sqrt(np.mean(pairs.residual[kept] ** 2)))
     status = "ok"
-    if share < settings.min_inlier_share:
-        status = f"only {share:.0%} of the visible points fit the model"
-    elif rms > settings.max_residual:
-        status = f"residual {rms * 1e3:.1f} mm is above {settings.max_residual * 1e3:.1f} mm"
-    return IcpResult(T, information, float(share), rms, status, _unconstrained(information))
+    if step.inlier_share < settings.min_inlier_share:
+        status = f"only {step.inlier_share:.0%} of the visible points fit the model"
+    elif step.residual > settings.max_residual:
+        status = f"residual {step.residual * 1e3:.1f} mm is above {settings.max_residual * 1e3:.1f} mm"
+    unconstrained = _unconstrained(step.information, step.weak)
+    return IcpResult(T, step.information, step.inlier_share, step.residual, status, unconstrained)
 
 
-def _damped(information: Array) -> Array:
-    """A trace of damping keeps a plane or a cylinder from running away along itself."""
-    return information + np.diag(np.maximum(np.diag(information) * 1e-6, 1e-9))
+@dataclass(frozen=True)
+class _Step:
+    """One Gauss-Newton step: the pose after it, the twist (6,), and how well the pairs fitted before it."""
+
+    T_model_source: Array
+    information: Array
+    weak: Array
+    twist: Array
+    inlier_share: float
+    residual: float
+    pairs: int
 
 
-def _unconstrained(information: Array, angle: float = 0.01, shift: float = 0.005) -> tuple[str, ...]:
-    """Directions whose standard deviation exceeds 0.01 rad or 5 mm."""
+def _gauss_newton(pairs: Pairs, T: Array, open_to: float) -> _Step:
+    if len(pairs.index) < FEWEST:
+        return _Step(T, np.zeros((6, 6)), np.zeros((6, 0)), np.zeros(6), 0.0, float("inf"), len(pairs.index))
+    spread = robust_scale(pairs.residual, pairs.sigma) * pairs.sigma
+    weight = tukey(pairs.residual / np.maximum(spread, open_to / 4.685)) / spread**2
+    centre = pairs.moved.mean(axis=0)
+    arm = pairs.moved - centre
+    J = np.hstack([np.cross(arm, pairs.normals), pairs.normals])
+    twist, weak = _solve(J, (weight, pairs.residual), float(np.sqrt((arm**2).sum(axis=1).mean())))
+    shift = pose.pose(np.eye(3), centre)
+    kept = weight > 0
+    return _Step(
+        T_model_source=shift @ pose.exp(twist) @ pose.inverse(shift) @ T,
+        information=(J * weight[:, None]).T @ J,
+        weak=weak,
+        twist=twist,
+        inlier_share=float(kept.sum() / max(pairs.visible, 1)),
+        residual=float(np.sqrt(np.mean(pairs.residual[kept] ** 2))),
+        pairs=len(pairs.index),
+    )
+
+
+def _solve(J: Array, weighted: tuple[Array, Array], radius: float) -> tuple[Array, Array]:
+    """Gauss-Newton step (6,), and the motions (6, k) that the surface does not fix, in which it stays still.
+
+    With turns measured at the points' rms distance from their centroid, an eigenvalue over the sum of weights is the
+    mean square cosine at which the surface resists a motion. A plane resists sliding only by the noise of its
+    normals, and following that noise would be drift (Zhang, Kaess and Singh 2016 hold such directions too).
+
+    Args:
+        J: (n, 6) derivatives of the residuals.
+        weighted: weights (n,) and residuals (n,).
+        radius: rms distance of the points from their centroid [m].
+    """
+    weight, residual = weighted
+    units = np.array([1 / max(radius, 1e-6)] * 3 + [1.0] * 3)
+    scaled = J * units
+    values, vectors = np.linalg.eigh((scaled * weight[:, None]).T @ scaled)
+    strong = values > NORMAL_NOISE**2 * max(float(weight.sum()), 1e-300)
+    slope = vectors.T @ (scaled.T @ (weight * residual))
+    step = -units * (vectors[:, strong] @ (slope[strong] / values[strong]))
+    return np.asarray(step), vectors[:, ~strong]
+
+
+def _unconstrained(information: Array, weak: Array, angle: float = 0.01, shift: float = 0.005) -> tuple[str, ...]:
+    """Axes that lie in weak directions, or in those whose standard deviation exceeds 0.01 rad or 5 mm."""
     units = np.array([angle] * 3 + [shift] * 3)
     values, vectors = np.linalg.eigh(information * np.outer(units, units))
     names = ("rotation x", "rotation y", "rotation z", "shift x", "shift y", "shift z")
-    weak = vectors[:, values < 1.0]
-    return tuple(sorted({names[int(np.abs(column).argmax())] for column in weak.T}))
+    # 0.4: an axis at 45 degrees to a weak direction has half of its square in it
+    share = np.maximum((weak**2).sum(axis=1), (vectors[:, values < 1.0] ** 2).sum(axis=1))
+    return tuple(name for name, part in zip(names, share, strict=True) if part > 0.4)
