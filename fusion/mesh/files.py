@@ -13,6 +13,7 @@ from fusion.errors import MeshError
 from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import read_ply, write_ply
+from fusion.mesh.vertices import joined, vertices_kept
 from fusion.output import atomic_file
 
 FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz")
@@ -103,23 +104,7 @@ def _read_by_trimesh(path: Path) -> Mesh:
         normals=np.asarray(loaded.vertex_normals, np.float32) if "vertex_normals" in loaded._cache else None,
         colors=np.asarray(colors, np.uint8)[:, :3] if defined and colors is not None and len(colors) else None,
     )
-    return mesh if cloud else _joined(mesh)
-
-
-def _joined(mesh: Mesh) -> Mesh:
-    """Corners at exactly the same place become one vertex (the first one's colour; normals are left out)."""
-    if _misfits(mesh).any():
-        return mesh  # told as an error later
-    order = np.lexsort(mesh.vertices.T)  # equal ones side by side, the file's first one first
-    new = np.ones(len(order), bool)
-    new[1:] = (np.diff(mesh.vertices[order], axis=0) != 0).any(axis=1)
-    if new.all():
-        return mesh
-    first = np.empty(len(order), np.int64)
-    first[order] = order[new][np.cumsum(new) - 1]
-    keep = first == np.arange(len(first))
-    faces = (np.cumsum(keep) - 1)[first[mesh.faces]]
-    return Mesh(mesh.vertices[keep], faces, None, None if mesh.colors is None else mesh.colors[keep])
+    return mesh if cloud or _misfits(mesh).any() else joined(mesh)
 
 
 def _misfits(mesh: Mesh) -> NDArray[np.bool_]:
@@ -143,20 +128,6 @@ def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
         raise MeshError("coordinates out of bounds", path, f"{largest:.3g}", f"at most {_LARGEST:g}", "check the unit")
     degenerate = (mesh.faces == np.roll(mesh.faces, 1, axis=1)).any(axis=1)
     return replace(mesh, faces=mesh.faces[~degenerate].astype(np.int32)), notes
-
-
-def vertices_kept(mesh: Mesh, keep: NDArray[np.bool_]) -> Mesh:
-    """The mesh of the vertices where `keep` (n,) holds, and of the faces whose three corners are all kept."""
-    if keep.all():
-        return mesh
-    index = np.cumsum(keep, dtype=np.int32) - 1
-    return Mesh(
-        vertices=mesh.vertices[keep],
-        faces=index[mesh.faces[keep[mesh.faces].all(axis=1)]].astype(np.int32),
-        normals=None if mesh.normals is None else mesh.normals[keep],
-        colors=None if mesh.colors is None else mesh.colors[keep],
-        scalars={name: values[keep] for name, values in mesh.scalars.items()},
-    )
 
 
 def _write_by_trimesh(path: Path, mesh: Mesh) -> None:

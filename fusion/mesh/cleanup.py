@@ -1,0 +1,112 @@
+"""Clean-up of a scanned mesh: crumbs, the plate below a plane, small holes."""
+
+from collections import defaultdict
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from fusion.mesh.mesh import Mesh
+from fusion.mesh.surface_samples import face_areas
+from fusion.mesh.vertices import vertices_kept
+
+
+def largest_part(mesh: Mesh) -> Mesh:
+    """The connected part with the largest surface; vertices without a face are left out."""
+    part, areas = _parts(mesh)
+    return vertices_kept(mesh, part == np.argmax(areas)) if len(mesh.faces) else mesh
+
+
+def without_small_parts(mesh: Mesh, min_share: float) -> Mesh:
+    """The mesh without connected parts of less than `min_share` (0-1) of the largest part's surface."""
+    part, areas = _parts(mesh)
+    return vertices_kept(mesh, (areas >= max(min_share, 1e-12) * areas.max())[part]) if len(mesh.faces) else mesh
+
+
+def cut_below(mesh: Mesh, point: ArrayLike, normal: ArrayLike) -> Mesh:
+    """What lies on the side of a plane its normal points to, e.g. the object above the turntable's plate.
+
+    Args:
+        mesh: the mesh, cut along its vertices: no new ones are made.
+        point: (3,) on the plane [m].
+        normal: (3,) points to what is kept; any length above 0.
+    """
+    keep = (mesh.vertices - np.asarray(point, float)) @ np.asarray(normal, float) >= 0
+    return vertices_kept(mesh, keep)
+
+
+def fill_small_holes(mesh: Mesh, max_perimeter: float) -> Mesh:
+    """Close holes whose border is no longer than `max_perimeter` [m], each by a fan around its centre.
+
+    The new centres are added behind the old vertices; their normals, colours and scalars are the means of the border's.
+    """
+    loops = [loop for loop in border_loops(mesh) if _perimeter(mesh, loop) <= max_perimeter]
+    if not loops:
+        return mesh
+    faces = [mesh.faces]
+    for number, loop in enumerate(loops):
+        centre = np.full(len(loop), len(mesh.vertices) + number)
+        # against the border's direction, so that each border edge is used once in either direction
+        faces.append(np.stack([np.roll(loop, -1), loop, centre], axis=1))
+
+    def grown(values: NDArray) -> NDArray:
+        return np.concatenate([values, [values[loop].mean(axis=0) for loop in loops]])
+
+    normals = None if mesh.normals is None else grown(mesh.normals)
+    if normals is not None:
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return Mesh(
+        vertices=grown(mesh.vertices),
+        faces=np.concatenate(faces).astype(np.int32),
+        normals=None if normals is None else normals.astype(np.float32),
+        colors=None if mesh.colors is None else np.rint(grown(mesh.colors)).astype(np.uint8),
+        scalars={name: grown(values).astype(np.float32) for name, values in mesh.scalars.items()},
+    )
+
+
+def border_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
+    """Closed borders as vertex indices, in the direction of the faces beside them."""
+    edges = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
+    count = len(mesh.vertices)
+    code, back = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
+    follows: dict[int, list[int]] = defaultdict(list)
+    for start, end in edges[~np.isin(code, back)].tolist():
+        follows[start].append(end)
+    loops = []
+    for start in list(follows):
+        while follows[start]:
+            loops += _walk(start, follows)
+    return loops
+
+
+def _walk(start: int, follows: dict[int, list[int]]) -> list[NDArray[np.int64]]:
+    """Loops met on one walk; where borders touch in a vertex, each closes there on its own."""
+    loops = []
+    path, place = [start], {start: 0}
+    while follows[path[-1]]:
+        vertex = follows[path[-1]].pop()
+        if vertex not in place:
+            place[vertex] = len(path)
+            path.append(vertex)
+            continue
+        first = place[vertex]
+        loops.append(np.array(path[first:], np.int64))
+        for gone in path[first + 1 :]:
+            del place[gone]
+        del path[first + 1 :]
+    return [loop for loop in loops if len(loop) >= 3]
+
+
+def _perimeter(mesh: Mesh, loop: NDArray[np.int64]) -> float:
+    corners = mesh.vertices[loop]
+    return float(np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1).sum())
+
+
+def _parts(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """The part of each vertex, and each part's surface [m^2]."""
+    edges = mesh.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
+    shape = (len(mesh.vertices), len(mesh.vertices))
+    graph = coo_array((np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])), shape)
+    number, part = connected_components(graph, directed=False)
+    return part, np.bincount(part[mesh.faces[:, 0]], face_areas(mesh), minlength=number)
