@@ -125,7 +125,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     _check_enough(results, recording, settings)
     mesh = volume.surface()
     if not len(mesh.faces):
-        raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box, --max-depth and the unit")
+        raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     notes += _judge(results, volume)
     return _result(recording, results, mesh, volume, (settings, sensor, notes))
 
@@ -216,6 +216,8 @@ class _Placer:
 
     def __call__(self, index: int, frame: Prepared) -> Tracked:
         if self.poses is None:
+            if self.tracker.past and not self.volume.block_count:
+                raise VolumeError("nothing of the first frame was fused", do="check --box and --max-depth")
             return self.tracker.place(frame.surface)
         T = self.poses[index]
         return Tracked(T) if np.isfinite(T).all() else self.skip("no pose is given for its time stamp")

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap, point_map
@@ -38,17 +39,31 @@ class Room:
 
 
 def room_mesh() -> Mesh:
-    """Two walls and a floor of a room with three boxes, 1 to 2 m in front of a camera at the origin."""
+    """Two walls and a floor of a room with boxes on the floor and on the wall, 1 to 2 m before a camera at the origin.
+
+    The boxes are turned, so that from everywhere near the origin faces of all directions are seen well.
+    """
     return joined(
         [
-            box((-1.5, 0.5, 0.0), (1.5, 0.6, 2.1), (90, 90, 90)),  # the floor: y points down
-            box((-1.5, -1.5, 2.0), (1.5, 0.6, 2.1), (150, 150, 150)),
-            box((-1.2, -1.5, 0.0), (-1.1, 0.6, 2.1), (200, 200, 200)),
-            box((-0.5, 0.1, 1.2), (-0.2, 0.5, 1.5), (200, 80, 80)),
-            box((0.1, -0.1, 1.4), (0.35, 0.5, 1.6), (80, 200, 80)),
-            box((0.5, 0.25, 1.0), (0.75, 0.5, 1.3), (80, 80, 200)),
+            box((-2.5, 0.5, 0.0), (2.5, 0.6, 2.1), (90, 90, 90)),  # the floor: y points down
+            box((-2.5, -2.5, 2.0), (2.5, 0.6, 2.1), (150, 150, 150)),
+            box((-1.2, -2.5, 0.0), (-1.1, 0.6, 2.1), (200, 200, 200)),
+            turned((-0.45, 0.3, 1.4), (0.3, 0.4, 0.3), (0.1, 0.7, 0.0)),
+            turned((0.25, 0.2, 1.6), (0.3, 0.6, 0.2), (0.0, -0.6, 0.2)),
+            turned((0.6, 0.4, 1.1), (0.25, 0.25, 0.3), (0.3, 0.8, 0.1)),
+            turned((-0.6, -0.7, 1.9), (0.4, 0.4, 0.4), (0.6, 0.6, 0.0)),
+            turned((0.1, -0.5, 1.9), (0.3, 0.3, 0.3), (0.7, 0.3, 0.5)),
+            turned((0.8, -0.6, 1.8), (0.4, 0.4, 0.4), (0.5, -0.7, 0.2)),
         ]
     )
+
+
+def turned(centre, size, rotation) -> Mesh:
+    """A box of a size (3,) [m] about a centre, turned by a rotation vector [rad]."""
+    half = np.array(size) / 2
+    mesh = box(tuple(-half), tuple(half), (200, 80, 80))
+    moved = mesh.vertices @ Rotation.from_rotvec(rotation).as_matrix().T + centre
+    return Mesh(moved, mesh.faces, colors=mesh.colors)
 
 
 def sway(t: float):

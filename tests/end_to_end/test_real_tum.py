@@ -1,0 +1,20 @@
+"""Tracking on real frames with motion capture: the figure that the project promises."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+TOOLS = Path(__file__).resolve().parents[2] / "tools"
+
+
+@pytest.mark.real
+def test_the_trajectory_of_fr1_rpy(shared, monkeypatch):
+    monkeypatch.syspath_prepend(str(TOOLS))
+    monkeypatch.delitem(sys.modules, "tum_trajectory", raising=False)
+    from tum_trajectory import run
+
+    table = run(shared / "data/tum_fr1_rpy", 120, only_ours=True)["fusion"]
+    assert table["lost"] == 0
+    # Open3D 0.20 reaches 0.031 m (frame to model) and 0.064 m (odometry) on these frames; we measured 0.016 m
+    assert table["ate_rms_m"] < 0.025
