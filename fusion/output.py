@@ -20,8 +20,8 @@ def atomic_file(path: Path) -> Iterator[Path]:
     partial = Path(name)
     try:
         yield partial
-        os.chmod(partial, 0o666 & ~_umask())
-        os.replace(partial, path)
+        partial.chmod(0o666 & ~_umask())
+        partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
 
@@ -44,7 +44,7 @@ def output_folder(path: Path) -> Iterator[Path]:
             target = path / source.name
             if target.is_dir() and not target.is_symlink():
                 shutil.rmtree(target)
-            os.replace(source, target)
+            source.replace(target)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 

@@ -25,7 +25,8 @@ def run(options: argparse.Namespace) -> None:
     from fusion.mesh.files import read_mesh, write_mesh
     from fusion.output import output_folder
     from fusion.recording.open import open_recording
-    from fusion.scan import ScanSettings, scan_turntable
+    from fusion.scan.pipeline import scan_turntable
+    from fusion.scan.settings import ScanSettings
     from fusion.sensor.presets import preset
     from fusion.simulation.demo import write_demo_recording
 
@@ -51,4 +52,5 @@ def run(options: argparse.Namespace) -> None:
         return
     found = f"{numbers['distance_rms_m'] * 1e3:.2f} mm rms, scale {comparison.scale:.5f}"
     shown = turntable.lines(numbers)
-    print("\n".join([*shown[:3], f"truth     {found}, in {numbers['seconds']:.0f} s", f"report    {out / 'report.html'}"]))
+    last = [f"truth     {found}, in {numbers['seconds']:.0f} s", f"report    {out / 'report.html'}"]
+    print("\n".join([*shown[:3], *last]))

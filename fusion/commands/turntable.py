@@ -11,7 +11,8 @@ from fusion.commands.shown import add_common, shown_box
 if TYPE_CHECKING:
     from fusion.recording.recording import Recording
     from fusion.report.scan import ScanReport
-    from fusion.scan import Scan, ScanSettings
+    from fusion.scan.result import Scan
+    from fusion.scan.settings import ScanSettings
 
 EXAMPLE = "fusion turntable my_scan -o out --sensor kinect-v1"
 
@@ -22,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--step", type=float, metavar="DEG", help="turn between frames [deg], when the recording has no log of it")
     add("--ignore-log", action="store_true", help="do not use turntable_deg of telemetry.csv")
-    add("--strength", choices=("axis", "circle"), default="axis", help="post-pass: one rigid axis, or centres on circle")
+    add("--strength", choices=("axis", "circle"), default="axis", help="post-pass: one axis, or centres on a circle")
     add("--refine-camera", action="store_true", help="take out the error of the focal length that the scan shows")
     add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh")
 
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Scan and write the results."""
     from fusion.recording.open import open_recording
-    from fusion.scan import scan_turntable
+    from fusion.scan.pipeline import scan_turntable
 
     recording = open_recording(options.recording, options.camera)
     scan = scan_turntable(recording, _settings(options))
@@ -45,7 +46,7 @@ def run(options: argparse.Namespace) -> None:
 def _settings(options: argparse.Namespace) -> "ScanSettings":
     import numpy as np
 
-    from fusion.scan import ScanSettings
+    from fusion.scan.settings import ScanSettings
     from fusion.sensor.file import read_sensor
 
     return ScanSettings(

@@ -40,7 +40,7 @@ def incidence(points: Image, normals: Image) -> Image:
 
 
 def smooth(depth: Image, step: float, radius: int = 4) -> Image:
-    """Bilateral filter of a depth image (h, w) [m]: averages within `radius` px, not across steps larger than `step`."""
+    """Bilateral filter of a depth image (h, w) [m]: averages within `radius` px, not across steps above `step`."""
     missing = ~np.isfinite(depth)
     # a far-away value gets no range weight, so missing pixels do not leak into their neighbours
     filled = np.where(missing, np.float32(-1e3), depth).astype(np.float32)
@@ -85,9 +85,7 @@ def halve(depth: Image, relative: float = 0.02) -> Image:
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), np.float32)
 
 
-def point_map(
-    depth: Image, camera: Camera, sigma: Image | float = 0.002, radius: int = 4, border: int = 1
-) -> PointMap:
+def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002, radius: int = 4, border: int = 1) -> PointMap:
     """Points, normals and spread of a depth image (h, w) [m].
 
     The points are the unfiltered depth; only the normals come from a smoothed copy.

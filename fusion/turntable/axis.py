@@ -28,7 +28,7 @@ class Axis:
 
     def across(self) -> Array:
         """(2, 3) two unit vectors perpendicular to the axis and to each other."""
-        helper = np.eye(3)[int(np.abs(self.direction).argmin())]
+        helper = np.eye(3)[int(np.argmin(np.abs(self.direction)))]
         first = np.cross(self.direction, helper)
         first /= np.linalg.norm(first)
         return np.stack([first, np.cross(self.direction, first)])
@@ -75,9 +75,7 @@ def jacobian(axis: Axis, angle_rad: float, points: Array, normals: Array) -> Arr
     columns = [np.einsum("ij,ij->i", normals, np.cross(axis.direction, arm))]
     turned_normals = normals @ R
     for omega in axis.across():
-        columns.append(
-            np.einsum("ij,ij->i", normals, np.cross(omega, arm))
-            - np.einsum("ij,ij->i", turned_normals, np.cross(omega, back))
-        )
+        there = np.einsum("ij,ij->i", normals, np.cross(omega, arm))
+        columns.append(there - np.einsum("ij,ij->i", turned_normals, np.cross(omega, back)))
     columns.extend((normals - turned_normals) @ shift for shift in axis.across())
     return np.column_stack(columns)

@@ -30,7 +30,7 @@ class Circle:
 
     def basis(self) -> Array:
         """(2, 3) unit vectors that span the plane, right-handed with the normal."""
-        first = np.cross(self.normal, np.eye(3)[int(np.abs(self.normal).argmin())])
+        first = np.cross(self.normal, np.eye(3)[int(np.argmin(np.abs(self.normal)))])
         first /= np.linalg.norm(first)
         return np.stack([first, np.cross(self.normal, first)])
 

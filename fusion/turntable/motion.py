@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from fusion.turntable.views import Region, View, misfit
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
-POINTS_FIRST, POINTS_FINE = 1000, 2000  # source points per frame
+POINTS_FIRST, POINTS_FINE = 1000, 4000  # source points per frame
 WIDEST = np.deg2rad(50)  # between two views that are compared
 DEPTH_ERRORS = ("focal", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 
@@ -63,18 +64,19 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
     n = len(views)
     empty = np.array([len(v.points) < 100 for v in views])
     used = np.flatnonzero(~empty)
+    seen = [v for v, nothing in zip(views, empty, strict=True) if not nothing]
     if len(used) < 3:
         raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
     centre = (region.low + region.high) / 2
-    shown = [_thinned(views[i], POINTS_FIRST) for i in used]
+    shown = [_thinned(v, POINTS_FIRST) for v in seen]
     stride, steps, axis = _first_axis(shown, centre, None if commanded is None else commanded[used])
-    plate = plate_height([views[i] for i in used], axis, region)
+    plate = plate_height(seen, axis, region)
     floor = -np.inf if plate is None else plate + 0.008
-    shown = [above(views[i], axis, floor, POINTS_FIRST) for i in used]
+    shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
     if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
-        shown, floor = [_thinned(views[i], POINTS_FIRST) for i in used], -np.inf
+        shown, floor = [_thinned(v, POINTS_FIRST) for v in seen], -np.inf
     axis, angles = _chain(shown, axis, steps, stride, None if commanded is None else commanded[used])
-    fine = [above(views[i], axis, floor, POINTS_FINE) for i in used]
+    fine = [above(v, axis, floor, POINTS_FINE) for v in seen]
     fit, camera_fit = _refine(shown, fine, axis, angles)
     rejected = {int(i): "the object is not visible" for i in np.flatnonzero(empty)}
     bad = fit.support < 0.5 * np.median(fit.support)
@@ -88,7 +90,7 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
     angles = whole(np.where(bad, np.nan, fit.angles))
     angles -= angles[np.isfinite(angles)][0]
     final = fit.axis.nearest_to(centre)
-    height = plate_height([views[i] for i in used], final, region)
+    height = plate_height(seen, final, region)
     if height is not None:
         final = replace(final, point=final.point + height * final.direction)
     return Motion(
@@ -113,10 +115,12 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     lens = LoopSettings((0.01, 0.008), (3, 3), free_camera=("focal", "cx", "cy"))
     camera_fit = close_loop(shown, (middle.axis, middle.angles), edges, lens, middle.check)
     bend = LoopSettings((0.01, 0.008), (3, 3), free_camera=DEPTH_ERRORS)
-    many = choose_edges(middle.angles, WIDEST, 8)
+    many = choose_edges(middle.angles, np.deg2rad(60), 12)
     bent = close_loop(fine, (middle.axis, middle.angles), many, bend, middle.check)
     # errors of depth may explain the shape, never at the price of surface that no longer fits
-    best = bent if np.median(bent.support) > 0.95 * np.median(middle.support) else middle
+    held = LoopSettings((0.01,), (1,), free_axis=False, free_angles=False)
+    support = [close_loop(shown, (f.axis, f.angles), edges, held, f.check).support for f in (bent, middle)]
+    best = bent if np.median(support[0]) > 0.98 * np.median(support[1]) else middle
     stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
     fit = close_loop(shown, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
@@ -168,9 +172,7 @@ def _try_axis(views: list[View], axis: Axis, stride: int) -> tuple[float, Axis, 
     return float(np.mean(wrong)), axis, turns
 
 
-def _chain(
-    views: list[View], axis: Axis, turns: Array, stride: int, commanded: Array | None
-) -> tuple[Axis, Array]:
+def _chain(views: list[View], axis: Axis, turns: Array, stride: int, commanded: Array | None) -> tuple[Axis, Array]:
     """Angles (n,) of all frames, by key frames `stride` apart."""
     keys = np.append(np.arange(0, len(views) - 1, stride), len(views) - 1)
     typical = float(np.median(turns)) / stride
@@ -178,7 +180,7 @@ def _chain(
     if commanded is not None:
         sign = float(np.sign(typical * np.median(np.diff(commanded)[np.diff(commanded) != 0])) or 1.0)
     steps = []
-    for i, j in zip(keys[:-1], keys[1:], strict=True):
+    for i, j in pairwise(keys.tolist()):
         expected = typical * (j - i) if commanded is None else sign * (commanded[j] - commanded[i])
         near = expected + np.deg2rad(np.arange(-10, 10.1, 2))
         found = find_step(views[i], views[j], axis, near, REACH)

@@ -108,5 +108,5 @@ def _persistent(points: Array, frames: NDArray, n_frames: int, distance: float) 
     enough = np.maximum(5, 0.1 * size / n_frames)[:, None]
     persistence = (present >= enough).mean(axis=1)
     # of the regions that are there in nearly every frame, the one with most surface
-    score = np.where(persistence > 0.6 * persistence.max(), size, 0)
-    return np.asarray(label == score.argmax())
+    score = np.where(persistence > 0.6 * np.max(persistence), size, 0)
+    return np.asarray(label == np.argmax(score))

@@ -26,8 +26,8 @@ def plate_height(views: Sequence[View], axis: Axis, region: Region) -> float | N
     if len(height) < max(200, 0.02 * seen):
         return None
     cell = 0.004
-    counts, borders = np.histogram(height, np.arange(height.min() - cell, height.max() + 2 * cell, cell))
-    peak = int(np.flatnonzero(counts > 0.2 * counts.max())[0])
+    counts, borders = np.histogram(height, np.arange(np.min(height) - cell, np.max(height) + 2 * cell, cell))
+    peak = int(np.flatnonzero(counts > 0.2 * np.max(counts))[0])
     while peak + 1 < len(counts) and counts[peak + 1] > counts[peak]:
         peak += 1
     middle = (borders[peak] + borders[peak + 1]) / 2

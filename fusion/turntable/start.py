@@ -33,8 +33,8 @@ def axis_guesses(centre: Array, plane_normals: list[Array]) -> list[Axis]:
         plane_normals: unit vectors of planes near the object, towards the camera.
     """
     directions = [n for n in plane_normals if n[1] < -0.2]  # y points down: up is negative
-    for tilt in np.deg2rad([0, 20, 40, 60, 80]):
-        directions.append(pose.exp([tilt, 0, 0, 0, 0, 0])[:3, :3] @ np.array([0, -1.0, 0]))
+    tilts = np.deg2rad([0, 20, 40, 60, 80])
+    directions += [pose.exp([tilt, 0, 0, 0, 0, 0])[:3, :3] @ np.array([0, -1.0, 0]) for tilt in tilts]
     kept: list[Array] = []
     for d in directions:
         if all(d @ other < np.cos(np.deg2rad(6)) for other in kept):
@@ -45,17 +45,17 @@ def axis_guesses(centre: Array, plane_normals: list[Array]) -> list[Axis]:
 def find_step(source: View, model: View, axis: Axis, candidates: Array, reach: float) -> Step:
     """The turn that fits two views best: a search over candidate angles [rad], then ever finer."""
     values = np.array([misfit(source, model, axis, float(a), reach) for a in candidates])
-    best = float(candidates[values.argmin()])
-    spacing = float(np.diff(candidates).min()) if len(candidates) > 1 else np.deg2rad(2.0)
+    best = float(candidates[np.argmin(values)])
+    spacing = float(np.min(np.diff(candidates))) if len(candidates) > 1 else np.deg2rad(2.0)
     for _ in range(3):
         spacing /= 2
         near = best + spacing * np.array([-1.0, 0.0, 1.0])
         values = np.array([misfit(source, model, axis, float(a), reach) for a in near])
-        best = float(near[values.argmin()])
-    return Step(best, float(values.min()))
+        best = float(near[np.argmin(values)])
+    return Step(best, float(np.min(values)))
 
 
 def search_range(largest: float = np.deg2rad(25), spacing: float = np.deg2rad(2.5)) -> Array:
     """Candidate steps [rad] from -largest to largest."""
     n = int(np.ceil(largest / spacing))
-    return np.arange(-n, n + 1) * spacing
+    return np.asarray(np.arange(-n, n + 1) * spacing, float)

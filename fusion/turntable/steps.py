@@ -53,10 +53,10 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     known = np.flatnonzero(np.isfinite(angles))
     gaps = np.diff(known)
     measured = np.diff(angles[known])
-    direction = 1 if angles[known[-1]] >= angles[known[0]] else -1
+    direction = 1 if np.sum(measured) >= 0 else -1
     warnings = []
     if commanded is None:
-        expected = np.median(measured / gaps) * gaps
+        expected = np.asarray(float(np.median(measured / gaps)) * gaps, float)
     else:
         told = np.diff(commanded[known])
         sign = float(np.sign(np.sum(told * measured))) or 1.0

@@ -1,0 +1,36 @@
+"""What a person should know about a scan."""
+
+import numpy as np
+
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.recording import Recording
+from fusion.scan.settings import ScanSettings
+from fusion.sensor.sensor import Sensor
+from fusion.turntable.motion import Motion
+from fusion.turntable.steps import Steps
+
+WRONG_FOCAL = 0.01  # relative error of the focal length that is worth a warning
+
+
+def warnings_of(
+    recording: Recording, sensor: Sensor, settings: ScanSettings, found: tuple[Motion, Steps, Trajectory]
+) -> tuple[tuple[str, str], ...]:
+    motion, steps, raw = found
+    out = [("warning", text) for text in (*recording.warnings, *sensor.warnings, *sensor.left_out, *steps.warnings)]
+    focal = float(np.expm1(motion.focal_check.values[0]))
+    if abs(focal) > WRONG_FOCAL:
+        right = recording.camera.fx * (1 + focal)
+        out.append(
+            (
+                "bad",
+                f"the object keeps its shape only if the focal length is {focal:+.1%} off: "
+                f"fx {right:.1f} px instead of {recording.camera.fx:.1f} px; calibrate the camera or pass --refine-camera",
+            )
+        )
+    if motion.plate is None:
+        out.append(("warning", "no plate was seen: nothing was cut off below the object"))
+    lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())
+    if lost:
+        out.append(("warning", f"{lost} frames could not be tracked freely and stand by the axis alone"))
+    out += [("warning", f"frame {frame}: {reason}") for frame, reason in list(motion.rejected.items())[:10]]
+    return tuple(out)

@@ -1,0 +1,51 @@
+"""The object alone: the volume around it, and its mesh without plate, crumbs and small holes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import TrackingError
+from fusion.geometry.camera import Camera
+from fusion.mesh.cleanup import fill_small_holes, largest_part
+from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
+from fusion.reconstruct import Prepared
+from fusion.scan.settings import ScanSettings
+from fusion.turntable.motion import Motion
+from fusion.turntable.plate import above_plate
+from fusion.turntable.views import Region
+from fusion.volume.forecast import choose_truncation, choose_voxel
+from fusion.volume.volume import VolumeSettings
+
+Array = NDArray[np.float64]
+CLEAR_OF_PLATE = 0.004  # [m] the plate is cut away up to here
+
+
+def choose_volume(
+    settings: ScanSettings, camera: Camera, found: tuple[list[Prepared | None], Region, Motion]
+) -> VolumeSettings:
+    frames, region, motion = found
+    shown = [f for f in frames if f is not None]
+    inside = shown[0].surface.points[region.holds(shown[0].surface.points)]
+    distance = float(np.median(inside[:, 2])) if len(inside) else float(np.linalg.norm(motion.axis.point))
+    sigma = float(np.median([np.nanmedian(f.surface.sigma[region.holds(f.surface.points)]) for f in shown[:5]]))
+    voxel = settings.voxel or choose_voxel(distance, camera)
+    truncation = settings.truncation or choose_truncation(voxel, sigma)
+    corners = np.stack(np.meshgrid(*zip(region.low, region.high, strict=True)), axis=-1).reshape(-1, 3)
+    reach, height = motion.axis.distance(corners)
+    # the box turns: what it can sweep is the cylinder around the axis, and no corner of it needs to be reached
+    radius = float(np.percentile(reach, 60))
+    bottom = float(np.min(height)) if motion.plate is None else motion.plate - 0.01
+    low, high = (-radius, -radius, bottom), (radius, radius, float(np.max(height)) + 0.01)
+    color = settings.color and any(f.frame.color is not None for f in shown)
+    return VolumeSettings(voxel, truncation, color, (low, high))
+
+
+def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> Mesh:
+    """The object alone: no plate, no flying parts, no small holes."""
+    if motion.plate is not None and not settings.keep_plate:
+        normals = mesh.normals if mesh.normals is not None else np.zeros_like(mesh.vertices, np.float32)
+        mesh = vertices_kept(mesh, above_plate(mesh.vertices, normals, CLEAR_OF_PLATE))
+    if not len(mesh.faces):
+        raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")
+    mesh = largest_part(mesh)
+    return fill_small_holes(mesh, settings.fill_holes) if settings.fill_holes > 0 else mesh

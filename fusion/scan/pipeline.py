@@ -1,0 +1,124 @@
+"""The pipeline for a turntable: find what turns, close the loop, integrate, clean."""
+
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fusion.errors import FusionError, TrackingError
+from fusion.geometry.camera import Camera
+from fusion.mesh.mesh import Mesh
+from fusion.reconstruct import Prepared, fuse
+from fusion.recording.recording import Recording
+from fusion.scan.frames import find_region, load, told_angles
+from fusion.scan.judgement import warnings_of
+from fusion.scan.object import choose_volume, clean
+from fusion.scan.poses import align_directly, constrained, gap_of, track_freely, wobble
+from fusion.scan.result import Scan
+from fusion.scan.settings import ScanSettings
+from fusion.sensor.presets import default_sensor
+from fusion.sensor.sensor import Sensor
+from fusion.turntable.circle import fit_circle, onto_circle
+from fusion.turntable.motion import Motion, estimate_motion
+from fusion.turntable.steps import closing_pair, judge_steps
+from fusion.turntable.views import Region, View, view
+from fusion.volume.volume import Volume
+
+Array = NDArray[np.float64]
+
+
+def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -> Scan:
+    """Scan an object on a turntable before a camera that stands still.
+
+    Raises:
+        RecordingError: too few readable frames.
+        TrackingError: nothing turns, or not about one axis.
+        VolumeError: the voxel settings make no sense or do not fit into memory.
+    """
+    settings = settings or ScanSettings()
+    if settings.strength not in ("axis", "circle"):
+        raise FusionError("unknown strength of the post-pass", "--strength", settings.strength, "axis or circle")
+    sensor = settings.sensor or default_sensor(recording.camera)
+    camera = recording.camera
+    region = find_region(recording, sensor, settings)
+    frames, broken = load(recording, sensor, region)
+    commanded = told_angles(recording, settings)
+    motion = _motion(frames, camera, region, commanded)
+    refined = None
+    if settings.refine_camera:
+        refined = replace(motion.focal_check, values=np.concatenate([motion.focal_check.values[:3], np.zeros(7)]))
+        camera = refined.camera(camera)
+        recording = replace(recording, camera=camera)
+        region = find_region(recording, sensor, settings)
+        frames, broken = load(recording, sensor, region, camera)
+        motion = _motion(frames, camera, region, commanded)
+    motion = replace(motion, rejected={**motion.rejected, **broken})
+    return _finish(recording, settings, sensor, (frames, region, motion, commanded))
+
+
+def _motion(frames: list[Prepared | None], camera: Camera, region: Region, commanded: Array | None) -> Motion:
+    views = [view(f.surface, region) if f is not None else _nothing(frames) for f in frames]
+    return estimate_motion(views, region, commanded)
+
+
+def _nothing(frames: list[Prepared | None]) -> View:
+    first = next((f for f in frames if f is not None), None)
+    if first is None:
+        raise TrackingError("no frame of the recording can be read")
+    none = np.zeros((0, 3), np.float32)
+    return View(first.surface, none, none, np.zeros(0, np.float32))
+
+
+def _finish(
+    recording: Recording,
+    settings: ScanSettings,
+    sensor: Sensor,
+    found: tuple[list[Prepared | None], Region, Motion, Array | None],
+) -> Scan:
+    """Volumes, trajectories, closure and warnings from a known motion."""
+    frames, region, motion, commanded = found
+    volume_settings = choose_volume(settings, recording.camera, (frames, region, motion))
+    corrected = constrained(recording, motion)
+    raw, residual, share, rough = track_freely(frames, region, corrected, volume_settings)
+    circle = fit_circle(raw.centres)
+    if settings.strength == "circle":
+        corrected, circle = onto_circle(raw, commanded)
+    volume = Volume(volume_settings)
+    for frame, T in zip(
+        tqdm(frames, desc="integrating", unit="frame", disable=None), corrected.poses, strict=True
+    ):  # fmt: skip
+        if frame is not None and np.isfinite(T).all():
+            fuse(volume, frame, T)
+    steps = judge_steps(motion.angles, motion.angle_std, commanded)
+    pair = closing_pair(motion.angles)
+    direct = None if pair is None else align_directly(frames, region, corrected, pair)
+    gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]
+    chosen: dict[str, Any] = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
+    chosen |= {
+        "sensor": sensor.name,
+        "voxel_m": volume_settings.voxel,
+        "truncation_m": volume_settings.truncation,
+        "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
+        "region": {"low": region.low.tolist(), "high": region.high.tolist()},
+        "volume_bytes": volume.bytes,
+    }
+    return Scan(
+        clean(volume.surface(), settings, motion), clean(rough.surface(), settings, motion),
+        corrected, raw, motion, steps, circle, gaps[0], gaps[1], residual, share, wobble(raw, motion),
+        recording.camera, chosen, warnings_of(recording, sensor, settings, (motion, steps, raw)),
+    )  # fmt: skip
+
+
+def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_camera: Array) -> Mesh:
+    """The object from the same frames and volume as a scan, but with other poses (n, 4, 4) in its object frame."""
+    sensor = settings.sensor or default_sensor(recording.camera)
+    recording = replace(recording, camera=scan.camera)
+    region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
+    frames, _ = load(recording, sensor, region)
+    volume = Volume(choose_volume(settings, scan.camera, (frames, region, scan.motion)))
+    for frame, T in zip(frames, T_object_camera, strict=True):
+        if frame is not None and np.isfinite(T).all():
+            fuse(volume, frame, T)
+    return clean(volume.surface(), settings, scan.motion)

@@ -1,0 +1,99 @@
+"""Poses of the camera about the object: from the axis, tracked freely, and the gap where a turn closes."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fusion.geometry import pose
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import PointMap
+from fusion.geometry.trajectory import Trajectory
+from fusion.reconstruct import Prepared, fuse
+from fusion.recording.recording import Recording
+from fusion.tracking.icp import IcpSettings, align
+from fusion.turntable.motion import Motion
+from fusion.turntable.views import Region
+from fusion.volume.volume import Volume, VolumeSettings
+
+Array = NDArray[np.float64]
+TRACKING = IcpSettings(strides=(4, 2, 2), reaches=(0.02, 0.012, 0.008), iterations=(6, 5, 4), min_inlier_share=0.3)
+
+
+def constrained(recording: Recording, motion: Motion) -> Trajectory:
+    """The camera in the object's frame: one axis, one angle per frame."""
+    T_object_camera = motion.axis.object_frame()
+    poses = np.full((len(recording), 4, 4), np.nan)
+    for i, angle in enumerate(motion.angles):
+        if np.isfinite(angle):
+            poses[i] = T_object_camera @ motion.axis.turn(-float(angle))
+    return Trajectory(recording.timestamps, poses)
+
+
+def track_freely(
+    frames: list[Prepared | None], region: Region, start: Trajectory, volume_settings: VolumeSettings
+) -> tuple[Trajectory, Array, Array, Volume]:
+    """Every frame against the model so far, all six directions free; the joint fit only says where to look first."""
+    poses = np.full_like(start.poses, np.nan)
+    residual, share = np.full((2, len(frames)), np.nan)
+    volume = Volume(volume_settings)
+    last = -1
+    for i, frame in enumerate(tqdm(frames, desc="tracking", unit="frame", disable=None)):
+        if frame is None or not np.isfinite(start.poses[i]).all():
+            continue
+        T = start.poses[i]
+        if last >= 0:
+            T = poses[last] @ pose.inverse(start.poses[last]) @ start.poses[i]
+            found = align(only(frame.surface, region), model(volume, frame.surface.camera, T), np.eye(4), TRACKING)
+            residual[i], share[i] = found.residual, found.inlier_share
+            if not found.ok:
+                continue
+            T = T @ found.T_model_source
+        poses[i], last = T, i
+        fuse(volume, frame, T)
+    return Trajectory(start.timestamps, poses), residual, share, volume
+
+
+def model(volume: Volume, camera: Camera, T_object_camera: Array) -> PointMap:
+    """What a camera should see of the volume."""
+    seen = volume.raycast(camera, T_object_camera)
+    return PointMap(camera, seen.points, seen.normals, np.where(np.isfinite(seen.depth), np.float32(5e-4), np.nan))
+
+
+def only(surface: PointMap, region: Region) -> PointMap:
+    """A surface of which only the region takes part in alignment."""
+    return replace(surface, normals=np.where(region.holds(surface.points)[..., None], surface.normals, np.nan))
+
+
+def align_directly(
+    frames: list[Prepared | None], region: Region, guess: Trajectory, pair: tuple[int, int]
+) -> Array | None:
+    """`T_i_j` of two frames about a turn apart, aligned directly, no model and no axis between them."""
+    first, second = frames[pair[0]], frames[pair[1]]
+    if first is None or second is None or not np.isfinite(guess.poses[list(pair)]).all():
+        return None
+    T = pose.inverse(guess.poses[pair[0]]) @ guess.poses[pair[1]]
+    found = align(only(second.surface, region), first.surface, T, TRACKING)
+    return found.T_model_source if found.ok else None
+
+
+def gap_of(
+    trajectory: Trajectory, pair: tuple[int, int], T_direct: Array, region: Region
+) -> tuple[float, float] | None:
+    """How far a trajectory is from the direct alignment: angle [rad], and shift of the object's middle [m]."""
+    i, j = trajectory.poses[pair[0]], trajectory.poses[pair[1]]
+    if not (np.isfinite(i).all() and np.isfinite(j).all()):
+        return None
+    T = pose.inverse(i) @ j
+    middle = (region.low + region.high) / 2
+    shift = pose.transform(T, middle) - pose.transform(T_direct, middle)
+    return pose.angle(pose.inverse(T_direct) @ T), float(np.linalg.norm(shift))
+
+
+def wobble(raw: Trajectory, motion: Motion) -> float:
+    """Root mean square tilt of the object's axis over the freely tracked poses [rad]."""
+    ups = np.einsum("nij,j->ni", raw.poses[raw.valid][:, :3, :3], motion.axis.direction)
+    mean = ups.mean(axis=0)
+    tilt = np.arccos(np.clip(ups @ (mean / np.linalg.norm(mean)), -1, 1))
+    return float(np.sqrt(np.mean(tilt**2)))

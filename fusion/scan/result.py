@@ -1,0 +1,82 @@
+"""What a turntable scan gives back."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.mesh import Mesh
+from fusion.turntable.circle import Circle
+from fusion.turntable.motion import Motion
+from fusion.turntable.steps import Steps
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A scanned object; its frame has the origin on the axis at the plate, z up along the axis.
+
+    Attributes:
+        mesh: the object; mesh_raw: from the poses before the post-pass.
+        trajectory, trajectory_raw: (n) `T_object_camera`, NaN for rejected frames.
+        motion, steps: what the table did.
+        circle: fitted to the raw centres.
+        closure, closure_raw: closing gap after and before, (angle [rad], distance [m]), None when the turn is not full.
+        residual, inlier_share: (n,) [m], [1].
+        wobble: rms tilt of the freely tracked poses against the axis [rad].
+        camera: used for the result (refined when asked for).
+        settings: what was asked for and chosen, plain values.
+        warnings: ("ok", "warning" or "bad", sentence).
+    """
+
+    mesh: Mesh
+    mesh_raw: Mesh
+    trajectory: Trajectory
+    trajectory_raw: Trajectory
+    motion: Motion
+    steps: Steps
+    circle: Circle
+    closure: tuple[float, float] | None
+    closure_raw: tuple[float, float] | None
+    residual: Array
+    inlier_share: Array
+    wobble: float
+    camera: Camera
+    settings: dict[str, Any]
+    warnings: tuple[tuple[str, str], ...]
+
+    def turntable(self) -> dict[str, Any]:
+        """The content of `turntable.json` (CONTRACT)."""
+
+        def gap(value: tuple[float, float] | None) -> dict[str, float | None]:
+            return {"angle_rad": None, "distance": None} if value is None else dict(
+                zip(("angle_rad", "distance"), value, strict=True)
+            )  # fmt: skip
+
+        axis = self.motion.axis
+        return {
+            "axis_point": axis.point.tolist(),
+            "axis_direction": axis.direction.tolist(),
+            "radius": float(axis.distance(np.zeros((1, 3)))[0][0]),
+            "angles_rad": [None if np.isnan(a) else float(a) for a in self.motion.angles],
+            "angles_std_rad": [None if np.isnan(a) else float(a) for a in self.motion.angle_std],
+            "direction": self.steps.direction,
+            "radial_rms": self.circle.radial_rms,
+            "axial_rms": self.circle.axial_rms,
+            "closure": gap(self.closure),
+            "closure_raw": gap(self.closure_raw),
+            "wobble_rad": self.wobble,
+            "step_mean_rad": self.steps.mean,
+            "step_std_rad": self.steps.std,
+            "rejected_frames": sorted(self.motion.rejected),
+            "rejected_reasons": {str(k): v for k, v in sorted(self.motion.rejected.items())},
+            "slips": [{"frame": s.frame, "angle_rad": s.angle} for s in self.steps.slips],
+            "focal_length_check": {
+                "relative": float(np.expm1(self.motion.focal_check.values[0])),
+                "fx": float(self.camera.fx * np.exp(self.motion.focal_check.values[0])),
+            },
+        }

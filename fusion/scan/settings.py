@@ -1,0 +1,35 @@
+"""What a turntable scan may be told."""
+
+from dataclasses import dataclass
+
+from fusion.sensor.sensor import Sensor
+
+
+@dataclass(frozen=True)
+class ScanSettings:
+    """What a turntable scan may be told.
+
+    Attributes:
+        sensor: corrects the depth and weighs it; None takes what the camera's principle suggests.
+        box: two corners (3,), (3,) [m] in the camera's frame around the turning object; None finds it.
+        step: turn between frames [rad] of either sign; None takes the table's log, or finds it.
+        use_log: False ignores the table's log.
+        strength: "axis" (one axis, one angle per frame) or "circle" (Pagliari: only centres are moved).
+        refine_camera: take out the error of the focal length that the scan itself shows.
+        keep_plate: leave the plate in the mesh.
+        voxel, truncation: [m]; None chooses them from distance, focal length and noise.
+        color: fuse colour where the recording has it.
+        fill_holes: close holes up to this perimeter [m].
+    """
+
+    sensor: Sensor | None = None
+    box: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    step: float | None = None
+    use_log: bool = True
+    strength: str = "axis"
+    refine_camera: bool = False
+    keep_plate: bool = False
+    voxel: float | None = None
+    truncation: float | None = None
+    color: bool = True
+    fill_holes: float = 0.03
