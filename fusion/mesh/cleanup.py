@@ -21,7 +21,7 @@ def largest_part(mesh: Mesh) -> Mesh:
 def without_small_parts(mesh: Mesh, min_share: float) -> Mesh:
     """The mesh without connected parts of less than `min_share` (0-1) of the largest part's surface."""
     part, areas = _parts(mesh)
-    return vertices_kept(mesh, (areas >= max(min_share, 1e-12) * areas.max())[part]) if len(mesh.faces) else mesh
+    return vertices_kept(mesh, (areas >= max(min_share, 1e-12) * np.max(areas))[part]) if len(mesh.faces) else mesh
 
 
 def cut_below(mesh: Mesh, point: ArrayLike, normal: ArrayLike) -> Mesh:

@@ -1,0 +1,134 @@
+"""Where two surfaces that stand in any pose to each other may belong: guesses, tried by a few quick ICP steps."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import permutations, product
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from fusion.mesh.similarity import IDENTITY, Array, Matches, Similarity, step, tukey
+from fusion.mesh.surface_samples import Samples
+
+_SPREAD = 72  # rotations over the whole sphere: about 45 degrees apart, within reach of ICP (guess)
+_KEPT = 8  # guesses that come to the final choice
+_TRIAL = 400  # points a guess is tried with
+_ALIKE = np.deg2rad(5)
+
+
+@dataclass(frozen=True)
+class Side:
+    """One surface for the coarse search: its samples, as a tree; normals are None for bare point clouds."""
+
+    points: Array
+    normals: Array | None
+    tree: cKDTree
+
+    @classmethod
+    def of(cls, samples: Samples) -> "Side":
+        return cls(samples.points, samples.normals, cKDTree(samples.points))
+
+
+def guesses(mesh: Side, reference: Side) -> list[Similarity]:
+    """The most promising poses, best first: at most `_KEPT`, none twice. The same input gives the same list."""
+    few = mesh.points[np.linspace(0, len(mesh.points) - 1, min(_TRIAL, len(mesh.points))).astype(int)]
+    back = reference.points[np.linspace(0, len(reference.points) - 1, min(_TRIAL, len(reference.points))).astype(int)]
+    tried = []
+    for guess in _all(mesh, reference):
+        moved = _quick_icp(few, reference, guess)
+        there = reference.tree.query(moved.apply(few))[0]
+        again = mesh.tree.query(moved.apply_inverse(back))[0]
+        tried.append((score(there, again), moved))
+    tried.sort(key=lambda pair: pair[0])
+    kept: list[Similarity] = []
+    for _, guess in tried:
+        if all(_apart(guess, other) > _ALIKE for other in kept):
+            kept.append(guess)
+    return kept[:_KEPT]
+
+
+def score(there: Array, again: Array) -> float:
+    """Mean distance [m] of the nearer 70 % of the mesh, and of the nearer half of the reference (less may be seen)."""
+    return _trimmed(there, 0.7) + 0.5 * _trimmed(again, 0.5)
+
+
+def _trimmed(distances: Array, share: float) -> float:
+    return float(np.sort(np.abs(distances))[: max(1, int(share * len(distances)))].mean())
+
+
+def _all(mesh: Side, reference: Side) -> Iterator[Similarity]:
+    yield IDENTITY
+    here, there = mesh.points.mean(axis=0), reference.points.mean(axis=0)
+    middle = (mesh.points.min(axis=0) + mesh.points.max(axis=0)) / 2
+    goal = (reference.points.min(axis=0) + reference.points.max(axis=0)) / 2
+    axes, target = _principal(mesh.points), _principal(reference.points)
+    turns = [target @ cube @ axes.T for cube in _cube_rotations()]
+    turns += [np.eye(3), *Rotation.random(_SPREAD, random_state=1).as_matrix()]
+    for turn in turns:
+        yield Similarity(turn, there - turn @ here)
+    for turn in turns[:25]:  # partial scans pull the mean away, but less so the middle
+        yield Similarity(turn, goal - turn @ middle)
+    yield from _by_features(mesh, reference)
+
+
+def _principal(points: Array) -> Array:
+    axes = np.linalg.eigh(np.cov(points.T))[1]
+    return axes * np.sign(np.linalg.det(axes))
+
+
+def _cube_rotations() -> list[Array]:
+    """The 24 ways to lay three axes on three axes."""
+    found = []
+    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
+        turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+        if np.linalg.det(turn) > 0:
+            found.append(turn)
+    return found
+
+
+def _by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
+    """Poses by local shape (FPFH, fast global registration), for parts whose middles say little."""
+    import open3d
+
+    o3d: Any = open3d  # its stubs know no default arguments
+    if mesh.normals is None or reference.normals is None:
+        return
+    registration = o3d.pipelines.registration
+    size = float(np.linalg.norm(np.ptp(reference.points, axis=0)))
+    for share in (0.03, 0.06):
+        clouds, features = [], []
+        for side in (mesh, reference):
+            cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(side.points))
+            cloud.normals = o3d.utility.Vector3dVector(side.normals)
+            cloud = cloud.voxel_down_sample(share * size)
+            near = o3d.geometry.KDTreeSearchParamHybrid(radius=4 * share * size, max_nn=100)
+            features.append(registration.compute_fpfh_feature(cloud, near))
+            clouds.append(cloud)
+        if min(len(cloud.points) for cloud in clouds) < 20:
+            continue
+        o3d.utility.random.seed(0)
+        option = registration.FastGlobalRegistrationOption(maximum_correspondence_distance=share * size)
+        try:
+            found = registration.registration_fgr_based_on_feature_matching(*clouds, *features, option).transformation
+        except RuntimeError:  # too few matches: no guess from here
+            continue
+        if np.isfinite(found).all():
+            yield Similarity(np.array(found[:3, :3]), np.array(found[:3, 3]))
+
+
+def _quick_icp(points: Array, reference: Side, now: Similarity) -> Similarity:
+    for _ in range(8):
+        moved = now.apply(points)
+        distance, index = reference.tree.query(moved)
+        targets = reference.points[index]
+        normals = moved - targets if reference.normals is None else reference.normals[index]
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        weights = tukey(distance, 3 * float(np.quantile(distance, 0.7)) + 1e-12)
+        now, _ = step(now, Matches(moved, targets, normals, weights), scale=False)
+    return now
+
+
+def _apart(one: Similarity, other: Similarity) -> float:
+    return float(np.linalg.norm(Rotation.from_matrix(one.rotation.T @ other.rotation).as_rotvec()))

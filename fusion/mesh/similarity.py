@@ -1,0 +1,93 @@
+"""Rotation, scale and translation between two surfaces, and one weighted point-to-plane step that improves them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+SCALES = (0.8, 1.25)  # beyond this two surfaces do not differ by a scale error but by their unit or their shape
+_DAMPING = 1e-9  # of the system's own size: holds still what the shape leaves free (a sphere's rotation)
+
+
+@dataclass(frozen=True)
+class Similarity:
+    """A point p goes to `scale * rotation @ p + shift`.
+
+    Attributes:
+        rotation: (3, 3).
+        shift: (3,) [m].
+        scale: above 0.
+    """
+
+    rotation: Array
+    shift: Array
+    scale: float = 1.0
+
+    def apply(self, points: Array) -> Array:
+        """Points (n, 3), moved."""
+        return self.scale * points @ self.rotation.T + self.shift
+
+    def apply_inverse(self, points: Array) -> Array:
+        """Points (n, 3), moved back."""
+        return (points - self.shift) @ self.rotation / self.scale
+
+    def matrix(self) -> Array:
+        """(4, 4) of rotation and shift only, without the scale."""
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = self.rotation, self.shift
+        return T
+
+
+IDENTITY = Similarity(np.eye(3), np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Matches:
+    """Points as they stand now (n, 3) [m], what they belong to (n, 3), the normals there (n, 3), weights (n,)."""
+
+    points: Array
+    targets: Array
+    normals: Array
+    weights: Array
+
+    def rows(self) -> tuple[Array, Array, Array, float]:
+        """Jacobian (n, 7) of rotation, shift and log-scale, all in lengths; residuals (n,) [m]; the centre; the size.
+
+        Rotation and scale act about the points' centre and are measured by what they move at the shape's edge.
+        """
+        total = max(float(self.weights.sum()), 1e-300)
+        centre = self.weights @ self.points / total
+        arm = self.points - centre
+        size = max(float(np.sqrt(self.weights @ (arm**2).sum(axis=1) / total)), 1e-300)
+        arm = arm / size
+        along = np.einsum("ij,ij->i", arm, self.normals)[:, None]
+        jacobian = np.hstack([np.cross(arm, self.normals), self.normals, along])
+        return jacobian, np.einsum("ij,ij->i", self.normals, self.targets - self.points), centre, size
+
+
+def step(now: Similarity, matches: Matches, scale: bool) -> tuple[Similarity, float]:
+    """One Gauss-Newton step: the better similarity, and how far it moved the shape's edge [m]."""
+    jacobian, residual, centre, size = matches.rows()
+    jacobian = jacobian if scale else jacobian[:, :6]
+    weighted = jacobian * matches.weights[:, None]
+    change = solve(weighted.T @ jacobian, weighted.T @ residual)
+    turn = Rotation.from_rotvec(change[:3] / size).as_matrix()
+    grow = float(np.exp(np.clip(change[6] / size, -0.1, 0.1))) if scale else 1.0
+    grow = float(np.clip(now.scale * grow, *SCALES)) / now.scale if scale else 1.0
+    rotation = Rotation.from_matrix(turn @ now.rotation).as_matrix()  # stays a rotation over many steps
+    shift = centre + grow * turn @ (now.shift - centre) + change[3:6]
+    return Similarity(rotation, shift, now.scale * grow), float(np.linalg.norm(change))
+
+
+def solve(system: Array, right: Array) -> Array:
+    """The change that a normal system asks for; directions that it does not know stay still."""
+    values, vectors = np.linalg.eigh(system)
+    known = values > _DAMPING * max(float(values[-1]), 1e-300)
+    return vectors[:, known] @ ((vectors[:, known].T @ right) / values[known])
+
+
+def tukey(distances: Array, limit: float) -> Array:
+    """Weights (n,): 1 at distance 0, 0 from `limit` on."""
+    return np.square(np.maximum(1 - np.square(distances / max(limit, 1e-300)), 0))
