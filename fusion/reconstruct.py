@@ -23,6 +23,7 @@ from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_byt
 from fusion.volume.volume import Volume, VolumeSettings
 
 PROBES = 5  # frames looked at before the start, to choose voxels and to forecast the memory
+FOREGROUND = 0.25  # quantile of the depth that stands for an object's distance (guess)
 NOISIEST = 0.5  # standard deviations above this share of the truncation would tear the surface they are fused into
 MODEL_WIDTH = 400  # the model is seen at half resolution from images wider than this: noise is finer than it [px]
 
@@ -146,8 +147,13 @@ def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:
     truncation = volume.settings.truncation
     # weights count in pixels as good as the noise limit, so their size does not depend on the sensor
     weight = frame.weight * np.float32((NOISIEST * truncation) ** 2)
-    weight[~(frame.surface.sigma < NOISIEST * truncation)] = 0
+    weight[~fusible(frame, truncation)] = 0
     volume.integrate(frame.depth, frame.surface.camera, T_world_camera, weight, frame.frame.color)
+
+
+def fusible(frame: Prepared, truncation: float) -> NDArray[np.bool_]:
+    """Pixels (h, w) whose noise fits into the truncation [m]."""
+    return np.asarray(frame.surface.sigma < NOISIEST * truncation)
 
 
 def plan(
@@ -155,8 +161,10 @@ def plan(
 ) -> tuple[VolumeSettings, list[tuple[str, str]]]:
     """Voxel and truncation that suit a recording, with warnings; what one view takes must fit into memory."""
     probes = _probe(recording, settings, sensor)
-    distance = float(np.median([np.nanmedian(p.depth) for p in probes]))
-    sigma = float(np.median([np.nanmedian(p.surface.sigma) for p in probes]))
+    # an object stands in the foreground: what lies far behind must not choose its voxels
+    share = 0.5 if settings.room else FOREGROUND
+    distance = float(np.median([np.nanquantile(p.depth, share) for p in probes]))
+    sigma = float(np.median([np.nanquantile(p.surface.sigma, share) for p in probes]))
     voxel = settings.voxel or choose_voxel(distance, recording.camera, settings.room)
     truncation = settings.truncation or choose_truncation(voxel, sigma)
     named = recording.files is not None and any(recording.files.color)
@@ -164,7 +172,8 @@ def plan(
     chosen = VolumeSettings(voxel, truncation, color, settings.box, settings.max_bytes)
     notes = [("warning", text) for text in (*recording.warnings, *sensor.warnings)]
     if settings.box is None:
-        needed = max(forecast_bytes(chosen, p.depth, recording.camera) for p in probes)
+        usable = [np.where(fusible(p, truncation), p.depth, np.nan) for p in probes]
+        needed = max(forecast_bytes(chosen, depth, recording.camera) for depth in usable)
         if needed > settings.max_bytes:
             fits = voxel * np.sqrt(needed / settings.max_bytes)
             raise VolumeError(

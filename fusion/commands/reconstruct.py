@@ -100,8 +100,8 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
     from fusion.report.scan import ScanReport
     from fusion.report.seen import times_seen
 
-    # coverage from at most 60 frames: more take long and say nothing new
-    some = slice(None, None, max(1, len(recording) // 60))
+    # coverage from at most 30 frames: more take long and say nothing new
+    some = slice(None, None, max(1, len(recording) // 30))
     seen = Trajectory(result.trajectory.timestamps[some], result.trajectory.poses[some])
     tracked = np.isfinite(result.residual).any()
     return ScanReport(

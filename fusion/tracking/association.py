@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Projective association on Taichi: which model point does each source point fall on?
 
 The kernels see a camera as (12,) parameters: fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6 (OpenCV's order).
