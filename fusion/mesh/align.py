@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import t as student
+from scipy.special import stdtrit  # scipy.stats takes a second to import
 
 from fusion.mesh.coarse import Side, guesses, score
 from fusion.mesh.distances import Surface, surface_of
@@ -134,5 +134,5 @@ def _scale_interval(pose: Similarity, matches: Matches) -> tuple[float, float]:
         return (0.0, float("inf"))
     without = np.array([solve(system - a, right - b)[6] for a, b in zip(systems, rights, strict=True)]) / size
     error = float(np.sqrt((count - 1) / count * np.square(without - without.mean()).sum()))
-    half = float(student.ppf(0.975, count - 1)) * error + 1e-7  # closest points are float32
+    half = float(stdtrit(count - 1, 0.975)) * error + 1e-7  # closest points are float32
     return pose.scale * float(np.exp(-half)), pose.scale * float(np.exp(half))

@@ -46,7 +46,9 @@ def guesses(mesh: Side, reference: Side) -> list[Similarity]:
     for _, guess in tried:
         if all(_apart(guess, other) > _ALIKE for other in kept):
             kept.append(guess)
-    return kept[:_KEPT]
+        if len(kept) == _KEPT:
+            break
+    return kept
 
 
 def score(there: Array, again: Array) -> float:
