@@ -19,14 +19,9 @@ def warnings_of(
     out = [("warning", text) for text in (*recording.warnings, *sensor.warnings, *sensor.left_out, *steps.warnings)]
     focal = float(np.expm1(motion.focal_check.values[0]))
     if abs(focal) > WRONG_FOCAL:
-        right = recording.camera.fx * (1 + focal)
-        out.append(
-            (
-                "bad",
-                f"the object keeps its shape only if the focal length is {focal:+.1%} off: "
-                f"fx {right:.1f} px instead of {recording.camera.fx:.1f} px; calibrate the camera or pass --refine-camera",
-            )
-        )
+        stated, right = recording.camera.fx, recording.camera.fx * (1 + focal)
+        why = f"the object keeps its shape only with fx {right:.1f} px instead of {stated:.1f} px ({focal:+.1%})"
+        out.append(("bad", f"{why}; calibrate the camera or pass --refine-camera"))
     if motion.plate is None:
         out.append(("warning", "no plate was seen: nothing was cut off below the object"))
     lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())

@@ -42,9 +42,8 @@ def choose_volume(
 
 def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> Mesh:
     """The object alone: no plate, no flying parts, no small holes."""
-    if motion.plate is not None and not settings.keep_plate:
-        normals = mesh.normals if mesh.normals is not None else np.zeros_like(mesh.vertices, np.float32)
-        mesh = vertices_kept(mesh, above_plate(mesh.vertices, normals, CLEAR_OF_PLATE))
+    if motion.plate is not None and not settings.keep_plate and mesh.normals is not None:
+        mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE))
     if not len(mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")
     mesh = largest_part(mesh)

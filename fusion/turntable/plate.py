@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.tracking.icp import tukey
 from fusion.turntable.axis import Axis
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
+NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
 def plate_height(views: Sequence[View], axis: Axis, region: Region) -> float | None:
@@ -35,31 +37,30 @@ def plate_height(views: Sequence[View], axis: Axis, region: Region) -> float | N
 
 
 def above_plate(vertices: Array, normals: NDArray[np.float32], clear: float) -> NDArray[np.bool_]:
-    """Vertices (n,) of an object frame (z up along the axis, plate near 0) that do not belong to the plate.
+    """Vertices (n,) of an object frame (z up along the axis, plate near 0) that lie above the plate.
 
-    What turns about the axis is seen as a surface of revolution, so even a plate that the camera bends is one height
-    per radius: the median of the level surface there.
+    A plate need not be square to its axis, and a camera that is not calibrated bends it: z = c + a x + b y + k r^2 is
+    fitted to the level surface near the plate (Tukey's weights).
 
     Args:
         vertices: (n, 3) [m].
         normals: (n, 3) outwards.
         clear: height above the plate up to which vertices still belong to it [m].
     """
-    ring = 0.005
-    radius = np.hypot(vertices[:, 0], vertices[:, 1])
-    level = (normals[:, 2] > 0.9) & (np.abs(vertices[:, 2]) < 4 * clear)
-    index = (radius / ring).astype(int)
-    heights = np.full(index.max(initial=0) + 1, np.nan)
-    for k in np.unique(index[level]):
-        here = vertices[level & (index == k), 2]
-        if len(here) > 20:
-            heights[k] = np.median(here)
-    known = np.flatnonzero(np.isfinite(heights))
-    if len(known) == 0:
-        return np.asarray(vertices[:, 2] > clear)
-    # under the object the plate is flat, as far as can be known
-    profile = np.interp(np.arange(len(heights)), known, heights[known], left=0.0)
-    return np.asarray(vertices[:, 2] > profile[index] + clear)
+    x, y, z = vertices.T
+    terms = np.column_stack([np.ones_like(x), x, y, x**2 + y**2])
+    level = np.flatnonzero((normals[:, 2] > 0.9) & (np.abs(z) < NEAR_PLATE))
+    if len(level) < 100:
+        return np.asarray(z > clear)
+    level = level[:: max(1, len(level) // 20_000)]
+    A, height = terms[level], z[level]
+    fit = np.array([np.median(height), 0, 0, 0])
+    for scale in np.geomspace(NEAR_PLATE, clear, 12):
+        weight = tukey((height - A @ fit) / scale, cut=1.0)
+        # the bend and the tilt must not run away where the plate is hardly seen
+        ridge = 1e-3 * max(float(np.sum(weight)), 1.0) * np.diag([0, 1e-3, 1e-3, 1e-4])
+        fit = np.linalg.solve((A * weight[:, None]).T @ A + ridge, A.T @ (weight * height))
+    return np.asarray(z > terms @ fit + clear)
 
 
 def above(view: View, axis: Axis, height: float, most: int) -> View:
