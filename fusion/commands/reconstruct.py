@@ -100,8 +100,9 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
     from fusion.report.scan import ScanReport
     from fusion.report.seen import times_seen
 
-    # coverage from at most 30 frames: more take long and say nothing new
-    some = slice(None, None, max(1, len(recording) // 30))
+    # coverage from about 30 frames, each standing for those up to the next: more take long and say nothing new
+    step = max(1, len(recording) // 30)
+    some = slice(None, None, step)
     seen = Trajectory(result.trajectory.timestamps[some], result.trajectory.poses[some])
     tracked = np.isfinite(result.residual).any()
     return ScanReport(
@@ -112,7 +113,7 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
         residual=result.residual if tracked else None,
         inlier_share=result.inlier_share if tracked else None,
         rejected=result.rejected,
-        times_seen=times_seen(result.mesh, seen, recording.camera),
+        times_seen=step * times_seen(result.mesh, seen, recording.camera),
         settings=result.settings,
         warnings=result.warnings,
         fingerprint=_fingerprint(recording),
