@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.special import stdtrit  # scipy.stats takes a second to import
 
-from fusion.mesh.coarse import Side, guesses, score
+from fusion.mesh.coarse import NEAR, Side, guesses, score
 from fusion.mesh.distances import Surface, surface_of
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.similarity import IDENTITY, Array, Matches, Similarity, solve, step, tukey
@@ -15,7 +15,7 @@ from fusion.mesh.surface_samples import Samples, sample_surface
 _COARSE_POINTS, _FINE_POINTS = 3000, 20_000
 _PREFERENCE = 1.2  # the pose as it stands wins unless another is better by this: symmetric shapes stay (guess)
 _TUKEY = 4.685  # limit in standard deviations: 95 % as efficient as least squares on Gaussian noise
-_FIT = 0.02  # of the size: a trimmed distance above this is no fit (guess)
+_POOR = 0.9  # of the score's limit per surface: one shown whole by the other scores at most 1 (guess)
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,8 @@ def align_meshes(
 
     def judged(pose: Similarity) -> float:
         there = other.closest(pose.apply(coarse.points), _turned(pose, coarse.normals)).distances
-        return score(there, own.closest(pose.apply_inverse(back.points), back.normals).distances * pose.scale)
+        again = own.closest(pose.apply_inverse(back.points), back.normals).distances * pose.scale
+        return score(there, again, NEAR * size)
 
     starts = [IDENTITY, *guesses(Side.of(coarse), Side.of(back))]
     poses = [fit.run(coarse, start, scale, rounds=20)[0] for start in starts]
@@ -74,7 +75,7 @@ def align_meshes(
         best = 0
     pose, matches = fit.run(fine, poses[best], scale, rounds=60)
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
-    status = "poor" if judged(pose) > _FIT * size else "kept" if best == 0 and moved < 0.1 * size else "moved"
+    status = "poor" if judged(pose) > _POOR * NEAR * size else "kept" if best == 0 and moved < 0.1 * size else "moved"
     interval = _scale_interval(pose, matches) if scale else None
     return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status)
 
@@ -89,7 +90,7 @@ class _Fit:
 
     def run(self, samples: Samples, pose: Similarity, scale: bool, rounds: int) -> tuple[Similarity, Matches]:
         """Steps until nothing moves any more; the limit of the weights only shrinks, down to the noise."""
-        limit = np.inf
+        limit = 3 * NEAR * self.size
         for _ in range(rounds):
             matches, limit = self._matches(samples, pose, limit)
             pose, moved = step(pose, matches, scale)

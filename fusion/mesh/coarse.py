@@ -16,6 +16,7 @@ _SPREAD = 72  # rotations over the whole sphere: about 45 degrees apart, within 
 _KEPT = 8  # guesses that come to the final choice
 _TRIAL = 400  # points a guess is tried with
 _ALIKE = np.deg2rad(5)
+NEAR = 0.03  # of the reference's size: what lies on each other after a coarse alignment (guess)
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,11 @@ class Side:
     points: Array
     normals: Array | None
     tree: cKDTree
+
+    @property
+    def size(self) -> float:
+        """Diagonal of its box [m]."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @classmethod
     def of(cls, samples: Samples) -> "Side":
@@ -40,7 +46,7 @@ def guesses(mesh: Side, reference: Side) -> list[Similarity]:
         moved = _quick_icp(few, reference, guess)
         there = reference.tree.query(moved.apply(few))[0]
         again = mesh.tree.query(moved.apply_inverse(back))[0]
-        tried.append((score(there, again), moved))
+        tried.append((score(there, again, NEAR * reference.size), moved))
     tried.sort(key=lambda pair: pair[0])
     kept: list[Similarity] = []
     for _, guess in tried:
@@ -51,13 +57,12 @@ def guesses(mesh: Side, reference: Side) -> list[Similarity]:
     return kept
 
 
-def score(there: Array, again: Array) -> float:
-    """Mean distance [m] of the nearer 70 % of the mesh, and of the nearer half of the reference (less may be seen)."""
-    return _trimmed(there, 0.7) + 0.5 * _trimmed(again, 0.5)
+def score(there: Array, again: Array, limit: float) -> float:
+    """Mean distance [m] of the mesh plus that of the reference, where nothing counts more than `limit` [m].
 
-
-def _trimmed(distances: Array, share: float) -> float:
-    return float(np.sort(np.abs(distances))[: max(1, int(share * len(distances)))].mean())
+    So it does not matter how far away the rest of a mesh or reference is that shows more than the other one.
+    """
+    return float(np.minimum(np.abs(there), limit).mean() + np.minimum(np.abs(again), limit).mean())
 
 
 def _all(mesh: Side, reference: Side) -> Iterator[Similarity]:
@@ -98,7 +103,7 @@ def _by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
     if mesh.normals is None or reference.normals is None:
         return
     registration = o3d.pipelines.registration
-    size = float(np.linalg.norm(np.ptp(reference.points, axis=0)))
+    size = reference.size
     for share in (0.03, 0.06):
         clouds, features = [], []
         for side in (mesh, reference):
@@ -121,16 +126,19 @@ def _by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
 
 
 def _quick_icp(points: Array, reference: Side, now: Similarity) -> Similarity:
-    for _ in range(8):
+    size = reference.size
+    for number in range(8):
         moved = now.apply(points)
         distance, index = reference.tree.query(moved)
         targets = reference.points[index]
         normals = moved - targets if reference.normals is None else reference.normals[index]
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        weights = tukey(distance, 3 * float(np.quantile(distance, 0.7)) + 1e-12)
+        # from the shape's size down to what counts as near, else a plate around the object would pull it away
+        weights = tukey(distance, min(3 * float(np.quantile(distance, 0.7)) + 1e-12, size * 0.25 * 0.75**number))
         now, _ = step(now, Matches(moved, targets, normals, weights), scale=False)
     return now
 
 
 def _apart(one: Similarity, other: Similarity) -> float:
-    return float(np.linalg.norm(Rotation.from_matrix(one.rotation.T @ other.rotation).as_rotvec()))
+    cosine = (np.sum(one.rotation * other.rotation) - 1) / 2
+    return float(np.arccos(np.clip(cosine, -1, 1)))

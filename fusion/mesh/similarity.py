@@ -76,7 +76,8 @@ def step(now: Similarity, matches: Matches, scale: bool) -> tuple[Similarity, fl
     turn = Rotation.from_rotvec(change[:3] / size).as_matrix()
     grow = float(np.exp(np.clip(change[6] / size, -0.1, 0.1))) if scale else 1.0
     grow = float(np.clip(now.scale * grow, *SCALES)) / now.scale if scale else 1.0
-    rotation = Rotation.from_matrix(turn @ now.rotation).as_matrix()  # stays a rotation over many steps
+    left, _, right = np.linalg.svd(turn @ now.rotation)
+    rotation = left @ right  # stays a rotation over many steps
     shift = centre + grow * turn @ (now.shift - centre) + change[3:6]
     return Similarity(rotation, shift, now.scale * grow), float(np.linalg.norm(change))
 

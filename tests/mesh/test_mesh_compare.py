@@ -1,0 +1,200 @@
+"""Comparison with a reference: laws on made shapes whose distances, pose and scale are known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from fusion.commands.main import main
+from fusion.errors import MeshError
+from fusion.mesh.align import align_meshes
+from fusion.mesh.compare import CompareSettings, compare, write_comparison
+from fusion.mesh.files import read_mesh, write_mesh
+from fusion.mesh.mesh import Mesh
+from fusion.mesh.surface_samples import sample_surface
+from fusion.mesh.vertices import vertices_kept
+
+STAND = CompareSettings(align=False, samples=20_000)
+FEW = CompareSettings(samples=10_000)
+
+
+def _made(shape):
+    return Mesh(np.array(shape.vertices, np.float64), np.array(shape.faces, np.int32))
+
+
+def _ball(radius):
+    return _made(trimesh.creation.icosphere(4, radius))
+
+
+def _object(rounds=4):
+    """A bumpy shape of 0.2 m without symmetry, closed."""
+    ball = trimesh.creation.icosphere(rounds, 0.1)
+    x, y, z = np.asarray(ball.vertices).T / 0.1
+    bumps = 1 + 0.2 * np.sin(3 * x + 1) + 0.15 * np.cos(4 * y - z) + 0.1 * np.sin(5 * z + 2 * x)
+    return Mesh(np.asarray(ball.vertices) * bumps[:, None] * [1.0, 0.8, 0.6], np.asarray(ball.faces, np.int32))
+
+
+def _moved(mesh, seed=3, scale=1.0):
+    turn = Rotation.random(random_state=seed).as_matrix()
+    return replace(mesh, vertices=scale * mesh.vertices @ turn.T + [0.3, -0.4, 1.2]), turn
+
+
+def _turn_error_deg(T, turn):
+    return np.rad2deg(np.linalg.norm(Rotation.from_matrix(T[:3, :3] @ turn.T).as_rotvec()))
+
+
+def test_larger_ball_stands_outside_by_the_difference():
+    found = compare(_ball(0.102), _ball(0.100), STAND)
+    # the facets of an icosphere of 5120 faces lie up to 0.05 % of the radius below it, on both balls alike: 0.01 mm
+    assert found.accuracy["mean_signed"] == pytest.approx(0.002, abs=1e-5)
+    assert found.completeness["mean_signed"] == pytest.approx(-0.002, abs=1e-5)  # the reference is inside the mesh
+    assert found.accuracy["std"] < 1e-4
+    assert found.accuracy["within"]["0.001"] == 0
+    assert found.fscore["0.005"] == 1
+    assert np.mean(found.mesh.scalars["signed_distance"]) == pytest.approx(0.002, abs=2e-5)
+    assert sum(found.histogram["counts"]) == STAND.samples
+
+
+def test_samples_are_even_over_area_not_over_triangles():
+    near, far = trimesh.creation.box((1, 1, 1e-4)), trimesh.creation.box((1, 1, 1e-4))
+    for _ in range(4):
+        near = near.subdivide()  # 256 times the triangles of the far plate
+    far.apply_translation([0, 0, 0.01])
+    both = _made(trimesh.util.concatenate([near, far]))
+    found = compare(both, _made(near), replace(STAND, max_distance=0.1))
+    # two plates of equal area; 20 000 stratified samples leave less than 1 %
+    assert found.accuracy["within"]["0.005"] == pytest.approx(0.5, abs=0.01)
+
+
+def test_pose_and_scale_are_recovered():
+    mesh = _object()
+    for seed in (3, 8):
+        reference, turn = _moved(mesh, seed, 1.02)
+        found = align_meshes(mesh, reference, scale=True)
+        assert _turn_error_deg(found.T_reference_mesh, turn) < 0.05
+        assert found.scale == pytest.approx(1.02, rel=2e-4)
+        assert np.linalg.norm(found.T_reference_mesh[:3, 3] - [0.3, -0.4, 1.2]) < 1e-4
+        assert found.status == "moved"
+
+
+def test_scale_interval_holds_the_scale_under_noise():
+    mesh = _object()
+    reference, _ = _moved(mesh, 5, 0.985)
+    rng = np.random.default_rng(0)
+    noisy = replace(mesh, vertices=mesh.vertices + rng.normal(0, 5e-4, mesh.vertices.shape))
+    found = align_meshes(noisy, reference, scale=True)
+    low, high = found.scale_interval
+    assert low < 0.985 < high
+    assert high - low < 0.01  # 0.5 mm of noise on 2562 vertices of a 0.2 m object says the scale well below 1 %
+
+
+def test_good_pose_of_a_symmetric_shape_stays():
+    box = _made(trimesh.creation.box((0.2, 0.2, 0.2)))
+    found = align_meshes(box, box)
+    assert found.status == "kept"
+    assert np.abs(found.T_reference_mesh - np.eye(4)).max() < 1e-5  # float32 closest points
+
+
+def test_same_input_gives_same_numbers():
+    mesh = _object(3)
+    reference, _ = _moved(mesh)
+    first, second = (compare(mesh, reference, FEW).to_dict() for _ in range(2))
+    assert first == second
+
+
+def test_millimetres_are_recognised():
+    mesh = _object(3)
+    reference = replace(mesh, vertices=mesh.vertices * 1000)
+    found = compare(mesh, reference, replace(STAND, seen=reference.vertices[:50]))
+    assert "millimetres" in found.notes[0]
+    assert found.accuracy["rms"] < 1e-6
+    assert found.completeness["rms"] < 1e-6
+    assert compare(reference, mesh, STAND).accuracy["rms"] < 1e-6
+
+
+def test_partial_scan_is_aligned_and_the_rest_counts_as_never_seen():
+    whole = _object()
+    part = vertices_kept(whole, whole.vertices[:, 2] + 0.3 * whole.vertices[:, 0] > -0.005)
+    reference, turn = _moved(whole, 4)
+    found = compare(part, reference, FEW)
+    assert _turn_error_deg(found.T_reference_mesh, turn) < 0.05
+    assert found.accuracy["rms"] < 1e-4
+    assert 0.2 < found.unseen_share < 0.6
+    # what is left out begins 10 mm behind the border: what stays is within that
+    assert found.completeness["max"] <= 0.0101
+    assert found.completeness_all["max"] > 0.02
+    assert any("never seen" in note for note in found.notes)
+
+
+def test_missing_part_of_a_closed_scan_is_not_excused():
+    reference = trimesh.util.concatenate([trimesh.creation.icosphere(3, 0.1), trimesh.creation.box((0.02, 0.02, 0.4))])
+    found = compare(_made(trimesh.creation.icosphere(3, 0.1)), _made(reference), STAND)
+    assert found.unseen_share == 0
+    assert found.completeness["max"] > 0.09
+
+
+def test_plate_around_the_object_is_left_out():
+    whole = _object()
+    plate = trimesh.creation.cylinder(0.15, 0.004)
+    plate.apply_translation([0, 0, whole.vertices[:, 2].min()])
+    shape = trimesh.util.concatenate([trimesh.Trimesh(whole.vertices, whole.faces), plate])
+    reference, turn = _moved(whole, 6)
+    found = compare(_made(shape), reference, replace(FEW, max_distance=0.005))
+    assert _turn_error_deg(found.T_reference_mesh, turn) < 0.05
+    assert found.left_out_share > 0.2
+    # plate within 5 mm of the object's foot stays in; it is a small share
+    assert found.accuracy["median"] < 1e-4
+
+
+def test_point_cloud_reference():
+    mesh = _object()
+    reference, turn = _moved(mesh, 7)
+    points = sample_surface(reference, 20_000).points
+    found = compare(mesh, Mesh(points), FEW)
+    # planes through neighbours 2 mm apart on curved ground miss the surface by some 0.05 mm
+    assert _turn_error_deg(found.T_reference_mesh, turn) < 0.1
+    assert found.accuracy["rms"] < 2e-4
+    assert found.completeness["rms"] < 2e-4
+
+
+def test_files_hold_the_contract(tmp_path):
+    found = compare(_ball(0.101), _ball(0.1), STAND)
+    write_comparison(tmp_path, found)
+    content = json.loads((tmp_path / "comparison.json").read_text())
+    assert {"scale", "T_reference_mesh", "accuracy", "completeness", "fscore"} <= content.keys()
+    for name in ("accuracy", "completeness"):
+        keys = {"mean_signed", "mean", "rms", "std", "median", "p95", "max", "within"}
+        assert content[name].keys() == keys
+        assert content[name]["within"].keys() == {"0.001", "0.002", "0.005"}
+    assert content["scale"] == 1
+    back = read_mesh(tmp_path / "distance.ply")
+    assert np.array_equal(back.scalars["signed_distance"], found.mesh.scalars["signed_distance"])
+
+
+@pytest.mark.parametrize(
+    ("mesh", "settings", "said"),
+    [
+        (Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)), STAND, "no area"),
+        (Mesh(np.zeros((2, 3))), STAND, "too few points"),
+        (_ball(0.1), replace(STAND, max_distance=-1.0), "largest distance"),
+        (_ball(0.1), replace(STAND, seen=np.zeros((0, 3))), "seen points"),
+        (Mesh(_ball(0.1).vertices + 5, _ball(0.1).faces), replace(STAND, max_distance=0.01), "nothing of the mesh"),
+    ],
+)
+def test_bad_input_is_one_line(mesh, settings, said):
+    with pytest.raises(MeshError, match=said) as raised:
+        compare(mesh, _ball(0.1), settings)
+    assert "\n" not in str(raised.value)
+
+
+def test_command_refuses_in_one_line(tmp_path, capsys):
+    write_mesh(tmp_path / "ball.ply", _ball(0.1))
+    (tmp_path / "seen.npz").write_bytes(b"nothing")
+    ball = str(tmp_path / "ball.ply")
+    assert main(["compare", ball, ball, "-o", str(tmp_path / "out"), "--seen", str(tmp_path / "seen.npz")]) == 1
+    assert main(["compare", ball, str(tmp_path / "none.ply"), "-o", str(tmp_path / "out")]) == 1
+    assert len(capsys.readouterr().err.splitlines()) == 2
+    assert not (tmp_path / "out").exists()
