@@ -14,7 +14,7 @@ from fusion.mesh.surface_samples import Samples
 
 _SPREAD = 72  # rotations over the whole sphere: about 45 degrees apart, within reach of ICP (guess)
 _KEPT = 8  # guesses that come to the final choice
-_TRIAL = 400  # points a guess is tried with
+_TRIAL = 250  # points a guess is tried with
 _ALIKE = np.deg2rad(5)
 NEAR = 0.03  # of the reference's size: what lies on each other after a coarse alignment (guess)
 
@@ -41,15 +41,17 @@ def guesses(mesh: Side, reference: Side) -> list[Similarity]:
     """The most promising poses, best first: at most `_KEPT`, none twice. The same input gives the same list."""
     few = mesh.points[np.linspace(0, len(mesh.points) - 1, min(_TRIAL, len(mesh.points))).astype(int)]
     back = reference.points[np.linspace(0, len(reference.points) - 1, min(_TRIAL, len(reference.points))).astype(int)]
-    tried = []
-    for guess in _all(mesh, reference):
-        moved = _quick_icp(few, reference, guess)
-        there = reference.tree.query(moved.apply(few))[0]
-        again = mesh.tree.query(moved.apply_inverse(back))[0]
-        tried.append((score(there, again, NEAR * reference.size), moved))
-    tried.sort(key=lambda pair: pair[0])
+
+    def rated(guess: Similarity) -> float:
+        there = reference.tree.query(guess.apply(few))[0]
+        again = mesh.tree.query(guess.apply_inverse(back))[0]
+        return score(there, again, NEAR * reference.size)
+
+    tried = [_quick_icp(few, reference, guess, range(4)) for guess in _all(mesh, reference)]
+    tried = sorted(tried, key=rated)[: len(tried) // 3]
+    tried = sorted((_quick_icp(few, reference, guess, range(4, 10)) for guess in tried), key=rated)
     kept: list[Similarity] = []
-    for _, guess in tried:
+    for guess in tried:
         if all(_apart(guess, other) > _ALIKE for other in kept):
             kept.append(guess)
         if len(kept) == _KEPT:
@@ -125,9 +127,9 @@ def _by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
             yield Similarity(np.array(found[:3, :3]), np.array(found[:3, 3]))
 
 
-def _quick_icp(points: Array, reference: Side, now: Similarity) -> Similarity:
+def _quick_icp(points: Array, reference: Side, now: Similarity, rounds: range) -> Similarity:
     size = reference.size
-    for number in range(8):
+    for number in rounds:
         moved = now.apply(points)
         distance, index = reference.tree.query(moved)
         targets = reference.points[index]
