@@ -35,7 +35,7 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings) ->
         raise RecordingError("too few frames can be read", recording.path, len(depths), "3 or more")
     camera = recording.camera
     moving = find_moving(np.stack(depths), camera, lambda z: np.asarray(sensor.sigma(z, None, camera), np.float32))
-    return Region(moving.low, moving.high).grown(0.015)
+    return Region(moving.low, moving.high, moving.still).grown(0.015)
 
 
 def load(

@@ -30,12 +30,10 @@ def choose_volume(
     sigma = float(np.median([np.nanmedian(f.surface.sigma[region.holds(f.surface.points)]) for f in shown[:5]]))
     voxel = settings.voxel or choose_voxel(distance, camera)
     truncation = settings.truncation or choose_truncation(voxel, sigma)
-    corners = np.stack(np.meshgrid(*zip(region.low, region.high, strict=True)), axis=-1).reshape(-1, 3)
-    reach, height = motion.axis.distance(corners)
-    # the box turns: what it can sweep is the cylinder around the axis, and no corner of it needs to be reached
-    radius = float(np.percentile(reach, 60))
-    bottom = float(np.min(height)) if motion.plate is None else motion.plate - 0.01
-    low, high = (-radius, -radius, bottom), (radius, radius, float(np.max(height)) + 0.01)
+    margin = 0.015
+    radius = motion.radius + margin
+    bottom = (motion.bottom if motion.plate is None else motion.plate) - margin
+    low, high = (-radius, -radius, bottom), (radius, radius, motion.top + margin)
     color = settings.color and any(f.frame.color is not None for f in shown)
     return VolumeSettings(voxel, truncation, color, (low, high))
 

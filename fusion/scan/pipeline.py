@@ -59,7 +59,9 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
 
 
 def _motion(frames: list[Prepared | None], camera: Camera, region: Region, commanded: Array | None) -> Motion:
-    views = [view(f.surface, region) if f is not None else _nothing(frames) for f in frames]
+    still = None if region.still is None else region.still[region.window(camera)]
+    cut = replace(region, still=still)
+    views = [view(f.surface, cut) if f is not None else _nothing(frames) for f in frames]
     return estimate_motion(views, region, commanded)
 
 

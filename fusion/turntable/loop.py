@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 # errors of neighbouring pixels are alike (filters, matching windows, fixed patterns): what one independent
 # equation is worth, a guess until a recording's own noise correlation is measured
-EFFECTIVE = 0.02
+EFFECTIVE = 0.005
 MOST = 4.0  # errors of the camera stay within this many prior standard deviations
 SETTLED = 5e-5  # [rad], [m]
 SHARED = 4  # steps of the axis

@@ -33,6 +33,7 @@ class Motion:
         residual: (n,) [m]; support: (n,) share of the visible points that fit.
         rejected: frame to reason.
         plate: height of the plate above the axis' point [m], None when no plate was seen.
+        radius, bottom, top: cylinder that holds what turns, heights from the axis' point [m].
         camera_check: what camera and depth seem to get wrong, with all errors fitted.
         focal_check: the same with the camera alone (focal length and principal point) fitted.
         focal_std: standard deviation of the relative focal length in `focal_check`.
@@ -45,6 +46,9 @@ class Motion:
     support: Array
     rejected: dict[int, str]
     plate: float | None
+    radius: float
+    bottom: float
+    top: float
     camera_check: SelfCheck
     focal_check: SelfCheck
     focal_std: float
@@ -70,7 +74,7 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
     centre = (region.low + region.high) / 2
     shown = [_thinned(v, POINTS_FIRST) for v in seen]
     stride, steps, axis = _first_axis(shown, centre, None if commanded is None else commanded[used])
-    plate = plate_height(seen, axis, region)
+    plate = plate_height(seen, axis)
     floor = -np.inf if plate is None else plate + 0.008
     shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
     if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
@@ -90,13 +94,25 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
     angles = whole(np.where(bad, np.nan, fit.angles))
     angles -= angles[np.isfinite(angles)][0]
     final = fit.axis.nearest_to(centre)
-    height = plate_height(seen, final, region)
+    height = plate_height(seen, final)
     if height is not None:
         final = replace(final, point=final.point + height * final.direction)
+    reach, above_point = final.distance(np.concatenate([v.points for v in seen]).astype(float))
     return Motion(
-        final, angles, whole(fit.angle_std), whole(fit.residual), whole(fit.support), rejected,
-        None if height is None else 0.0, fit.check, camera_fit.check, float(camera_fit.check_std[0]),
-    )  # fmt: skip
+        axis=final,
+        angles=angles,
+        angle_std=whole(fit.angle_std),
+        residual=whole(fit.residual),
+        support=whole(fit.support),
+        rejected=rejected,
+        plate=None if height is None else 0.0,
+        radius=float(np.percentile(reach, 99.8)),
+        bottom=float(np.percentile(above_point, 0.2)),
+        top=float(np.percentile(above_point, 99.8)),
+        camera_check=fit.check,
+        focal_check=camera_fit.check,
+        focal_std=float(camera_fit.check_std[0]),
+    )
 
 
 def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> tuple[Loop, Loop]:

@@ -20,17 +20,13 @@ class Moving:
     Attributes:
         points: (n, 3) sample of its moving surface, camera frame [m].
         low, high: (3,) box around it, camera frame [m].
-        centre: (3,) middle of the box [m].
-        background: (h, w) farthest stable depth of each pixel [m], NaN where never seen.
-        moving: (h, w) share of the frames in which a pixel's depth differs from its median.
+        still: (h, w) pixels that see the same depth in all frames: background, plate, what shows no turn.
     """
 
     points: Array
     low: Array
     high: Array
-    centre: Array
-    background: NDArray[np.float32]
-    moving: NDArray[np.float32]
+    still: NDArray[np.bool_]
 
 
 def find_moving(
@@ -38,9 +34,9 @@ def find_moving(
 ) -> Moving:
     """Find the turning object without a mask.
 
-    A pixel tells of motion where its depth spreads by more than its noise allows. People passing behind move
-    too, but no part of space holds them for long: the region kept is the connected one that holds moving
-    surface in nearly every frame.
+    What stands before something that was seen behind it at another time has moved. People passing behind move too,
+    but no part of space holds them for long: the region kept is the connected one that holds moving surface in nearly
+    every frame.
 
     Args:
         depths: (k, h, w) a sample of the frames [m], NaN where missing; k from 6 to about 40.
@@ -52,15 +48,13 @@ def find_moving(
     """
     known = np.isfinite(depths)
     count = known.sum(axis=0)
-    filled = np.where(known, depths, np.inf)
-    ordered = np.sort(filled, axis=0)
-    far = _quantile(ordered, count, 0.9)
-    median = _quantile(ordered, count, 0.5)
+    ordered = np.sort(np.where(known, depths, np.inf), axis=0)
+    far, median = (_quantile(ordered, count, q) for q in (0.9, 0.5))
     limit = np.maximum(5 * sigma(median), 0.006)
-    differs = known & (np.abs(depths - median) > limit)
+    still = (known & (np.abs(depths - median) > limit)).sum(axis=0) < 0.1 * np.maximum(count, 1)
     # single pixels at edges flicker; a moving surface has neighbours
-    moving = np.stack([ndimage.binary_opening(mask, np.ones((3, 3))) for mask in differs])
-    share = moving.mean(axis=0)
+    square = np.ones((3, 3))
+    moving = np.stack([ndimage.binary_opening(mask, square) for mask in known & (depths < far - limit)])
     points, frames = _points_of(moving, depths, camera)
     if len(points) < 200:
         raise TrackingError(
@@ -69,10 +63,9 @@ def find_moving(
             expected="an object on a turntable in front of a camera that stands still",
             do="use `fusion reconstruct` if the camera moved, or give --box",
         )
-    kept = _persistent(points, frames, len(depths), float(np.median(points[:, 2])))
-    chosen = points[kept]
+    chosen = points[_persistent(points, frames, len(depths), float(np.median(points[:, 2])))]
     low, high = np.percentile(chosen, [0.5, 99.5], axis=0)
-    return Moving(chosen, low, high, (low + high) / 2, far, share.astype(np.float32))
+    return Moving(chosen, low, high, still)
 
 
 def _quantile(ordered: NDArray[np.float32], count: NDArray[np.int64], q: float) -> NDArray[np.float32]:

@@ -8,31 +8,30 @@ from numpy.typing import NDArray
 
 from fusion.tracking.icp import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.views import Region, View
+from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
-def plate_height(views: Sequence[View], axis: Axis, region: Region) -> float | None:
+def plate_height(views: Sequence[View], axis: Axis) -> float | None:
     """Height of the plate along the axis [m], measured from the axis' point; None when no plate is seen.
 
-    The plate is the lowest of the large level surfaces in the region.
+    The plate is the largest level surface near the foot of what turns.
     """
+    some = views[:: max(1, len(views) // 25)]
+    foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in some]), 1))
     heights = []
-    for v in views[:: max(1, len(views) // 25)]:
-        level = region.holds(v.map.points) & (np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.97)
+    for v in some:
+        level = np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.97
         heights.append(axis.distance(v.map.points[level].astype(float))[1])
-    height = np.concatenate(heights) if heights else np.zeros(0)
-    seen = sum(int(region.holds(v.map.points).sum()) for v in views[:: max(1, len(views) // 25)])
-    if len(height) < max(200, 0.02 * seen):
+    height = np.concatenate(heights)
+    height = height[np.abs(height - foot) < NEAR_PLATE]
+    if len(height) < max(200, 0.02 * sum(len(v.points) for v in some)):
         return None
     cell = 0.004
-    counts, borders = np.histogram(height, np.arange(np.min(height) - cell, np.max(height) + 2 * cell, cell))
-    peak = int(np.flatnonzero(counts > 0.2 * np.max(counts))[0])
-    while peak + 1 < len(counts) and counts[peak + 1] > counts[peak]:
-        peak += 1
-    middle = (borders[peak] + borders[peak + 1]) / 2
+    counts, borders = np.histogram(height, np.arange(foot - NEAR_PLATE, foot + NEAR_PLATE + cell, cell))
+    middle = float(borders[np.argmax(counts)]) + cell / 2
     return float(np.median(height[np.abs(height - middle) < 1.5 * cell]))
 
 

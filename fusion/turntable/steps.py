@@ -43,7 +43,7 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     """Compare the measured angles with what the table was told, or with even steps.
 
     A slip is a step that differs from what was expected by more than six robust standard deviations of all steps,
-    and by more than 1 degree and a third of a typical step (smaller ones cannot be told from uneven steps).
+    and by more than 1 degree (smaller ones cannot be told from uneven steps).
 
     Args:
         angles: (n,) measured [rad], NaN where rejected.
@@ -56,7 +56,7 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     direction = 1 if np.sum(measured) >= 0 else -1
     warnings = []
     if commanded is None:
-        expected = np.asarray(float(np.median(measured / gaps)) * gaps, float)
+        expected = np.full(len(gaps), float(np.median(measured / gaps))) * gaps
     else:
         told = np.diff(commanded[known])
         sign = float(np.sign(np.sum(told * measured))) or 1.0
@@ -66,14 +66,13 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     excess = measured - expected
     excess = excess - np.median(excess)
     spread = 1.4826 * float(np.median(np.abs(excess)))
-    typical = float(np.median(np.abs(measured)))
-    limit = max(6 * spread, np.deg2rad(1.0), typical / 3)
+    limit = max(6 * spread, np.deg2rad(1.0))
     slips = tuple(Slip(int(known[k + 1]), float(excess[k])) for k in np.flatnonzero(np.abs(excess) > limit))
     regular = np.abs(excess) <= limit
     per_frame = measured[regular] / gaps[regular]
     std = float(per_frame.std()) if len(per_frame) else 0.0
     noise = float(np.sqrt(2) * np.nanmedian(angle_std))
-    if std > max(3 * noise, 0.05 * abs(typical)):
+    if std > max(3 * noise, 0.05 * abs(float(np.median(measured)))):
         warnings.append(f"uneven steps: {np.rad2deg(std):.2f} deg around {np.rad2deg(per_frame.mean()):.2f} deg")
     warnings += [f"slip of {np.rad2deg(s.angle):+.2f} deg before frame {s.frame}" for s in slips]
     wrong_way = (np.sign(measured) != direction) & (np.abs(measured) > 3 * noise + 1e-3)

@@ -24,10 +24,12 @@ class Region:
 
     Attributes:
         low, high: (3,) box [m].
+        still: (h, w) pixels of the whole image that never saw a change, or None.
     """
 
     low: Array
     high: Array
+    still: NDArray[np.bool_] | None = None
 
     def holds(self, points: NDArray) -> NDArray[np.bool_]:
         """(...) bool: points (..., 3) inside; NaN is outside."""
@@ -35,7 +37,7 @@ class Region:
 
     def grown(self, margin: float) -> "Region":
         """The region with a margin [m] on all sides."""
-        return Region(self.low - margin, self.high + margin)
+        return replace(self, low=self.low - margin, high=self.high + margin)
 
     def window(self, camera: Camera) -> tuple[slice, slice]:
         """The rows and columns of the image in which the region can be seen."""
@@ -87,12 +89,14 @@ def view(surface: PointMap, region: Region) -> View:
 
     Args:
         surface: what the frame shows, in the window of the region (see `Region.window` and `crop`).
-        region: where the object is.
+        region: where the object is; its `still` cut to the same window.
     """
     known = np.isfinite(surface.normals[..., 0])
     # a square of the house's border around every hole and step takes no part
     known &= cv2.erode(known.astype(np.uint8), np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)) > 0
     usable = region.holds(surface.points) & known & (surface.incidence < np.deg2rad(75))
+    if region.still is not None:  # what stands still in the image says "no turn", whatever turns behind it
+        usable &= ~region.still
     return View(surface, surface.points[usable], surface.normals[usable], surface.sigma[usable])
 
 
