@@ -191,19 +191,20 @@ def _accuracy(
 def _back(
     reference: Mesh, mesh: Surface, pose: Similarity, settings: CompareSettings, seen: Array | None
 ) -> tuple[Array, Any]:
-    """Signed distances of the reference's surface to the mesh [m], and where the mesh ends there, so may be unseen."""
+    """Signed distances of the reference's surface to the mesh [m], and where it may be unseen."""
     samples = sample_surface(reference if seen is None else Mesh(seen), settings.samples, _SEEDS[1])
     normals = None if samples.normals is None else samples.normals @ pose.rotation
     found = mesh.closest(pose.apply_inverse(samples.points), normals)
-    ends = found.on_border if seen is None else np.zeros(len(found.on_border), bool)
-    return found.distances * pose.scale, ends.copy()
+    # a closed mesh claims to show everything; an open one may have far more missing than what lies right at its border
+    unseen = np.full(len(found.on_border), seen is None and bool(found.on_border.any()))
+    return found.distances * pose.scale, unseen
 
 
 def _unseen_note(share: float) -> list[str]:
     if not share:
         return []
     return [
-        f"{share:.1%} of the reference lies beyond the borders of the mesh, far from it: counted as never seen and "
+        f"{share:.1%} of the reference lies far from the mesh, which is not closed: counted as never seen and "
         f"left out of the completeness; completeness_all holds everything."
     ]
 
