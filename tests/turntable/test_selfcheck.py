@@ -1,0 +1,68 @@
+"""Errors of camera and depth: their derivatives are those of the views that they change."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import PointMap
+from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
+from fusion.turntable.views import View
+
+CAMERA = Camera(40, 30, 50.0, 52.0, 19.0, 15.0)
+
+
+def a_view(seed=0):
+    rng = np.random.default_rng(seed)
+    depth = rng.uniform(0.6, 1.0, CAMERA.shape).astype(np.float32)
+    points = CAMERA.points(depth)
+    normals = np.tile(np.float32([0, 0, -1]), (*CAMERA.shape, 1))
+    sigma = np.full(CAMERA.shape, 0.001, np.float32)
+    flat = points.reshape(-1, 3)[::7]
+    return View(PointMap(CAMERA, points, normals, sigma), flat, normals.reshape(-1, 3)[::7], sigma.ravel()[::7])
+
+
+@pytest.mark.parametrize("triangulation", [False, True])
+@pytest.mark.parametrize("k", range(len(NAMES)), ids=NAMES)
+def test_along_is_the_derivative_of_view(k, triangulation):
+    nominal = a_view()
+    none = SelfCheck(np.zeros(len(NAMES)), 0.6, 1.0, triangulation)
+    h = PRIOR[k]
+    there, back = (replace(none, values=s * h * np.eye(len(NAMES))[k]).view(nominal).points for s in (1, -1))
+    change = (there.astype(float) - back) / (2 * h)
+    along = np.stack(
+        [
+            none.along(nominal.points.astype(float), np.tile(e, (len(change), 1)), CAMERA)[:, k]
+            for e in np.eye(3)
+        ], axis=1
+    )  # fmt: skip
+    # view keeps float32: 6e-8 m of rounding over the step, and h^2 / 6 = 1.5e-4 of the focal length's curvature
+    assert along == pytest.approx(change, abs=2e-7 / h + 2e-4 * np.abs(change).max())
+
+
+def test_no_errors_change_nothing():
+    nominal = a_view()
+    same = SelfCheck(np.zeros(len(NAMES)), 0.6, 1.0).view(nominal)
+    assert np.allclose(same.points, nominal.points, atol=1e-6)
+    assert np.allclose(same.map.points, nominal.map.points, atol=1e-6)
+    assert same.map.camera == CAMERA
+
+
+def test_corrected_points_project_to_the_pixels_they_came_from():
+    values = np.array([0.02, 3.0, -2.0, 0.005, 0.03, 0.002, -0.001, 0.001, 0.0, 0.001])
+    new = SelfCheck(values, 0.6, 1.0).view(a_view()).map
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    pixels = new.camera.project(new.points.reshape(-1, 3))
+    assert pixels == pytest.approx(np.column_stack([u.ravel(), v.ravel()]), abs=1e-3)  # float32 points
+
+
+def test_depth_and_view_agree():
+    values = np.array([0, 0, 0, 0.005, 0.03, 0.002, -0.001, 0.001, 0.0, 0.001])
+    check, nominal = SelfCheck(values, 0.6, 1.0), a_view()
+    depth = nominal.map.points[..., 2].copy()
+    depth[0, :5] = np.nan
+    corrected = check.depth(depth, CAMERA)
+    assert np.isnan(corrected[0, :5]).all()
+    seen = np.isfinite(depth)
+    assert corrected[seen] == pytest.approx(check.view(nominal).map.points[..., 2][seen], abs=1e-6)

@@ -1,0 +1,83 @@
+"""What the angles say about the table: direction, slips, uneven steps, the closing pair."""
+
+import numpy as np
+import pytest
+
+from fusion.turntable.steps import closing_pair, judge_steps
+
+N = 40
+QUIET = np.full(N, np.deg2rad(0.02))
+
+
+def turned(sign=1, step=9.0, noise=0.05, seed=0):
+    return np.deg2rad(sign * (step * np.arange(N)) + np.random.default_rng(seed).normal(0, noise, N))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("log", [None, 1, -1])
+def test_a_planted_slip_is_found(sign, log):
+    angles = turned(sign)
+    angles[25:] += np.deg2rad(2.0)
+    commanded = None if log is None else np.deg2rad(log * 9.0 * np.arange(N))
+    steps = judge_steps(angles, QUIET, commanded)
+    assert [s.frame for s in steps.slips] == [25]
+    # two angles with 0.05 deg of noise each: 4 sigma
+    assert np.rad2deg(steps.slips[0].angle) == pytest.approx(2.0, abs=0.3)
+    assert steps.direction == sign
+    assert np.rad2deg(steps.mean) == pytest.approx(sign * 9.0, abs=0.02)
+    assert any("slip of" in w and "frame 25" in w for w in steps.warnings)
+    assert any("sign of its log" in w for w in steps.warnings) == (log == -sign)
+
+
+@pytest.mark.parametrize("commanded", [None, np.deg2rad(9.0 * np.arange(N))])
+def test_even_steps_have_no_slip_and_no_warning(commanded):
+    steps = judge_steps(turned(), QUIET, commanded)
+    assert steps.slips == () and steps.warnings == () and steps.direction == 1
+    assert np.rad2deg(steps.std) < 0.15  # sqrt(2) * 0.05 expected
+
+
+def test_less_than_a_degree_is_no_slip():
+    angles = turned(noise=0.0)
+    angles[25:] += np.deg2rad(0.8)
+    assert judge_steps(angles, QUIET).slips == ()
+
+
+def test_rejected_frames_are_no_slip_and_a_slip_behind_them_is_placed_after():
+    angles = turned()
+    angles[[3, 10, 11, 12]] = np.nan
+    assert judge_steps(angles, QUIET).slips == ()
+    angles[11:] += np.deg2rad(3.0)  # somewhere in frames that nobody saw
+    assert [s.frame for s in judge_steps(angles, QUIET).slips] == [13]
+
+
+def test_uneven_steps_known_to_the_log_are_no_slip():
+    commanded = np.deg2rad(np.cumsum(np.resize([5.0, 12.0, 7.0], N)))
+    steps = judge_steps(commanded - commanded[0] + 1e-4 * np.resize([1, -1], N), QUIET, commanded)
+    assert steps.slips == ()
+
+
+def test_uneven_steps_and_turning_back_are_told():
+    steps = judge_steps(turned(noise=0.7), QUIET)
+    assert any("uneven" in w for w in steps.warnings)
+    angles = turned()
+    angles[20:] -= np.deg2rad(15)
+    assert any("turns back" in w and "20" in w for w in judge_steps(angles, QUIET).warnings)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_closing_pair_is_a_full_turn_apart(sign):
+    angles = sign * np.deg2rad(15.0 * np.arange(30))
+    i, j = closing_pair(angles)
+    assert abs(angles[j] - angles[i]) == pytest.approx(2 * np.pi)
+    angles[i] = np.nan
+    again = closing_pair(angles)
+    assert again is not None and i not in again
+
+
+def test_an_open_turn_closes_from_end_to_end():
+    assert closing_pair(np.deg2rad(15.5 * np.arange(23))) == (0, 22)  # 341 deg
+
+
+@pytest.mark.parametrize("angles", [np.deg2rad(np.arange(0, 200, 10)), np.full(5, np.nan), np.zeros(1)])
+def test_half_a_turn_has_no_closing_pair(angles):
+    assert closing_pair(angles) is None
