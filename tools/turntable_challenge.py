@@ -116,7 +116,7 @@ def _distances(mesh: Mesh, reference: Mesh, T_reference_mesh: NDArray[np.float64
     scene = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(
         o3d.core.Tensor.from_numpy(reference.vertices.astype(np.float32)),
-        o3d.core.Tensor(reference.faces.astype(np.uint32)),
+        o3d.core.Tensor.from_numpy(reference.faces.astype(np.uint32)),
     )
     few = np.random.default_rng(0).permutation(len(mesh.vertices))[:60_000]
     points = pose.transform(T_reference_mesh, mesh.vertices[few])

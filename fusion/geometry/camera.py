@@ -48,7 +48,7 @@ class Camera:
     @property
     def matrix(self) -> Array:
         """(3, 3) camera matrix [px]."""
-        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1.0]])
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]], float)
 
     @property
     def parameters(self) -> NDArray[np.float32]:

@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
 POINTS_FIRST, POINTS_FINE = 1000, 4000  # source points per frame
 WIDEST = np.deg2rad(50)  # between two views that are compared
-DEPTH_ERRORS = ("focal", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
+WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
+DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 
 
 @dataclass(frozen=True)
@@ -130,16 +131,27 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     edges = choose_edges(middle.angles, WIDEST, 4)
     lens = LoopSettings((0.01, 0.008), (3, 3), free_camera=("focal", "cx", "cy"))
     camera_fit = close_loop(shown, (middle.axis, middle.angles), edges, lens, middle.check)
-    bend = LoopSettings((0.01, 0.008), (3, 3), free_camera=DEPTH_ERRORS)
-    many = choose_edges(middle.angles, np.deg2rad(60), 12)
-    bent = close_loop(fine, (middle.axis, middle.angles), many, bend, middle.check)
-    # errors of depth may explain the shape, never at the price of surface that no longer fits
-    held = LoopSettings((0.01,), (1,), free_axis=False, free_angles=False)
-    support = [close_loop(shown, (f.axis, f.angles), edges, held, f.check).support for f in (bent, middle)]
-    best = bent if np.median(support[0]) > 0.98 * np.median(support[1]) else middle
+    fits = []
+    for free in ((), ("focal",), DEPTH_ERRORS):
+        passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free)
+        fits.append(
+            (free, close_loop(shown, (middle.axis, middle.angles), edges, passes, middle.check if free else None))
+        )
+    chosen, best = fits[0]
+    for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
+        if _misfit(fit) < WORTH * _misfit(best):
+            chosen, best = free, fit
+    many = choose_edges(best.angles, np.deg2rad(60), 12)
+    passes = LoopSettings((0.01, 0.008), (3, 3), free_camera=chosen)
+    best = close_loop(fine, (best.axis, best.angles), many, passes, best.check)
     stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
     fit = close_loop(shown, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
+
+
+def _misfit(fit: Loop) -> float:
+    """Residual over support [m]: a fit that leaves surface out is no better."""
+    return float(np.median(fit.residual)) / max(float(np.median(fit.support)), 1e-3)
 
 
 def _thinned(view: View, most: int) -> View:

@@ -56,7 +56,7 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     direction = 1 if np.sum(measured) >= 0 else -1
     warnings = []
     if commanded is None:
-        expected = np.full(len(gaps), float(np.median(measured / gaps))) * gaps
+        expected = np.multiply(float(np.median(measured / gaps)), gaps)
     else:
         told = np.diff(commanded[known])
         sign = float(np.sign(np.sum(told * measured))) or 1.0
@@ -67,7 +67,7 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     excess = excess - np.median(excess)
     spread = 1.4826 * float(np.median(np.abs(excess)))
     limit = max(6 * spread, np.deg2rad(1.0))
-    slips = tuple(Slip(int(known[k + 1]), float(excess[k])) for k in np.flatnonzero(np.abs(excess) > limit))
+    slips = tuple(Slip(int(known[k + 1]), float(excess[k])) for k in np.flatnonzero(np.abs(excess) > limit).tolist())
     regular = np.abs(excess) <= limit
     per_frame = measured[regular] / gaps[regular]
     std = float(per_frame.std()) if len(per_frame) else 0.0
