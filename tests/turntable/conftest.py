@@ -21,6 +21,8 @@ STEP_DEG = 20.0
 class OwlScene:
     """Noise-free depths of one turn, the true axis in the camera's frame and the true angles."""
 
+    camera = SMALL
+
     def __init__(self) -> None:
         T_world_camera = looking_at(np.array([0.5, 0.05, 0.28]), np.array([0.0, 0.0, 0.10]))
         table = Turntable(degrees_per_frame=STEP_DEG, frames=FRAMES)

@@ -9,7 +9,7 @@ from fusion.turntable.axis import Axis, jacobian
 
 def some_axis(rng):
     direction = rng.standard_normal(3)
-    return Axis(rng.uniform(-0.3, 0.3, 3) + [0, 0, 0.7], direction / np.linalg.norm(direction))
+    return Axis(rng.uniform(-0.3, 0.3, 3) + np.array([0, 0, 0.7]), direction / np.linalg.norm(direction))
 
 
 @pytest.mark.parametrize("seed", range(4))
