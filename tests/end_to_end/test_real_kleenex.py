@@ -1,0 +1,63 @@
+"""A real box on a real turntable, without any reference: what geometry and the stickers in the colour images demand."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+TOOLS = Path(__file__).resolve().parents[2] / "tools"
+pytestmark = [pytest.mark.real, pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def measured(shared):
+    """Figures of the tool with the camera refined and as stated."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(TOOLS))
+        from kleenex_turntable import measure
+
+        yield {refine: measure(shared / "data/kleenex_turntable", refine)[0] for refine in (True, False)}
+    sys.modules.pop("kleenex_turntable", None)
+
+
+@pytest.mark.parametrize("refine", [True, False])
+def test_all_frames_are_used_and_the_background_is_gone(measured, refine):
+    found = measured[refine]
+    assert found["frames_used"] == found["frames"] == 23
+    assert found["parts"] == 1
+    assert max(found["size_mm"]) < 200  # the box of about 12 cm with its tissue; the stated camera shows it 9 % larger
+
+
+@pytest.mark.parametrize("refine", [True, False])
+def test_each_side_is_one_plane(measured, refine):
+    found = measured[refine]
+    assert max(found["plane_rms_mm"]) < 2.5  # measured 0.3 to 0.5 and 0.5 to 0.7: cardboard and a Kinect at 0.7 m
+    assert max(found["area_off_the_plane"]) < 0.01  # no second wall
+    assert min(found["plane_area_kept"]) > 0.98
+
+
+def test_the_sides_stand_at_right_angles(measured):
+    found = measured[True]
+    assert found["neighbours_deg"] == pytest.approx([90] * 4, abs=1.5)
+    assert max(found["opposite_deg"]) < 1.5
+
+
+@pytest.mark.parametrize("refine", [True, False])
+def test_angles_are_near_those_of_the_stickers(measured, refine):
+    found = measured[refine]
+    # measured 1.10 and 0.73 both times; the stickers' own turn is known to 0.25 to 0.4 deg
+    assert found["off_stickers_max_deg"] < 1.3 and found["off_stickers_rms_deg"] < 0.9
+    assert found["total_deg"] == pytest.approx(342.8, abs=1.5)  # 1.2 is three standard errors of the stickers' total
+
+
+@pytest.mark.xfail(reason="measured 1.10 deg in both cases", strict=False)
+@pytest.mark.parametrize("refine", [True, False])
+def test_angles_within_one_degree_of_the_stickers(measured, refine):
+    assert measured[refine]["off_stickers_max_deg"] < 1.0
+
+
+def test_the_wrong_focal_length_is_told(measured):
+    assert any("calibrate the camera" in text for text in measured[False]["warnings"])
+    assert measured[False]["focal_length_check"] > 0.05  # 525 px stated; the stickers alone say some 585 px
+    assert not any("calibrate the camera" in text for text in measured[True]["warnings"])
+    assert abs(measured[True]["focal_length_check"]) < 0.01
