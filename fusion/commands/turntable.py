@@ -89,6 +89,8 @@ def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = 
 
 def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "ScanReport":
     """What the page shows."""
+    import numpy as np
+
     from fusion.geometry.trajectory import Trajectory
     from fusion.recording.inspect import fingerprint
     from fusion.report.scan import ScanReport
@@ -103,13 +105,14 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
         subtitle=f"{len(recording)} frames, {recording.format}",
         trajectory_raw=scan.trajectory_raw,
         trajectory=scan.trajectory,
-        turntable=scan.turntable(),
+        # everything on the page stands in the object's frame, whose z is the axis
+        turntable=scan.turntable() | {"axis_point": [0.0, 0.0, 0.0], "axis_direction": [0.0, 0.0, 1.0]},
         residual=scan.residual,
         inlier_share=scan.inlier_share,
         rejected=scan.motion.rejected,
         times_seen=times_seen(scan.mesh, seen, scan.camera),
         mesh_raw=scan.mesh_raw,
-        up=None,
+        up=np.array([0.0, 0.0, 1.0]),
         settings=scan.settings,
         warnings=scan.warnings,
         fingerprint=fingerprint(recording),

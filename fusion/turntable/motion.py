@@ -144,8 +144,10 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     many = choose_edges(best.angles, np.deg2rad(60), 12)
     passes = LoopSettings((0.01, 0.008), (3, 3), free_camera=chosen)
     best = close_loop(fine, (best.axis, best.angles), many, passes, best.check)
-    stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
-    fit = close_loop(shown, (best.axis, best.angles), edges, stated)
+    fit = best
+    if chosen:  # the volume is filled through the camera as it is stated: the axis must stand where that sees it
+        stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
+        fit = close_loop(fine, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
 
 
