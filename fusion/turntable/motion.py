@@ -17,7 +17,7 @@ from fusion.turntable.views import Region, View, misfit
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
-POINTS_FIRST, POINTS_FINE = 1000, 4000  # source points per frame
+POINTS_FIRST, POINTS_FINE = 1000, 3000  # source points per frame
 WIDEST = np.deg2rad(50)  # between two views that are compared
 WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
 DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
@@ -141,8 +141,8 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
         if _misfit(fit) < WORTH * _misfit(best):
             chosen, best = free, fit
-    many = choose_edges(best.angles, np.deg2rad(60), 12)
-    passes = LoopSettings((0.01, 0.008), (3, 3), free_camera=chosen)
+    many = choose_edges(best.angles, WIDEST, 10)
+    passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen)
     best = close_loop(fine, (best.axis, best.angles), many, passes, best.check)
     fit = best
     if chosen:  # the volume is filled through the camera as it is stated: the axis must stand where that sees it
