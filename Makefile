@@ -1,4 +1,4 @@
-# make demo | test | real | lint | types | clean; the environment in .venv is made when it is missing or out of date
+# make demo | test | slow | real | lint | types | clean; the environment in .venv is made when it is missing or out of date
 
 SHELL := /bin/bash
 VENV := .venv
@@ -7,13 +7,16 @@ STAMP := $(VENV)/.made
 # each is run, not only looked up: a version manager may put names on the path that fail when they are called
 PYTHONS ?= python3.13 python3.12 python3.11 python3 python
 
-.PHONY: demo test real lint types environment clean
+.PHONY: demo test slow real lint types environment clean
 
 demo: $(STAMP)
 	$(BIN)/fusion demo -o out/demo
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -m "not real"
+	$(BIN)/python -m pytest -m "not real and not slow"
+
+slow: $(STAMP)
+	$(BIN)/python -m pytest -m "slow and not real"
 
 real: $(STAMP)
 	$(BIN)/python -m pytest -m real

@@ -1,6 +1,6 @@
 """Scan an object on a turntable and measure it against a reference.
 
-    python examples/01_scan_on_a_turntable.py RECORDING OUT.ply [REFERENCE]
+python examples/01_scan_on_a_turntable.py RECORDING OUT.ply [REFERENCE]
 """
 
 import sys

@@ -12,9 +12,7 @@ class FusionError(Exception):
         do: what the user can do next.
     """
 
-    def __init__(
-        self, what: str, where: object = "", found: object = "", expected: object = "", do: str = ""
-    ) -> None:
+    def __init__(self, what: str, where: object = "", found: object = "", expected: object = "", do: str = "") -> None:
         self.what, self.where, self.do = what, str(where), do
         self.found, self.expected = str(found), str(expected)
         parts = [what]

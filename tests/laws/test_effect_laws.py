@@ -48,9 +48,7 @@ class TestEveryEffect:
 
     def test_correct_undoes_predict_or_leaves_the_depth(self, kind, view):
         for sign in (-1, 1):
-            values = {
-                p.name: p.high if sign > 0 else p.low for p in parameters(kind).values() if kind.changes("bias")
-            }
+            values = {p.name: p.high if sign > 0 else p.low for p in parameters(kind).values() if kind.changes("bias")}
             sensor = Sensor(effects=(typical(kind) if kind.not_undone else kind(**values),))
             measured = sensor.predict(view.depth, view)
             if kind.not_undone:

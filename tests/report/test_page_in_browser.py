@@ -13,7 +13,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.report.comparison import Circumstances, comparison_report
 from fusion.report.scan import scan_report
 
-pytestmark = pytest.mark.skipif(BINARY is None, reason="no Chromium is installed")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(BINARY is None, reason="no Chromium is installed")]
 
 HOSTILE = '<script>document.title="taken"</script>" onmouseover=x $\\frac{ \u00fc\u6f22\U0001f40d</style>'
 
