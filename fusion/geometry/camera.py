@@ -75,7 +75,7 @@ class Camera:
         if len(points) == 0:
             return np.zeros((0, 2))
         uv, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion))
-        return np.asarray(uv).reshape(-1, 2)
+        return np.asarray(uv, float).reshape(-1, 2)
 
     def halved(self) -> "Camera":
         """The camera of the image in which each pixel is the mean of 2 x 2 (odd edges cut off)."""
