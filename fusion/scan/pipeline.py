@@ -85,15 +85,15 @@ def _finish(
     corrected = constrained(recording, motion)
     raw, residual, share, rough = track_freely(frames, region, corrected, volume_settings)
     circle = fit_circle(raw.centres)
-    if settings.strength == "circle":
-        corrected, circle = onto_circle(raw, commanded)
+    steps = judge_steps(motion.angles, motion.angle_std, commanded)
+    if settings.strength == "circle":  # a log that misses a slip would put all later centres in the wrong place
+        corrected, circle = onto_circle(raw, None if steps.slips else commanded)
     volume = Volume(volume_settings)
     for frame, T in zip(
         tqdm(frames, desc="integrating", unit="frame", disable=None), corrected.poses, strict=True
     ):  # fmt: skip
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)
-    steps = judge_steps(motion.angles, motion.angle_std, commanded)
     pair = closing_pair(motion.angles)
     direct = None if pair is None else align_directly(frames, region, corrected, pair)
     gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]

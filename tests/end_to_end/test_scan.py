@@ -24,6 +24,8 @@ from fusion.simulation.demo import demo_scene, demo_truth
 from fusion.simulation.simulate import simulate_turntable
 from fusion.simulation.turntable import Turntable, TurntableErrors
 
+pytestmark = pytest.mark.slow  # whole scans; `make slow` runs them
+
 SMALL = Camera(200, 150, 195.0, 196.0, 100.3, 74.1, depth_scale=5000.0, principle="itof")
 FRAMES, STEP_DEG = 26, 15.0  # 375 degrees
 SLIP_FRAME, SLIP_DEG = 18, 3.0

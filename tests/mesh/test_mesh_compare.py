@@ -80,6 +80,7 @@ def test_pose_and_scale_are_recovered():
     assert np.array_equal(found.T_reference_mesh, again.T_reference_mesh)  # chance has no say
 
 
+@pytest.mark.slow
 def test_scale_interval_holds_the_scale_under_noise():
     mesh = _object()
     reference, _ = _moved(mesh, 5, 0.985)
