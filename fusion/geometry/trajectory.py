@@ -25,7 +25,7 @@ class Trajectory:
     @property
     def valid(self) -> np.ndarray:
         """(n,) bool: frames that have a pose."""
-        return np.isfinite(self.poses).all(axis=(1, 2))
+        return np.asarray(np.isfinite(self.poses).all(axis=(1, 2)))
 
     @property
     def centres(self) -> Array:

@@ -109,4 +109,5 @@ def _parts(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     shape = (len(mesh.vertices), len(mesh.vertices))
     graph = coo_array((np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])), shape)
     number, part = connected_components(graph, directed=False)
-    return part, np.bincount(part[mesh.faces[:, 0]], face_areas(mesh), minlength=number)
+    part = np.asarray(part, np.int32)
+    return part, np.bincount(part[mesh.faces[:, 0]], face_areas(mesh), minlength=number).astype(float)

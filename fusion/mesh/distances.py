@@ -153,7 +153,7 @@ def _edges(mesh: Mesh, normals: NDArray[np.float64]) -> tuple[NDArray[np.float64
     code = pairs[:, 0] * len(mesh.vertices) + pairs[:, 1]
     _, edge, count = np.unique(code, return_inverse=True, return_counts=True)
     edge, of_face = edge.reshape(-1), np.repeat(normals, 3, axis=0)
-    total = np.column_stack([np.bincount(edge, of_face[:, axis]) for axis in range(3)])
+    total = np.column_stack([np.bincount(edge, of_face[:, axis]) for axis in range(3)]).astype(float)
     return unit(total)[edge].reshape(-1, 3, 3), (count == 1)[edge].reshape(-1, 3)
 
 

@@ -108,7 +108,7 @@ def _read_by_trimesh(path: Path) -> Mesh:
 
 
 def _misfits(mesh: Mesh) -> NDArray[np.bool_]:
-    return ((mesh.faces < 0) | (mesh.faces >= len(mesh.vertices))).any(axis=1)
+    return np.asarray(((mesh.faces < 0) | (mesh.faces >= len(mesh.vertices))).any(axis=1))
 
 
 def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
@@ -118,7 +118,7 @@ def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
     if bad:
         found = f"{bad} faces that name other vertices"
         raise MeshError("faces do not fit the vertices", path, found, f"indices 0 to {len(mesh.vertices) - 1}")
-    finite = np.isfinite(mesh.vertices).all(axis=1)
+    finite = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
     notes = [] if finite.all() else [f"{int((~finite).sum())} vertices that are not finite were left out"]
     whole, mesh = mesh, vertices_kept(mesh, finite)
     if not len(mesh.vertices) or len(mesh.faces) < min(len(whole.faces), 1):

@@ -81,7 +81,7 @@ def write_ply(path: Path, mesh: Mesh) -> None:
 def _header(vertices: NDArray, face_count: int) -> str:
     types = {"<f4": "float", "<f8": "double", "|u1": "uchar"}
     lines = ["ply", "format binary_little_endian 1.0", "comment fusion; unit: metre", f"element vertex {len(vertices)}"]
-    lines += [f"property {types[np.dtype(dtype).str]} {name}" for name, dtype in vertices.dtype.descr]
+    lines += [f"property {types[np.dtype(dtype).str]} {name}" for name, dtype, *_ in vertices.dtype.descr]
     if face_count:
         lines += [f"element face {face_count}", "property list uchar int vertex_indices"]
     return "\n".join([*lines, "end_header", ""])

@@ -85,7 +85,7 @@ def look(mesh: Mesh, side: Side, pixel: float) -> Sight:
 def _rays(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
     import open3d as o3d
 
-    finite = np.isfinite(mesh.vertices).all(axis=1)
+    finite = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
     faces = mesh.faces[finite[mesh.faces].all(axis=1)]
     # the eye's frame with its corner as origin keeps single precision exact enough
     frame = np.stack([side.right, side.up, side.towards])

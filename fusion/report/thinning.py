@@ -18,7 +18,8 @@ def thinned(mesh: Mesh, triangles: int = TRIANGLES) -> tuple[Mesh, NDArray[np.in
     if len(mesh.faces) == 0:
         keep = finite[:: max(1, -(-len(finite) // POINTS))]
         return Mesh(mesh.vertices[keep]), keep
-    faces = mesh.faces[np.isfinite(mesh.vertices).all(axis=1)[mesh.faces].all(axis=1)]
+    known = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
+    faces = mesh.faces[known[mesh.faces].all(axis=1)]
     vertices = mesh.vertices
     if len(faces) > triangles:
         vertices, faces = _decimated(np.nan_to_num(vertices), faces, triangles)

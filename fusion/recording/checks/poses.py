@@ -79,7 +79,7 @@ def _doubts(sample: Sample, best: tuple[bool, float], stated: float, agreed: flo
 def _pairs(sample: Sample, poses: Array) -> list[Pair]:
     """Pairs of frames whose poses differ clearly, but not too much to see the same."""
     pairs = []
-    placed = np.isfinite(poses).all(axis=(1, 2))
+    placed = np.asarray(np.isfinite(poses).all(axis=(1, 2)))
     for i, image in sample.depths.items():
         if not np.isfinite(image).any():
             continue
