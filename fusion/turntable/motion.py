@@ -16,6 +16,7 @@ from fusion.turntable.start import axis_guesses, find_step, search_range
 from fusion.turntable.views import Region, View, misfit
 
 Array = NDArray[np.float64]
+LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
 POINTS_FIRST, POINTS_FINE = 1000, 3000  # source points per frame
 WIDEST = np.deg2rad(50)  # between two views that are compared
@@ -94,6 +95,14 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
 
     angles = whole(np.where(bad, np.nan, fit.angles))
     angles -= angles[np.isfinite(angles)][0]
+    turned = float(np.ptp(angles[np.isfinite(angles)]))
+    if turned < LEAST_TURN:
+        raise TrackingError(
+            "the object hardly turns",
+            found=f"{np.rad2deg(turned):.1f} deg in {len(used)} frames",
+            expected=f"{np.rad2deg(LEAST_TURN):.0f} deg or more",
+            do="use `fusion reconstruct` if the camera moved",
+        )
     final = fit.axis.nearest_to(centre)
     height = plate_height(seen, final)
     if height is not None:
