@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.shown import add_common, shown_box
+
 if TYPE_CHECKING:
     from fusion.reconstruct import Reconstruction, ReconstructSettings
     from fusion.recording.recording import Recording
@@ -15,19 +17,11 @@ EXAMPLE = "fusion reconstruct my_scan -o out --sensor kinect-v1"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
+    add_common(parser)
     add = parser.add_argument
-    add("recording", type=Path, metavar="REC", help="folder of the recording")
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for mesh.ply, trajectory.txt, ...")
-    add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
-    add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recording's own")
     add("--poses", metavar="FILE", help="TUM trajectory to use instead of tracking; `stated`: the recording's own")
-    add("--voxel", type=float, metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
-    add("--truncation", type=float, metavar="M", help="half band around the surface [m]; default: from the noise")
     add("--max-depth", type=float, metavar="M", help="leave out what is farther [m]")
-    add("--box", type=float, nargs=6, metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"), help="keep only this box [m]")
     add("--room", action="store_true", help="voxels of 5 to 20 mm for a room, instead of 1 to 2 mm for an object")
-    add("--no-color", action="store_true", help="leave the colours out (a third of the memory)")
-    add("--json", action="store_true", help="print one JSON object")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -49,7 +43,6 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "Reconstru
     from fusion.reconstruct import ReconstructSettings
     from fusion.sensor.file import read_sensor
 
-    box = options.box
     return ReconstructSettings(
         sensor=None if options.sensor is None else read_sensor(options.sensor),
         poses=None if options.poses is None else _poses(options.poses, recording),
@@ -57,7 +50,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "Reconstru
         truncation=options.truncation,
         room=options.room,
         max_depth=options.max_depth,
-        box=None if box is None else ((box[0], box[1], box[2]), (box[3], box[4], box[5])),
+        box=shown_box(options.box),
         color=not options.no_color,
     )
 
@@ -97,6 +90,7 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
     import numpy as np
 
     from fusion.geometry.trajectory import Trajectory
+    from fusion.recording.inspect import fingerprint
     from fusion.report.scan import ScanReport
     from fusion.report.seen import times_seen
 
@@ -116,29 +110,9 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
         times_seen=step * times_seen(result.mesh, seen, recording.camera),
         settings=result.settings,
         warnings=result.warnings,
-        fingerprint=_fingerprint(recording),
+        fingerprint=fingerprint(recording),
         command="fusion " + " ".join(sys.argv[1:]),
     )
-
-
-def _fingerprint(recording: "Recording") -> dict[str, object]:
-    """What tells this input from another without reading all of it."""
-    import hashlib
-
-    from fusion.errors import FusionError
-
-    digest = hashlib.sha256()
-    for index in {0, len(recording) - 1}:
-        try:
-            digest.update(recording[index].depth.tobytes())
-        except FusionError:  # a broken frame is told elsewhere
-            digest.update(b"unreadable")
-    return {
-        "recording": recording.path.name,
-        "frames": len(recording),
-        "first and last time stamp": f"{recording.timestamps[0]:.6f}, {recording.timestamps[-1]:.6f}",
-        "sha256 of the first and last depth image": digest.hexdigest()[:16],
-    }
 
 
 def summary(recording: "Recording", result: "Reconstruction") -> dict[str, Any]:

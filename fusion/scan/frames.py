@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from fusion.errors import RecordingError
-from fusion.geometry.camera import Camera
 from fusion.reconstruct import Prepared, prepare
 from fusion.recording.recording import Recording
 from fusion.scan.settings import ScanSettings
@@ -38,11 +37,9 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings) ->
     return Region(moving.low, moving.high, moving.still).grown(0.015)
 
 
-def load(
-    recording: Recording, sensor: Sensor, region: Region, camera: Camera | None = None
-) -> tuple[list[Prepared | None], dict[int, str]]:
+def load(recording: Recording, sensor: Sensor, region: Region) -> tuple[list[Prepared | None], dict[int, str]]:
     """All frames, corrected and cut to the window that shows the object; unreadable ones with the reason."""
-    camera = camera or recording.camera
+    camera = recording.camera
     window = region.window(camera)
     frames: list[Prepared | None] = []
     broken = {}

@@ -4,7 +4,6 @@ import numpy as np
 
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.recording import Recording
-from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps
@@ -13,7 +12,7 @@ WRONG_FOCAL = 0.01  # relative error of the focal length that is worth a warning
 
 
 def warnings_of(
-    recording: Recording, sensor: Sensor, settings: ScanSettings, found: tuple[Motion, Steps, Trajectory]
+    recording: Recording, sensor: Sensor, found: tuple[Motion, Steps, Trajectory]
 ) -> tuple[tuple[str, str], ...]:
     motion, steps, raw = found
     out = [("warning", text) for text in (*recording.warnings, *sensor.warnings, *sensor.left_out, *steps.warnings)]

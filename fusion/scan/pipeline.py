@@ -46,13 +46,12 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     frames, broken = load(recording, sensor, region)
     commanded = told_angles(recording, settings)
     motion = _motion(frames, camera, region, commanded)
-    refined = None
     if settings.refine_camera:
         refined = replace(motion.focal_check, values=np.concatenate([motion.focal_check.values[:3], np.zeros(7)]))
         camera = refined.camera(camera)
         recording = replace(recording, camera=camera)
         region = find_region(recording, sensor, settings)
-        frames, broken = load(recording, sensor, region, camera)
+        frames, broken = load(recording, sensor, region)
         motion = _motion(frames, camera, region, commanded)
     motion = replace(motion, rejected={**motion.rejected, **broken})
     return _finish(recording, settings, sensor, (frames, region, motion, commanded))
@@ -109,7 +108,7 @@ def _finish(
     return Scan(
         clean(volume.surface(), settings, motion), clean(rough.surface(), settings, motion),
         corrected, raw, motion, steps, circle, gaps[0], gaps[1], residual, share, wobble(raw, motion),
-        recording.camera, chosen, warnings_of(recording, sensor, settings, (motion, steps, raw)),
+        recording.camera, chosen, warnings_of(recording, sensor, (motion, steps, raw)),
     )  # fmt: skip
 
 

@@ -38,7 +38,6 @@ class Loop:
         angle_std: (n,) standard deviation from the fit, noise taken as independent [rad].
         residual: (n,) rms of a frame's pairs [m].
         support: (n,) share of a frame's visible points that fit.
-        cost: weighted sum of squares per pair, after robust weighting.
         check: errors of camera and depth that were fitted, zero where they were not.
         check_std: (10,) their standard deviations from the fit, noise taken as independent.
     """
@@ -48,7 +47,6 @@ class Loop:
     angle_std: Array
     residual: Array
     support: Array
-    cost: float
     check: SelfCheck
     check_std: Array
 
@@ -81,8 +79,6 @@ class _System:
     squares: Array = field(init=False)
     fitting: Array = field(init=False)
     visible: Array = field(init=False)
-    cost: float = 0.0
-    weight: float = 0.0
 
     def __post_init__(self) -> None:
         self.H = np.zeros((FIRST + self.n, FIRST + self.n))
@@ -168,8 +164,7 @@ def close_loop(
     residual = np.sqrt(system.squares / np.maximum(system.fitting, 1))
     support = system.fitting / np.maximum(system.visible, 1)
     angle_std = np.where(np.isfinite(angles), std[FIRST:], np.nan)
-    cost = system.cost / max(system.weight, 1e-9)
-    return Loop(axis, angles, angle_std, residual, support, cost, check, std[SHARED:FIRST])
+    return Loop(axis, angles, angle_std, residual, support, check, std[SHARED:FIRST])
 
 
 def no_errors(views: Sequence[View]) -> SelfCheck:
@@ -222,8 +217,6 @@ def _add_edge(
         system.squares[k] += (pairs.residual[kept] ** 2).sum()
         system.fitting[k] += kept.sum()
         system.visible[k] += pairs.visible
-    system.cost += float((weight * pairs.residual**2).sum())
-    system.weight += float(shape.sum())
 
 
 def _camera_jacobian(source: View, model: View, R: Array, pairs: Pairs, check: SelfCheck) -> Array:

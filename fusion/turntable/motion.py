@@ -177,7 +177,7 @@ def _first_axis(views: list[View], centre: Array, commanded: Array | None) -> tu
         step = float(np.median(known[known > 1e-4])) if (known > 1e-4).any() else np.deg2rad(5)
         stride = int(np.clip(round(np.deg2rad(15) / step), 1, max(1, (len(views) - 1) // 2)))
     while True:
-        best = min((_try_axis(views, guess, stride) for guess in axis_guesses(centre, [])), key=lambda found: found[0])
+        best = min((_try_axis(views, guess, stride) for guess in axis_guesses(centre)), key=lambda found: found[0])
         typical = float(np.median(np.abs(best[2])))
         if commanded is not None or typical > np.deg2rad(7) or 2 * stride >= len(views) // 2:
             break

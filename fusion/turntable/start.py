@@ -25,21 +25,10 @@ class Step:
     misfit: float
 
 
-def axis_guesses(centre: Array, plane_normals: list[Array]) -> list[Axis]:
-    """Axes through the middle of what moves: along the normals of planes seen there, and at tilts of the camera.
-
-    Args:
-        centre: (3,) middle of the moving region [m].
-        plane_normals: unit vectors of planes near the object, towards the camera.
-    """
-    directions = [n for n in plane_normals if n[1] < -0.2]  # y points down: up is negative
+def axis_guesses(centre: Array) -> list[Axis]:
+    """Axes through the middle (3,) of what moves [m], upright for a camera tilted down by 0 to 80 degrees."""
     tilts = np.deg2rad([0, 20, 40, 60, 80])
-    directions += [pose.exp([tilt, 0, 0, 0, 0, 0])[:3, :3] @ np.array([0, -1.0, 0]) for tilt in tilts]
-    kept: list[Array] = []
-    for d in directions:
-        if all(d @ other < np.cos(np.deg2rad(6)) for other in kept):
-            kept.append(d)
-    return [Axis(centre, d) for d in kept]
+    return [Axis(centre, pose.exp([tilt, 0, 0, 0, 0, 0])[:3, :3] @ np.array([0, -1.0, 0])) for tilt in tilts]
 
 
 def find_step(source: View, model: View, axis: Axis, candidates: Array, reach: float) -> Step:
