@@ -6,6 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+LEAST_SLIP = np.deg2rad(1.0)  # less cannot be told from uneven steps
+SURE = 4.0  # standard deviations of the step's own noise, from the fit of its two frames
+UNUSUAL = 6.0  # robust standard deviations of all steps: how evenly this table turns
+BESIDE = 3  # frames on either side that must agree that the object stayed turned
 
 
 @dataclass(frozen=True)
@@ -42,8 +46,9 @@ class Steps:
 def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None) -> Steps:
     """Compare the measured angles with what the table was told, or with even steps.
 
-    A slip is a step that differs from what was expected by more than six robust standard deviations of all steps,
-    and by more than 1 degree (smaller ones cannot be told from uneven steps).
+    A slip is a step that differs from what was expected by more than 1 degree (smaller ones cannot be told from uneven
+    steps), six robust standard deviations of all steps, and four of the step's own; and the object stays turned by it:
+    a single frame whose angle is wrong makes two opposite steps and no slip.
 
     Args:
         angles: (n,) measured [rad], NaN where rejected.
@@ -65,9 +70,11 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
             warnings.append("the table turns against the sign of its log (right-handed about the upward axis)")
     excess = measured - expected
     excess = excess - np.median(excess)
-    spread = 1.4826 * float(np.median(np.abs(excess)))
-    limit = max(6 * spread, np.deg2rad(1.0))
-    slips = tuple(Slip(int(known[k + 1]), float(excess[k])) for k in np.flatnonzero(np.abs(excess) > limit).tolist())
+    limit = _limits(excess, angle_std[known])
+    slips = tuple(
+        Slip(int(known[k + 1]), float(excess[k]))
+        for k in np.flatnonzero((np.abs(excess) > limit) & _lasting(excess)).tolist()
+    )
     regular = np.abs(excess) <= limit
     per_frame = measured[regular] / gaps[regular]
     std = float(per_frame.std()) if len(per_frame) else 0.0
@@ -79,6 +86,26 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     if wrong_way.any():
         warnings.append(f"the table turns back before frames {known[1:][wrong_way][:5].tolist()}")
     return Steps(direction, float(per_frame.mean()) if len(per_frame) else 0.0, std, slips, tuple(warnings))
+
+
+def _limits(excess: Array, angle_std: Array) -> Array:
+    """How far each step (n - 1,) may be off [rad] before it is called a slip; `angle_std` (n,) of the frames."""
+    spread = 1.4826 * float(np.median(np.abs(excess)))
+    # a spread of few steps is itself uncertain: Student's quantile against the normal one, to first order (n - 1 = 4:
+    # twice as wide, 24: a fifth)
+    spread *= 1 + 4 / max(len(excess), 1)
+    variance = np.nan_to_num(angle_std) ** 2
+    own = np.sqrt(variance[1:] + variance[:-1])
+    return np.asarray(np.maximum(np.maximum(UNUSUAL * spread, LEAST_SLIP), SURE * own))
+
+
+def _lasting(excess: Array) -> NDArray[np.bool_]:
+    """(n - 1,) bool: the frames behind the step stay turned against those before it by most of the step."""
+    offset = np.concatenate([[0.0], np.cumsum(excess)])  # of each frame from where it was expected
+    before = [np.median(offset[max(0, k - BESIDE + 1) : k + 1]) for k in range(len(excess))]
+    after = [np.median(offset[k + 1 : k + 1 + BESIDE]) for k in range(len(excess))]
+    # at an end the median is over two frames, and one wrong frame of two moves it by half
+    return np.asarray(np.subtract(after, before) * np.sign(excess) > 0.7 * np.abs(excess))
 
 
 def closing_pair(angles: Array) -> tuple[int, int] | None:

@@ -81,3 +81,36 @@ def test_an_open_turn_closes_from_end_to_end():
 @pytest.mark.parametrize("angles", [np.deg2rad(np.arange(0, 200, 10)), np.full(5, np.nan), np.zeros(1)])
 def test_half_a_turn_has_no_closing_pair(angles):
     assert closing_pair(angles) is None
+
+
+@pytest.mark.parametrize("frames", [8, 12, 25])
+def test_few_noisy_frames_show_no_slip(frames):
+    """Angles known to 0.5 deg, as from few pixels: their own noise makes steps of 1.5 deg, and says so."""
+    for seed in range(20):
+        noise = np.random.default_rng(seed).normal(0, 0.5, frames)
+        angles = np.deg2rad(15.0 * np.arange(frames) + noise)
+        assert judge_steps(angles, np.full(frames, np.deg2rad(0.5)), np.deg2rad(15.0 * np.arange(frames))).slips == ()
+
+
+@pytest.mark.parametrize("place", [1, 12, N - 2])
+def test_one_wrong_frame_is_no_slip(place):
+    """A frame placed 3 deg off makes two opposite steps; the object did not stay turned."""
+    angles = turned()
+    angles[place] += np.deg2rad(3.0)
+    assert judge_steps(angles, QUIET).slips == ()
+
+
+@pytest.mark.parametrize("place", [1, 2, N - 2, N - 1])
+def test_a_slip_near_an_end_is_found(place):
+    angles = turned()
+    angles[place:] += np.deg2rad(2.0)
+    assert [s.frame for s in judge_steps(angles, QUIET).slips] == [place]
+
+
+def test_a_slip_between_badly_known_frames_is_not_claimed():
+    angles, std = turned(), QUIET.copy()
+    angles[25:] += np.deg2rad(2.0)
+    std[[24, 25]] = np.deg2rad(0.5)  # 2 deg are 2.8 standard deviations of this step
+    assert judge_steps(angles, std).slips == ()
+    std[[24, 25]] = np.deg2rad(0.2)  # and here 7
+    assert [s.frame for s in judge_steps(angles, std).slips] == [25]
