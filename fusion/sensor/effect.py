@@ -1,4 +1,9 @@
-"""A sensor effect: at most three pure functions of the true depth and of what a pixel looked at."""
+"""A sensor effect: at most three pure functions of the true depth and of what a pixel looked at.
+
+Bias, noise and dropout are what one observes of a pixel. Two more functions exist because light and noise pass
+through an effect: `light` changes the amplitude that arrives, `spread` the noise of everything before it.
+Neighbours, edges and history are arguments (the whole image, `View`), never hidden state.
+"""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,12 +17,14 @@ from fusion.sensor.view import Image, View
 class Effect:
     """One physical cause of error; a subclass holds its parameters and overrides what it changes.
 
-    All three functions take the depth (h, w) [m] as it arrives at this place of the light path, NaN where
-    missing, and return something that broadcasts to (h, w).
+    All functions take the depth (h, w) [m] as it arrives at this place of the light path, NaN where
+    missing, and return something that broadcasts to (h, w), in the type of the depth.
     """
 
     name: ClassVar[str] = ""
     key: ClassVar[str] = ""  # of the equation in the catalogue
+    formula: ClassVar[str] = ""  # the law as one line of text
+    variables: ClassVar[tuple[str, ...]] = ()  # what the law depends on, in the words of the verdict file
     principles: ClassVar[tuple[str, ...]] = ()  # sensors that can have it; empty = all
     not_undone: ClassVar[str] = ""  # why `correct` leaves it; empty when it is undone
     frozen: ClassVar[bool] = False  # noise is the spread of its own bias: never drawn a second time
@@ -27,20 +34,37 @@ class Effect:
         return np.zeros((), depth.dtype)
 
     def noise(self, depth: Image, view: View) -> Image:
-        """Standard deviation of the depth [m]."""
+        """Standard deviation of the depth [m] that this effect adds."""
         return np.zeros((), depth.dtype)
 
     def dropout(self, depth: Image, view: View) -> Image:
         """Probability that the pixel has no value [1]."""
         return np.zeros((), depth.dtype)
 
+    def light(self, amplitude: Image, depth: Image, view: View) -> Image:
+        """The amplitude (h, w) [count] behind this effect; `depth` is the true one."""
+        return amplitude
+
+    def spread(self, sigma: Image, depth: Image, view: View) -> Image:
+        """Standard deviation (h, w) [m] behind this effect, `sigma` in front of it; independent unless overridden."""
+        return np.hypot(sigma, self.noise(depth, view)) if self.changes("noise") else sigma
+
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         """One draw (h, w) [m] with mean 0 and the standard deviation `noise`; normal unless overridden."""
         if self.frozen or not self.changes("noise"):
             return np.zeros((), depth.dtype)
-        return self.noise(depth, view) * rng.standard_normal(depth.shape)
+        return self.noise(depth, view) * normal(rng, depth)
+
+    def left(self) -> str:
+        """Why `correct` leaves this effect; empty when it is undone."""
+        return self.not_undone if self.changes("bias") else ""
 
     @classmethod
     def changes(cls, channel: str) -> bool:
-        """True when the effect has its own "bias", "noise" or "dropout"."""
+        """True when the effect has its own "bias", "noise", "dropout", "light" or "spread"."""
         return getattr(cls, channel) is not getattr(Effect, channel)
+
+
+def normal(rng: np.random.Generator, like: Image) -> Image:
+    """Independent standard normal numbers of the shape and type of an image."""
+    return rng.standard_normal(like.shape, dtype=like.dtype.type)  # float32 or float64

@@ -62,10 +62,11 @@ def missing_parameters(name: str, given: dict[str, Any]) -> list[str]:
 
 def _value(raw: Any, where: str, about: Parameter, path: Path) -> Value:
     array = _numbers(raw, where, path)
-    if array.ndim not in (0, 2):
-        raise SensorError(
-            f"{where} has {array.size} values", path, f"shape {array.shape}", "one number or a map (height, width)"
-        )
+    shapes = {"list": (0, 1), "map": (0, 2), "number": (0, 2)}
+    expected = {"list": "one number or a list", "map": "a map (height, width)"}
+    if array.ndim not in shapes[about.kind]:
+        must = expected.get(about.kind, "one number or a map (height, width)")
+        raise SensorError(f"{where} has {array.size} values", path, f"shape {array.shape}", must)
     if array.min() < about.low or array.max() > about.high:
         raise SensorError(
             f"{where} is out of bounds",

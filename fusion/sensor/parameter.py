@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# a number, one value per harmonic (n,), or one value per pixel (height, width)
+# a number, one value per harmonic or band (n,), or one value per pixel (height, width)
 Value = float | NDArray[np.float64]
 
 
@@ -17,11 +17,14 @@ class Parameter:
     Attributes:
         name: as in files and verdicts.
         unit: "m", "px", "1", ...
-        neutral: the value that changes nothing.
+        neutral: the value of an effect that is not there; where an effect has several parameters, all at neutral
+            change nothing, and the neutral value of a pure shape (a period, an exponent) is a usual one.
         low, high: bounds, both allowed.
         meaning: one sentence for a person.
         source: where the law comes from.
+        typical: a usual size, clearly visible: used in plots, tests and as the start of a fit.
         group: parameters of one group are given together; a sensor need not have every group.
+        kind: "number" (or a map of numbers), "list" (one value per harmonic or band) or "map" (height, width).
     """
 
     name: str
@@ -31,12 +34,29 @@ class Parameter:
     high: float
     meaning: str
     source: str
+    typical: float
     group: str = ""
+    kind: str = "number"
 
 
-def parameter(unit: str, bounds: tuple[float, float], meaning: str, source: str, group: str = "") -> Any:
-    """A dataclass field of an effect; its neutral value is always 0, the absence of the error."""
-    return field(default=0.0, metadata={"about": (unit, 0.0, *bounds, meaning, source, group)})
+def parameter(
+    unit: str,
+    bounds: tuple[float, float],
+    meaning: str,
+    source: str,
+    group: str = "",
+    *,
+    neutral: float = 0.0,
+    typical: float | None = None,
+    kind: str = "number",
+) -> Any:
+    """A dataclass field of an effect; its default is the neutral value.
+
+    `typical` is a tenth of the upper bound unless given, or the neutral value where that is not 0.
+    """
+    usual = typical if typical is not None else (neutral or 0.1 * bounds[1])
+    about = (unit, neutral, *bounds, meaning, source, usual, group, kind)
+    return field(default=neutral, metadata={"about": about})
 
 
 def parameters(effect: Any) -> dict[str, Parameter]:

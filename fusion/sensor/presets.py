@@ -4,7 +4,9 @@ from collections.abc import Callable
 
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
-from fusion.sensor.effects import AxialNoise, DepthQuantization, LateralNoise
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
+from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.sensor import Sensor
 
 NGUYEN = "Nguyen, Izadi, Lovell 2012, original Kinect in near mode"

@@ -1,6 +1,6 @@
 """The sensor as one model: its effects in light-path order, and all that is derived from them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,13 @@ from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
+from fusion.sensor.moving import CameraEffect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import BASELINE_M, Image, View
 
 SMALLEST_SIGMA = 1e-5  # [m] weights stay finite for a sensor without noise
 CONVERGED = 1e-6  # [m] a tenth of what `correct` promises
+IR_AT_1M = 1000.0  # [count] guess: a white frontal surface at 1 m, where the model does not say
 MOST_STEPS = 80  # at slope 0.5, the steepest an effect declares, 20 halve 1 m to 1 micrometre; slower ones give up
 
 
@@ -51,9 +53,7 @@ class Sensor:
         order = {kind: place for place, kind in enumerate(EFFECTS)}
         object.__setattr__(self, "effects", tuple(sorted(self.effects, key=lambda e: order[type(e)])))
         undone = tuple(
-            f"{effect.name}: not undone by the correction ({effect.not_undone})"
-            for effect in self.effects
-            if effect.changes("bias") and effect.not_undone
+            f"{effect.name}: not undone by the correction ({effect.left()})" for effect in self.effects if effect.left()
         )
         object.__setattr__(self, "left_out", (*self.left_out, *(t for t in undone if t not in self.left_out)))
 
@@ -72,14 +72,14 @@ class Sensor:
         """
         depth = _floating(depth)
         self._check_maps(depth.shape)
-        return self._sigma(depth, View(camera, depth, incidence, ir=ir, baseline=self.baseline))
+        return self._sigma(depth, self._view(View(camera, depth, incidence, ir=ir), depth))
 
     def weight(
         self, depth: Image, incidence: Image | None, camera: Camera, ir: NDArray | None = None
     ) -> NDArray[np.floating]:
         """(1 - dropout) / sigma^2 (h, w) [1/m^2]; 0 where the depth is missing."""
         depth = _floating(depth)
-        view = View(camera, depth, incidence, ir=ir, baseline=self.baseline)
+        view = self._view(View(camera, depth, incidence, ir=ir), depth)
         sigma = np.maximum(self.sigma(depth, incidence, camera, ir), SMALLEST_SIGMA)
         with np.errstate(all="ignore"):
             return np.nan_to_num((1.0 - self.dropout(depth, view)) / sigma**2).astype(depth.dtype)
@@ -89,8 +89,25 @@ class Sensor:
         with np.errstate(all="ignore"):
             seen = np.ones(depth.shape, depth.dtype)
             for effect in self.effects:
-                seen = seen * (1.0 - effect.dropout(depth, view))
-            return 1.0 - seen
+                if effect.changes("dropout"):
+                    seen = seen * (1 - effect.dropout(depth, view))
+            return 1 - seen
+
+    def amplitude(self, view: View) -> Image | None:
+        """The amplitude (h, w) [count] that a view sends back; None where its reflectance or depth is not known.
+
+        reflectance * cos(incidence) / range^2, then what each effect does to the light on its way.
+        """
+        if view.reflectance is None or view.depth is None:
+            return None
+        with np.errstate(all="ignore"):
+            light = IR_AT_1M * view.reflectance / (view.depth * view.stretch) ** 2
+            if view.incidence is not None:
+                light = light * np.cos(view.incidence)
+            for effect in self.effects:
+                if effect.changes("light"):
+                    light = effect.light(light, view.depth, view)
+            return light.astype(view.depth.dtype)
 
     def predict(self, depth: Image, view: View | Camera) -> NDArray[np.floating]:
         """The mean measured depth (h, w) [m] of a true depth image; NaN stays NaN."""
@@ -99,7 +116,8 @@ class Sensor:
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
             for effect in self.effects:
-                depth = _valid(depth + effect.bias(depth, view)).astype(depth.dtype)
+                if effect.changes("bias") and effect.name not in view.done:
+                    depth = _valid(depth + effect.bias(depth, view)).astype(depth.dtype)
         return depth
 
     def sample(
@@ -109,12 +127,16 @@ class Sensor:
         depth = _floating(depth)
         self._check_maps(depth.shape)
         view = self._view(view, depth, incidence)
+        seen = np.ones((), depth.dtype)
         with np.errstate(all="ignore"):
             for effect in self.effects:
-                moved = depth + effect.bias(depth, view) + effect.draw(depth, view, rng)
-                if effect.changes("dropout"):
-                    moved = np.where(rng.random(depth.shape) < effect.dropout(depth, view), np.nan, moved)
-                depth = _valid(moved).astype(depth.dtype)
+                if effect.name in view.done:
+                    continue
+                seen = seen * (1 - effect.dropout(depth, view)) if effect.changes("dropout") else seen
+                if effect.changes("bias") or effect.changes("noise"):
+                    depth = _valid(depth + effect.bias(depth, view) + effect.draw(depth, view, rng)).astype(depth.dtype)
+        if seen.ndim:
+            depth = np.where(rng.random(depth.shape, dtype=depth.dtype.type) < seen, depth, np.nan)
         return depth
 
     def correct(self, depth: Image, view: View | Camera) -> NDArray[np.floating]:
@@ -127,28 +149,41 @@ class Sensor:
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
             for effect in reversed(self.effects):
-                if effect.changes("bias") and not effect.not_undone:
+                if effect.changes("bias") and not effect.left():
                     depth = _undo(effect, depth, view)
         return depth
 
+    def true_camera(self, stated: Camera) -> Camera:
+        """The camera that took the pictures: the stated one without the errors that the model holds."""
+        for effect in self.effects:
+            if isinstance(effect, CameraEffect):
+                stated = effect.true_camera(stated)
+        return stated
+
     def _sigma(self, depth: Image, view: View) -> NDArray[np.floating]:
         with np.errstate(all="ignore"):
-            variance = np.where(np.isfinite(depth), 0.0, np.nan)
+            sigma = np.where(np.isfinite(depth), np.zeros((), depth.dtype), np.nan)
             for effect in self.effects:
-                variance = variance + effect.noise(depth, view) ** 2
-            return np.sqrt(variance).astype(depth.dtype)
+                sigma = effect.spread(sigma, depth, view)
+            return sigma.astype(depth.dtype)
 
     def _view(self, view: View | Camera, depth: Image, incidence: Image | None = None) -> View:
         if isinstance(view, Camera):
-            return View(view, depth, incidence, baseline=self.baseline)
-        known = incidence if incidence is not None else view.incidence
-        return View(view.camera, view.depth, known, view.normals, view.ir, view.color, self.baseline)
+            view = View(view, depth)
+        view = replace(
+            view,
+            depth=depth if view.depth is None else view.depth,
+            incidence=view.incidence if incidence is None else incidence,
+            baseline=self.baseline,
+            principle=view.principle or (self.principle if self.principle != "unknown" else ""),
+        )
+        return view if view.ir is not None else replace(view, ir=self.amplitude(view))
 
     def _check_maps(self, shape: tuple[int, ...]) -> None:
         for effect in self.effects:
-            for name in parameters(effect):
+            for name, about in parameters(effect).items():
                 value = np.asarray(getattr(effect, name))
-                if value.ndim and value.shape != shape:
+                if value.ndim and about.kind != "list" and value.shape != shape:
                     raise SensorError(
                         f"the map {effect.name}.{name} does not fit the image",
                         self.name,

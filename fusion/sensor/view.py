@@ -1,30 +1,77 @@
 """View: what every pixel looked at, as far as sensor effects ask for it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.sensor.moment import Moment
 
 Image = NDArray[np.floating]
 
 # Kinect v1: Pagliari 2014 states about 7.4 cm, github ankurhanda/simkinect uses 0.075
 BASELINE_M = 0.075
+# Kinect v2: 80, 16 and 120 MHz (libfreenect2 tables; from memory); the middle one stands for all
+MODULATION_HZ = 80e6
+LIGHT_SPEED = 299_792_458.0  # [m/s]
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The nearest depth edge of every pixel, as far as a few pixels away.
+
+    Attributes:
+        distance: (h, w) to the edge [px], below a pixel where it is known that well; inf where none is near.
+        direction: (h, w) where the edge lies [rad]: 0 to the right (+u), pi/2 below (+v); 0 where none is near.
+        jump: (h, w) depth across the edge minus the own depth [m]: positive for the foreground; 0 where none is near.
+        light: (h, w) amplitude across the edge over the own amplitude [1]; 1 where none is near.
+    """
+
+    distance: Image
+    direction: Image
+    jump: Image
+    light: Image
+
+
+@dataclass(frozen=True)
+class Indirect:
+    """Light that reached a pixel by one bounce off another surface.
+
+    Attributes:
+        ratio: (h, w) its amplitude over that of the direct light [1].
+        path: (h, w) how much longer its way is than the direct one, there and back, over two [m].
+    """
+
+    ratio: Image
+    path: Image
 
 
 @dataclass(frozen=True)
 class View:
     """What the pixels of one frame looked at: from the renderer (truth), or estimated from a measurement.
 
+    A field that is None is not known; an effect that needs it then changes nothing.
+
     Attributes:
         camera: the depth camera.
         depth: (h, w) planar z [m] of the surface, NaN where there is none.
-        incidence: (h, w) angle between ray and surface normal [rad], 0 frontal; None when not known.
-        normals: (h, w, 3) unit normals in the camera frame, towards the camera; None when not known.
-        ir: (h, w) amplitude [count]; None when not known.
-        color: (h, w, 3) uint8 RGB; None when not known.
-        baseline: projector to camera [m], for triangulating sensors.
+        incidence: (h, w) angle between ray and surface normal [rad], 0 frontal.
+        normals: (h, w, 3) unit normals in the camera frame, towards the camera.
+        ir: (h, w) amplitude [count].
+        color: (h, w, 3) uint8 RGB.
+        baseline: projector to camera [m], for triangulating sensors; its size.
+        reflectance: (h, w) in the infrared [1].
+        edges: the nearest depth edges.
+        lit: (h, w) share of the pixel that the projector or lamp reaches [1].
+        indirect: light that came by another surface.
+        velocity: (h, w, 3) of the surface in the camera frame [m/s].
+        turning: (h, w) True where the surface stands on the turntable.
+        moment: time, temperature and the like.
+        principle: of the sensor; the camera's where empty.
+        modulation: frequency of a time-of-flight sensor [Hz].
+        done: names of effects that the image holds already, because the renderer moved rays or surfaces.
     """
 
     camera: Camera
@@ -34,6 +81,16 @@ class View:
     ir: NDArray | None = None
     color: NDArray[np.uint8] | None = None
     baseline: float = BASELINE_M
+    reflectance: Image | None = None
+    edges: Edges | None = None
+    lit: Image | None = None
+    indirect: Indirect | None = None
+    velocity: Image | None = None
+    turning: NDArray[np.bool_] | None = None
+    moment: Moment = field(default_factory=Moment)
+    principle: str = ""
+    modulation: float = MODULATION_HZ
+    done: frozenset[str] = frozenset()
 
     @property
     def focal_baseline(self) -> float:
@@ -41,39 +98,39 @@ class View:
         return self.camera.fx * self.baseline
 
     @property
+    def time_of_flight(self) -> bool:
+        """True when the sensor measures along the ray, so that errors of length are radial."""
+        return (self.principle or self.camera.principle) == "itof"
+
+    @cached_property
     def stretch(self) -> NDArray[np.float32]:
         """(h, w) length of the ray per metre of depth [1]: radial distance = stretch * z."""
         return np.sqrt(1.0 + (self.camera.rays() ** 2).sum(axis=-1))
 
     @property
-    def u(self) -> NDArray[np.float64]:
+    def along_ray(self) -> NDArray[np.float32] | float:
+        """(h, w) or 1: depth per metre of an error of length: 1 / stretch where the sensor measures along the ray."""
+        return 1.0 / self.stretch if self.time_of_flight else 1.0
+
+    @property
+    def wavelength(self) -> float:
+        """Radial distance in which the phase turns once [m]: c / (2 f)."""
+        return LIGHT_SPEED / (2.0 * self.modulation)
+
+    @property
+    def u(self) -> NDArray[np.float32]:
         """(1, w) column of a pixel [px]."""
-        return np.arange(self.camera.width, dtype=float)[None, :]
+        return np.arange(self.camera.width, dtype=np.float32)[None, :]
 
     @property
-    def v(self) -> NDArray[np.float64]:
+    def v(self) -> NDArray[np.float32]:
         """(h, 1) row of a pixel [px]."""
-        return np.arange(self.camera.height, dtype=float)[:, None]
+        return np.arange(self.camera.height, dtype=np.float32)[:, None]
 
     @property
-    def radius(self) -> NDArray[np.float64]:
+    def radius(self) -> NDArray[np.float32]:
         """(h, w) distance to the principal point [px]."""
-        return np.hypot(self.u - self.camera.cx, self.v - self.camera.cy)
-
-
-def estimated_view(depth: Image, camera: Camera, baseline: float = BASELINE_M) -> View:
-    """A view estimated from a measured depth image (h, w) [m]: normals by central differences of its points.
-
-    Normals and incidence are NaN where a neighbour is missing, and rough where the depth is noisy.
-    """
-    points = camera.points(depth)
-    normals = np.full(points.shape, np.nan, np.float32)
-    with np.errstate(all="ignore"):
-        along_u = points[1:-1, 2:] - points[1:-1, :-2]
-        along_v = points[2:, 1:-1] - points[:-2, 1:-1]
-        normal = np.cross(along_v, along_u)
-        normals[1:-1, 1:-1] = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        return View(camera, depth, incidence_of(normals, camera), normals, baseline=baseline)
+        return np.hypot(self.u - np.float32(self.camera.cx), self.v - np.float32(self.camera.cy))
 
 
 def incidence_of(normals: Image, camera: Camera) -> Image:

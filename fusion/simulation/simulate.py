@@ -10,7 +10,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
-from fusion.sensor.effects.lateral_noise import jump
+from fusion.sensor.effects.readout.lateral_noise import jump
 from fusion.sensor.view import Image, View
 from fusion.simulation.render import RayCaster, nearest
 from fusion.simulation.scene import Scene

@@ -8,7 +8,7 @@ import pytest
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.catalogue import KNOWN
-from fusion.sensor.effects import DepthOffset
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.file import read_sensor, write_sensor
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor

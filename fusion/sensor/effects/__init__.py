@@ -1,19 +1,12 @@
-"""One file per sensor effect, and the order in which light meets them."""
+"""One file per sensor effect, in rooms by where it acts, and the order in which light meets them."""
 
 from fusion.sensor.effect import Effect
-from fusion.sensor.effects.axial_noise import AxialNoise
-from fusion.sensor.effects.depth_offset import DepthOffset
-from fusion.sensor.effects.depth_quantization import DepthQuantization
-from fusion.sensor.effects.depth_scale import DepthScale
-from fusion.sensor.effects.disparity_offset import DisparityOffset
-from fusion.sensor.effects.lateral_noise import LateralNoise
+from fusion.sensor.effects.light import LIGHT
+from fusion.sensor.effects.optics import OPTICS
+from fusion.sensor.effects.phase import PHASE
+from fusion.sensor.effects.readout import READOUT
+from fusion.sensor.effects.rig import RIG
+from fusion.sensor.effects.triangulation import TRIANGULATION
 
-# light-path order: optics, triangulation or phase, electronics, rounding last
-EFFECTS: tuple[type[Effect], ...] = (
-    LateralNoise,
-    DisparityOffset,
-    DepthScale,
-    DepthOffset,
-    AxialNoise,
-    DepthQuantization,
-)
+# what stands where, what the lens makes of it, what lights it, how the distance is found, how it is read out
+EFFECTS: tuple[type[Effect], ...] = (*RIG, *OPTICS, *LIGHT, *TRIANGULATION, *PHASE, *READOUT)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
-from fusion.sensor.effect import Effect
+from fusion.sensor.effect import Effect, normal
+from fusion.sensor.fields import correlated
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
@@ -54,11 +54,8 @@ class AxialNoise(Effect):
         return np.hypot(shape, disparity) + 0.0 * depth
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        white = rng.standard_normal(depth.shape)
         width = float(np.mean(self.correlation_px))
-        if width > 0:
-            white = gaussian_filter(white, width, mode="wrap")
-            white /= _smoothed_spread(depth.shape, width)
+        white = correlated(rng, depth.shape, width) if width > 0 else normal(rng, depth)
         return self.noise(depth, view) * white
 
     def _shape(self, z: Image, view: View) -> Image:
@@ -77,10 +74,3 @@ class AxialNoise(Effect):
         """sqrt(shot^2 q + floor^2 q^2) of the radial distance, q = ir_reference / IR, as depth (h, w) [m]."""
         q = self.ir_reference / np.maximum(np.asarray(view.ir, float), 1e-9)
         return np.sqrt(self.shot**2 * q + self.floor**2 * q**2) / view.stretch
-
-
-def _smoothed_spread(shape: tuple[int, ...], width: float) -> float:
-    """Standard deviation of white noise after the smoothing: the root of the kernel's energy."""
-    impulse = np.zeros(shape)
-    impulse[tuple(n // 2 for n in shape)] = 1.0
-    return float(np.sqrt((gaussian_filter(impulse, width, mode="wrap") ** 2).sum()))

@@ -1,0 +1,5 @@
+"""Phase: how a time-of-flight sensor turns light into a distance."""
+
+from fusion.sensor.effect import Effect
+
+PHASE: tuple[type[Effect], ...] = ()

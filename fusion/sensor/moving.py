@@ -1,0 +1,58 @@
+"""Two kinds of effect that move what is seen instead of changing a depth: rays (the camera), surfaces (the rig).
+
+A renderer applies them exactly, before it casts a ray, and names them in `View.done`; without a renderer their bias
+is that of the tangent plane.
+"""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.sensor.effect import Effect
+from fusion.sensor.moment import Moment
+from fusion.sensor.surface import moved, points, seen_along
+from fusion.sensor.view import Image, View
+
+
+@dataclass(frozen=True)
+class CameraEffect(Effect):
+    """The stated camera is wrong: every ray goes elsewhere."""
+
+    not_undone: ClassVar[str] = "it is undone by using the true camera instead of the stated one"
+
+    def true_camera(self, stated: Camera) -> Camera:
+        """The camera that took the pictures, from the stated one."""
+        raise NotImplementedError
+
+    def bias(self, depth: Image, view: View) -> Image:
+        true = self.true_camera(view.camera)
+        seen = seen_along(depth, true.rays(), view)
+        if view.time_of_flight:  # the range is right, and becomes a depth along the stated ray
+            seen = seen * (replace(view, camera=true).stretch / view.stretch)
+        return seen - depth
+
+
+@dataclass(frozen=True)
+class RigEffect(Effect):
+    """What is seen stands elsewhere than stated: a rigid motion of the surface in the camera frame."""
+
+    not_undone: ClassVar[str] = "it belongs to the pose of the frame, not to its depth"
+
+    def motion(self, moment: Moment) -> NDArray[np.float64] | None:
+        """(6,) rotation [rad] and translation [m] of the surface about the camera; None when nothing moves."""
+        raise NotImplementedError
+
+    def bias(self, depth: Image, view: View) -> Image:
+        motion = self.motion(view.moment)
+        if motion is None:
+            return np.zeros((), depth.dtype)
+        change = moved(depth, displacement(motion, depth, view), view)
+        return change if view.turning is None else np.where(view.turning, change, np.zeros((), depth.dtype))
+
+
+def displacement(motion: NDArray[np.float64], depth: Image, view: View) -> NDArray[np.floating]:
+    """(h, w, 3) [m] by which a small rigid motion (6,) of rotation and translation moves every point."""
+    return (np.cross(motion[:3], points(depth, view)) + motion[3:]).astype(depth.dtype)
