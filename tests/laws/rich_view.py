@@ -8,16 +8,18 @@ from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.moment import Moment
 from fusion.sensor.parameter import parameters
+from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Edges, Indirect, View, incidence_of
 
 WIDTH, HEIGHT = 64, 48
 CAMERA = Camera(WIDTH, HEIGHT, 57.0, 57.0, 31.2, 23.9, principle="structured_light")
 # where a near square ends, between the pixels [px]
 LEFT, RIGHT, TOP, BOTTOM = 19.7, 35.4, 14.6, 30.3
+BASELINE = 0.75  # [m] times the 57 px: the 43 px m of a Kinect v1
 STEP = 0.3  # [m] that it stands before the wall
 
 
-def rich_view(kind: type[Effect] | None = None, placement: int = 5, noiseless: bool = True) -> View:
+def rich_view(kind: type[Effect] | None = None, placement: int = 5) -> View:
     """A turned wall of 0.8 to 3.5 m with patches of reflectance, a near square, a hole; moving and warming up.
 
     The principle is one that the effect can have.
@@ -59,6 +61,7 @@ def rich_view(kind: type[Effect] | None = None, placement: int = 5, noiseless: b
         velocity=np.dstack([np.full(u.shape, 0.2), 0.002 * u, np.full(u.shape, 0.1)]),
         turning=u < 50,
         moment=moment,
+        baseline=BASELINE,
     )
     distance = np.nan_to_num(depth, nan=1.0)
     return replace(view, ir=1000.0 * reflectance * np.cos(np.nan_to_num(view.incidence)) / distance**2)
@@ -67,6 +70,11 @@ def rich_view(kind: type[Effect] | None = None, placement: int = 5, noiseless: b
 def typical(kind: type[Effect]) -> Effect:
     """The effect at its parameters' typical values."""
     return kind(**{p.name: p.typical for p in parameters(kind).values()})
+
+
+def sensor_of(*effects: Effect) -> Sensor:
+    """A sensor with these effects only, whose disparities are those of a Kinect in spite of the few wide pixels."""
+    return Sensor(effects=effects, baseline=BASELINE)
 
 
 def _edges(u: np.ndarray, v: np.ndarray, near: np.ndarray) -> Edges:

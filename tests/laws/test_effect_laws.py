@@ -2,45 +2,25 @@
 
 import numpy as np
 import pytest
+from rich_view import CAMERA, rich_view, sensor_of, typical
 
-from fusion.geometry.camera import Camera
 from fusion.sensor.catalogue import KNOWN
-from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import parameters
-from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
-CAMERA = Camera(64, 48, 570.0, 570.0, 31.5, 23.5, principle="structured_light")
 DRAWS = 400
-
-# one clearly visible value per parameter, where the bound itself would leave no depth to measure
-TYPICAL = {
-    "axial_noise": {"c0": 0.002, "c1": 0.001, "c2": 0.001, "angle": 1e-4, "angle_exponent": 1.5, "sigma_px": 0.05},
-    "lateral_noise": {"sigma_px": 0.6, "sigma": 0.0005},
-    "depth_quantization": {"step": 0.001, "step_px": 0.125},
-}
-
-
-def typical(kind: type[Effect]) -> Effect:
-    values = TYPICAL.get(kind.name) or {p.name: 0.1 * p.high for p in parameters(kind).values()}
-    return kind(**values)
 
 
 @pytest.fixture
-def view() -> View:
-    """A tilted wall from 0.8 to 3.5 m with a step and a hole."""
-    depth = np.linspace(0.8, 3.5, 64)[None, :] + np.zeros((48, 1))
-    depth[20:30, 20:30] -= 0.3
-    depth[:4, :4] = np.nan
-    incidence = np.linspace(0.0, 1.3, 48)[:, None] + np.zeros((1, 64))
-    return View(CAMERA, depth, incidence, ir=np.full((48, 64), 400, np.uint16))
+def view(kind) -> View:
+    return rich_view(kind)
 
 
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
 class TestEveryEffect:
     def test_neutral_parameters_change_nothing(self, kind, view):
-        sensor = Sensor(effects=(kind(),))
+        sensor = sensor_of(kind())
         assert np.array_equal(sensor.predict(view.depth, view), view.depth, equal_nan=True)
         sampled = sensor.sample(view.depth, view, None, np.random.default_rng(0))
         assert np.array_equal(sampled, view.depth, equal_nan=True)
@@ -49,7 +29,7 @@ class TestEveryEffect:
     def test_correct_undoes_predict_or_leaves_the_depth(self, kind, view):
         for sign in (-1, 1):
             values = {p.name: p.high if sign > 0 else p.low for p in parameters(kind).values() if kind.changes("bias")}
-            sensor = Sensor(effects=(typical(kind) if kind.not_undone else kind(**values),))
+            sensor = sensor_of(typical(kind) if kind.not_undone else kind(**values))
             measured = sensor.predict(view.depth, view)
             if kind.not_undone:
                 assert np.array_equal(sensor.correct(measured, view), measured, equal_nan=True)
@@ -76,12 +56,12 @@ class TestEveryEffect:
         if not where.any():
             assert np.nanmax(np.abs(draws)) == 0
             return
-        # all pixels together: each draw in units of its own spread is one of some 10^5 samples
+        # pixels of one draw may share their noise, so the draws are the independent samples
         scaled = draws[:, where] / declared[where]
-        n = scaled.size
-        assert abs(scaled.mean()) < 4 / np.sqrt(n)
-        # four standard errors of a mean square, whose own spread is measured: a jump is not normal
-        assert abs((scaled**2).mean() - 1) < 4 * (scaled**2).std() / np.sqrt(n)
+        for power, expected in ((1, 0.0), (2, 1.0)):
+            means = (scaled**power).mean(axis=1)
+            # four standard errors
+            assert abs(means.mean() - expected) < 4 * means.std() / np.sqrt(DRAWS)
         # and each pixel by itself; 5 instead of 4 because the worst of 3000 pixels is looked at
         if effect.name != "lateral_noise":
             assert np.abs(scaled.std(axis=0) - 1).max() < 5 / np.sqrt(2 * DRAWS)
@@ -94,7 +74,7 @@ class TestEveryEffect:
             assert KNOWN[kind.name][about.name] == (about.unit,)
 
     def test_missing_stays_missing_and_the_type_stays(self, kind, view):
-        sensor = Sensor(effects=(typical(kind),))
+        sensor = sensor_of(typical(kind))
         depth = view.depth.astype(np.float32)
         for result in (
             sensor.predict(depth, view),

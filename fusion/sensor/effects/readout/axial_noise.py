@@ -24,26 +24,42 @@ class AxialNoise(Effect):
     name: ClassVar[str] = "axial_noise"
     key: ClassVar[str] = "N2, N3"
 
-    c0: Value = parameter("m", (-1, 1), "constant term", f"{NGUYEN}; {FANKHAUSER}", "depth")
-    c1: Value = parameter("1", (-1, 1), "factor of z", f"{NGUYEN}; {FANKHAUSER}", "depth")
-    c2: Value = parameter("1/m", (-1, 1), "factor of z^2", f"{NGUYEN}; {FANKHAUSER}", "depth")
+    c0: Value = parameter("m", (-1, 1), "constant term", f"{NGUYEN}; {FANKHAUSER}", "depth", typical=0.002)
+    c1: Value = parameter("1", (-1, 1), "factor of z", f"{NGUYEN}; {FANKHAUSER}", "depth", typical=0.001)
+    c2: Value = parameter("1/m", (-1, 1), "factor of z^2", f"{NGUYEN}; {FANKHAUSER}", "depth", typical=0.001)
     angle: Value = parameter(
-        "m", (0, 0.1), "factor of theta^2 / (pi/2 - theta)^2 at z = 1 m", f"{NGUYEN}; {FANKHAUSER}", "angle"
+        "m",
+        (0, 0.1),
+        "factor of theta^2 / (pi/2 - theta)^2 at z = 1 m",
+        f"{NGUYEN}; {FANKHAUSER}",
+        "angle",
+        typical=0.0001,
     )
     angle_exponent: Value = parameter(
-        "1", (-3, 3), "power of z in the angle term", f"-0.5 {NGUYEN}; 1.5 {FANKHAUSER}", "angle"
+        "1", (-3, 3), "power of z in the angle term", f"-0.5 {NGUYEN}; 1.5 {FANKHAUSER}", "angle", typical=1.5
     )
-    sunlight: Value = parameter("1/m", (0, 1), "factor of z^2 cos(theta) in direct sun", FANKHAUSER, "sunlight")
-    shot: Value = parameter("m", (0, 1), "spread from the light itself at ir_reference", TOF, "amplitude")
-    floor: Value = parameter("m", (0, 1), "spread from the electronics at ir_reference", TOF, "amplitude")
-    ir_reference: Value = parameter("count", (0, 1e6), "amplitude at which shot and floor are given", TOF, "amplitude")
-    sigma_px: Value = parameter("px", (0, 10), "spread of the disparity", "triangulation: d = fx b / z", "disparity")
+    sunlight: Value = parameter(
+        "1/m", (0, 1), "factor of z^2 cos(theta) in direct sun", FANKHAUSER, "sunlight", typical=0.002
+    )
+    shot: Value = parameter(
+        "m", (0, 1), "spread from the light itself at ir_reference", TOF, "amplitude", typical=0.003
+    )
+    floor: Value = parameter(
+        "m", (0, 1), "spread from the electronics at ir_reference", TOF, "amplitude", typical=0.003
+    )
+    ir_reference: Value = parameter(
+        "count", (0, 1e6), "amplitude at which shot and floor are given", TOF, "amplitude", typical=1000.0
+    )
+    sigma_px: Value = parameter(
+        "px", (0, 10), "spread of the disparity", "triangulation: d = fx b / z", "disparity", typical=0.05
+    )
     correlation_px: Value = parameter(
         "px",
         (0, 50),
         "standard width over which neighbours share their noise",
         "matching windows: simkinect",
         "disparity",
+        typical=2.0,
     )
 
     def noise(self, depth: Image, view: View) -> Image:

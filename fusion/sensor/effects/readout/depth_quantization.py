@@ -19,9 +19,16 @@ class DepthQuantization(Effect):
     not_undone: ClassVar[str] = "rounding loses what it rounds off; it counts as noise of step / sqrt(12)"
     frozen: ClassVar[bool] = True
 
-    step: Value = parameter("m", (0, 0.1), "smallest difference of two depths", "sensor's number format", "length")
+    step: Value = parameter(
+        "m", (0, 0.1), "smallest difference of two depths", "sensor's number format", "length", typical=0.001
+    )
     step_px: Value = parameter(
-        "px", (0, 2), "smallest difference of two disparities", "1/8 px: github ankurhanda/simkinect", "disparity"
+        "px",
+        (0, 2),
+        "smallest difference of two disparities",
+        "1/8 px: github ankurhanda/simkinect",
+        "disparity",
+        typical=0.125,
     )
 
     def bias(self, depth: Image, view: View) -> Image:

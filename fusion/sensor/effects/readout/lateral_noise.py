@@ -22,8 +22,12 @@ class LateralNoise(Effect):
     key: ClassVar[str] = "N4"
     not_undone: ClassVar[str] = "one image does not tell on which side of an edge a jittering pixel belongs"
 
-    sigma_px: Value = parameter("px", (0, 10), "jitter of an edge", "Nguyen, Izadi, Lovell 2012: 0.8 px", "pixels")
-    sigma: Value = parameter("m", (0, 0.1), "jitter of an edge", "Fankhauser 2015, equations 2, 3 and 5", "length")
+    sigma_px: Value = parameter(
+        "px", (0, 10), "jitter of an edge", "Nguyen, Izadi, Lovell 2012: 0.8 px", "pixels", typical=0.6
+    )
+    sigma: Value = parameter(
+        "m", (0, 0.1), "jitter of an edge", "Fankhauser 2015, equations 2, 3 and 5", "length", typical=0.0005
+    )
 
     def bias(self, depth: Image, view: View) -> Image:
         return self._probability(depth, view) * jump(depth)
