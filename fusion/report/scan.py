@@ -16,6 +16,7 @@ from fusion.report.figures.coverage import azimuth_figure, coverage_figure, cove
 from fusion.report.figures.frames import frames_figure
 from fusion.report.figures.turning import before_after_figure, steps_figure
 from fusion.report.figures.views import Row, mesh_views
+from fusion.report.figures.wobble import wobble_figure
 from fusion.report.judgement import scan_numbers, scan_summary
 from fusion.report.page import Figure, Light, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
@@ -160,6 +161,8 @@ def _turntable_section(report: ScanReport, around: list[Side]) -> Section:
             figures.append(before_after_figure(paths))
     if report.turntable and report.turntable.get("angles_rad"):
         figures.append(steps_figure(report.turntable))
+    if report.turntable and has_axis(report.turntable) and report.trajectory_raw is not None:
+        figures.append(wobble_figure(report.trajectory_raw, report.turntable))
     if report.mesh_raw is not None:
         text = Figure("The mesh before and after the turntable correction", "beforeaftermesh", "Two rows of views.")
         rows = [Row(report.mesh_raw, name="before"), Row(report.mesh, name="after")]

@@ -39,8 +39,11 @@ def made_up_scan(frames: int = 25, seed: int = 3) -> ScanReport:
     # the camera of frame i stands, in the object's frame, turned back by how far the object has turned
     poses = np.stack([about_axis(POINT, UP, -a) for a in turned])
     raw = poses.copy()
+    for i, a in enumerate(turned):  # the plate rocks by 0.3 deg once a turn
+        raw[i] = raw[i] @ about_axis(POINT, [0.0, -0.342, 0.94], 0.005 * np.sin(a))
     raw[:, :3, 3] += np.cumsum(rng.normal(0, 0.0015, (frames, 3)), axis=0)
     angles: list[float | None] = list(map(float, turned))
+    told = list(np.radians(14.4 * np.arange(frames)))
     residual, inliers = rng.uniform(0.0012, 0.002, frames), rng.uniform(0.85, 0.97, frames)
     rejected = {7: "too few inliers (12 %)", 19: "jump of 31 deg"} if frames > 19 else {}
     for frame in rejected:
@@ -60,6 +63,8 @@ def made_up_scan(frames: int = 25, seed: int = 3) -> ScanReport:
             "axis_point": POINT.tolist(), "axis_direction": UP.tolist(), "radius": float(np.linalg.norm(across)),
             "angles_rad": angles, "direction": 1, "radial_rms": 0.0041, "axial_rms": 0.0032,
             "closure": {"angle_rad": 0.004, "distance": 0.0021}, "rejected_frames": list(rejected), "slips": slip,
+            "closure_raw": {"angle_rad": 0.031, "distance": 0.0094}, "told_rad": told,
+            "angles_std_rad": [None if a is None else 0.002 for a in angles],
         },
         residual=residual,
         inlier_share=inliers,
