@@ -4,7 +4,7 @@ A renderer applies them exactly, before it casts a ray, and names them in `View.
 is that of the tangent plane.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.moment import Moment
-from fusion.sensor.surface import moved, points, seen_along
-from fusion.sensor.view import Image, View
+from fusion.sensor.surface import moved_rigidly, seen_along
+from fusion.sensor.view import Image, View, stretch
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,13 @@ class CameraEffect(Effect):
 
     def bias(self, depth: Image, view: View) -> Image:
         true = self.true_camera(view.camera)
+        if true == view.camera:
+            return np.zeros((), depth.dtype)
         seen = seen_along(depth, true.rays(), view)
         if view.time_of_flight:  # the range is right, and becomes a depth along the stated ray
-            seen = seen * (replace(view, camera=true).stretch / view.stretch)
-        return seen - depth
+            seen = seen * (stretch(true) / view.stretch)
+        change = seen - depth
+        return np.where(np.isfinite(change), change, np.zeros((), depth.dtype))
 
 
 @dataclass(frozen=True)
@@ -42,17 +45,15 @@ class RigEffect(Effect):
     not_undone: ClassVar[str] = "it belongs to the pose of the frame, not to its depth"
 
     def motion(self, moment: Moment) -> NDArray[np.float64] | None:
-        """(6,) rotation [rad] and translation [m] of the surface about the camera; None when nothing moves."""
+        """(6,) rotation [rad] about the camera, then translation [m], as `geometry.pose.exp`; None when all stands.
+
+        A point of the surface stated at P (camera frame) stands at R P + t.
+        """
         raise NotImplementedError
 
     def bias(self, depth: Image, view: View) -> Image:
         motion = self.motion(view.moment)
         if motion is None:
             return np.zeros((), depth.dtype)
-        change = moved(depth, displacement(motion, depth, view), view)
+        change = moved_rigidly(depth, motion, view)
         return change if view.turning is None else np.where(view.turning, change, np.zeros((), depth.dtype))
-
-
-def displacement(motion: NDArray[np.float64], depth: Image, view: View) -> NDArray[np.floating]:
-    """(h, w, 3) [m] by which a small rigid motion (6,) of rotation and translation moves every point."""
-    return (np.cross(motion[:3], points(depth, view)) + motion[3:]).astype(depth.dtype)

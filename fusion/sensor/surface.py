@@ -3,7 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.pose import exp
 from fusion.sensor.view import Image, View
+
+# cosine between ray and normal, times the ray's length, below which a surface is seen edge-on (87 deg)
+EDGE_ON = 0.05
 
 
 def moved(depth: Image, displacement: NDArray[np.floating], view: View) -> Image:
@@ -13,21 +17,37 @@ def moved(depth: Image, displacement: NDArray[np.floating], view: View) -> Image
     """
     if view.normals is None:
         return np.zeros((), depth.dtype)
-    normals = view.normals
-    across = np.einsum("hwk,...k->hw", normals, displacement) if displacement.ndim == 1 else _dot(normals, displacement)
-    return _finite(across / _towards(view), depth)
+    n, D = view.normals, displacement
+    across = n[..., 0] * D[..., 0] + n[..., 1] * D[..., 1] + n[..., 2] * D[..., 2]
+    return _finite(across / towards(view), depth)
+
+
+def moved_rigidly(depth: Image, motion: NDArray[np.floating], view: View) -> Image:
+    """Change (h, w) [m] of the depth under a small rigid motion (6,), as `geometry.pose.exp` takes it.
+
+    First order, as `moved` with D = (R - 1) P + t, where P = depth * ray. 0 without normals.
+    """
+    if view.normals is None:
+        return np.zeros((), depth.dtype)
+    T, n = exp(motion), view.normals
+    matrix = np.column_stack([T[:3, :3] - np.eye(3), T[:3, 3]]).T.astype(n.dtype)  # (4, 3)
+    # (4, h, w): n . (R - 1) and n . t
+    turned_x, turned_y, turned_z, shifted = (matrix @ n.reshape(-1, 3).T).reshape(4, *depth.shape)
+    rays = view.camera.rays()
+    across = depth * (turned_x * rays[..., 0] + turned_y * rays[..., 1] + turned_z) + shifted
+    return _finite(across / towards(view), depth)
 
 
 def seen_along(depth: Image, rays: NDArray[np.floating], view: View) -> Image:
     """Depth (h, w) [m] of the tangent plane of each pixel along other rays (h, w, 2) x/z and y/z."""
     if view.normals is None:
         return depth
-    n = view.normals
-    other = n[..., 0] * rays[..., 0] + n[..., 1] * rays[..., 1] + n[..., 2]
+    own, other = _along(view.normals, view.camera.rays()), _along(view.normals, rays)
     with np.errstate(all="ignore"):
-        ratio = _towards(view) / other
+        ratio = own / other
     # a ray that nearly leaves the plane says nothing about its depth
-    return depth * np.where((ratio > 0.5) & (ratio < 2.0), ratio, 1.0).astype(depth.dtype)
+    sound = (ratio > 0.5) & (ratio < 2.0) & (np.abs(own) > EDGE_ON)
+    return depth * np.where(sound, ratio, 1.0).astype(depth.dtype)
 
 
 def points(depth: Image, view: View) -> NDArray[np.floating]:
@@ -35,17 +55,16 @@ def points(depth: Image, view: View) -> NDArray[np.floating]:
     return np.dstack([view.camera.rays() * depth[..., None], depth])
 
 
-def _towards(view: View) -> Image:
-    """n . ray (h, w), negative; held away from 0, where a surface is seen edge-on."""
+def towards(view: View) -> Image:
+    """n . ray (h, w) [1] with a ray of z = 1: negative, and held away from 0, where a surface is seen edge-on."""
     assert view.normals is not None
-    rays, n = view.camera.rays(), view.normals
-    along = n[..., 0] * rays[..., 0] + n[..., 1] * rays[..., 1] + n[..., 2]
-    return np.where(np.abs(along) > 0.05, along, np.copysign(0.05, along))
+    along = _along(view.normals, view.camera.rays())
+    return np.where(np.abs(along) > EDGE_ON, along, np.copysign(np.asarray(EDGE_ON, along.dtype), along))
 
 
-def _dot(a: Image, b: Image) -> Image:
-    return np.einsum("hwk,hwk->hw", a, b)
+def _along(n: Image, rays: NDArray[np.floating]) -> Image:
+    return n[..., 0] * rays[..., 0] + n[..., 1] * rays[..., 1] + n[..., 2]
 
 
 def _finite(change: Image, depth: Image) -> Image:
-    return np.nan_to_num(change).astype(depth.dtype)
+    return np.nan_to_num(change, copy=False, posinf=0.0, neginf=0.0).astype(depth.dtype, copy=False)

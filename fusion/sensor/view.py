@@ -1,7 +1,7 @@
 """View: what every pixel looked at, as far as sensor effects ask for it."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,10 +102,10 @@ class View:
         """True when the sensor measures along the ray, so that errors of length are radial."""
         return (self.principle or self.camera.principle) == "itof"
 
-    @cached_property
+    @property
     def stretch(self) -> NDArray[np.float32]:
         """(h, w) length of the ray per metre of depth [1]: radial distance = stretch * z."""
-        return np.sqrt(1.0 + (self.camera.rays() ** 2).sum(axis=-1))
+        return stretch(self.camera)
 
     @property
     def along_ray(self) -> NDArray[np.float32] | float:
@@ -131,6 +131,15 @@ class View:
     def radius(self) -> NDArray[np.float32]:
         """(h, w) distance to the principal point [px]."""
         return np.hypot(self.u - np.float32(self.camera.cx), self.v - np.float32(self.camera.cy))
+
+
+@lru_cache(maxsize=16)
+def stretch(camera: Camera) -> NDArray[np.float32]:
+    """(h, w) length of a camera's rays per metre of depth [1]; cached, read only."""
+    x, y = camera.rays()[..., 0], camera.rays()[..., 1]
+    length = np.sqrt(x * x + y * y + 1.0)
+    length.flags.writeable = False
+    return length
 
 
 def incidence_of(normals: Image, camera: Camera) -> Image:
