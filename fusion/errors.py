@@ -41,3 +41,7 @@ class TrackingError(FusionError):
 
 class VolumeError(FusionError):
     """The voxel volume cannot hold what was asked of it."""
+
+
+class SceneError(FusionError):
+    """A scene to simulate that cannot be used."""

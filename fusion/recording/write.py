@@ -65,7 +65,7 @@ def write_recording(  # one argument per part of the folder
             (partial / "telemetry.csv").write_text(telemetry_text(telemetry), encoding="utf-8")
         if scene:
             (partial / "scene.json").write_text(json.dumps(dict(scene), indent=1) + "\n", encoding="utf-8")
-        _clear_older(path, partial)
+        clear_older(path, partial, MEMBERS)
 
 
 def depth_counts(depth: NDArray[np.floating], depth_scale: float) -> NDArray[np.uint16]:
@@ -116,8 +116,9 @@ def _write_png(path: Path, image: NDArray, camera: Camera) -> None:
     path.write_bytes(data.tobytes())
 
 
-def _clear_older(path: Path, partial: Path) -> None:
-    for name in MEMBERS:
+def clear_older(path: Path, partial: Path, members: Iterable[str]) -> None:
+    """Remove those of the named files and folders from `path` that `partial` does not replace."""
+    for name in members:
         old = path / name
         if old.exists() and not (partial / name).exists():
             if old.is_dir() and not old.is_symlink():
