@@ -29,8 +29,9 @@ class Sensor:
         principle: "structured_light", "itof", "active_stereo" or "unknown".
         effects: implemented effects, in light-path order.
         sensor, serial: name of the sensor and number of the unit ("" when not known).
-        baseline: projector to camera [m], for triangulating sensors.
-        std: (effect, parameter) to how well the value is known, in the parameter's unit; 0 exact.
+        baseline: place of the projector on the camera's x axis [m], for triangulating sensors; negative to the left.
+        std: (effect, parameter) to how well the value is known, in the parameter's unit; 0 exact; a list has one
+            number for all its values or one for each.
         sources: effect to where its values come from.
         kept: entries of the file that this version knows by name only, as they were read.
         left_out: what the model does not do, one sentence each.
@@ -43,7 +44,7 @@ class Sensor:
     sensor: str = ""
     serial: str = ""
     baseline: float = BASELINE_M
-    std: dict[tuple[str, str], float] = field(default_factory=dict)
+    std: dict[tuple[str, str], float | tuple[float, ...]] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     kept: tuple[dict[str, Any], ...] = ()
     left_out: tuple[str, ...] = ()
@@ -53,13 +54,26 @@ class Sensor:
         order = {kind: place for place, kind in enumerate(EFFECTS)}
         object.__setattr__(self, "effects", tuple(sorted(self.effects, key=lambda e: order[type(e)])))
         undone = tuple(
-            f"{effect.name}: not undone by the correction ({effect.left()})" for effect in self.effects if effect.left()
+            f"{effect.name}: not undone by the correction ({why})"
+            for effect in self.effects
+            if (why := self.left(effect))
         )
         object.__setattr__(self, "left_out", (*self.left_out, *(t for t in undone if t not in self.left_out)))
 
     def effect(self, name: str) -> Effect | None:
         """The effect of that name, or None."""
         return next((effect for effect in self.effects if effect.name == name), None)
+
+    def left(self, effect: Effect) -> str:
+        """Why the correction leaves an effect of this sensor; empty when it undoes it."""
+        if not effect.changes("bias") or effect.left():
+            return effect.left()
+        for name in parameters(effect):
+            size = float(np.abs(getattr(effect, name)).max())
+            # undoing what is known no better than its own size makes things worse on most units
+            if 0 < size <= self.std.get((effect.name, name), 0.0):
+                return f"its {name} is a usual one, not known for this unit: calibrate it"
+        return ""
 
     def sigma(
         self, depth: Image, incidence: Image | None, camera: Camera, ir: NDArray | None = None
@@ -86,6 +100,7 @@ class Sensor:
 
     def dropout(self, depth: Image, view: View) -> Image:
         """Probability (h, w) that a pixel has no value, of all effects together."""
+        view = self._view(view, depth)
         with np.errstate(all="ignore"):
             seen = np.ones(depth.shape, depth.dtype)
             for effect in self.effects:
@@ -149,7 +164,7 @@ class Sensor:
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
             for effect in reversed(self.effects):
-                if effect.changes("bias") and not effect.left():
+                if effect.changes("bias") and not self.left(effect):
                     depth = _undo(effect, depth, view)
         return depth
 
@@ -183,7 +198,7 @@ class Sensor:
         for effect in self.effects:
             for name, about in parameters(effect).items():
                 value = np.asarray(getattr(effect, name))
-                if value.ndim and about.kind != "list" and value.shape != shape:
+                if value.ndim and about.kind in ("number", "map") and value.shape != shape:
                     raise SensorError(
                         f"the map {effect.name}.{name} does not fit the image",
                         self.name,
