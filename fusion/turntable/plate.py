@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.tracking.icp import tukey
 from fusion.turntable.axis import Axis
+from fusion.turntable.level import is_plate
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
@@ -17,7 +18,8 @@ NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by 
 def plate_height(views: Sequence[View], axis: Axis) -> float | None:
     """Height of the plate along the axis [m], measured from the axis' point; None when no plate is seen.
 
-    The plate is the largest level surface near the foot of what turns.
+    The plate is the largest level surface near the foot of what turns that is seen all round and does not turn itself:
+    an object without a plate may have a level part there.
     """
     some = views[:: max(1, len(views) // 25)]
     foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in some]), 1))
@@ -31,8 +33,14 @@ def plate_height(views: Sequence[View], axis: Axis) -> float | None:
         return None
     cell = 0.004
     counts, borders = np.histogram(height, np.arange(foot - NEAR_PLATE, foot + NEAR_PLATE + cell, cell))
-    middle = float(borders[np.argmax(counts)]) + cell / 2
-    return float(np.median(height[np.abs(height - middle) < 1.5 * cell]))
+    least = 0.2 * counts.max()
+    while counts.max() > least:
+        best = int(np.argmax(counts))
+        found = float(np.median(height[np.abs(height - borders[best] - cell / 2) < 1.5 * cell]))
+        if is_plate(some, axis, found):
+            return found
+        counts[max(0, best - 2) : best + 3] = 0
+    return None
 
 
 def above_plate(vertices: Array, normals: NDArray[np.float32], clear: float) -> NDArray[np.bool_]:

@@ -1,0 +1,105 @@
+"""Is a level surface the plate? A plate is round and stays where it is while the object turns; an object's ledge moves.
+
+The plane of the surface is laid out in rings and sectors about the axis, as the camera sees it. In each frame a cell
+is there (the surface is measured in it), looked through (what is measured lies below), hidden (what is measured lies
+above) or missing. The cells of a plate are there in nearly every frame that does not hide them, on most sides, out to
+one radius. A ledge on one side is looked through when it has turned away, and a box's lid at its corners.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.tracking.icp import tukey
+from fusion.turntable.axis import Axis
+from fusion.turntable.views import View
+
+Array = NDArray[np.float64]
+RINGS, SECTORS = 48, 36
+BEYOND = 1.6  # rings reach so much farther than what turns
+THICK = 0.010  # [m] off the plane that still counts as it, for a tilted axis and a camera that is not calibrated
+LEAST_FRAMES = 3  # that show a cell or look through it
+STEADY = 0.8  # share of these frames in which a cell of a plate is there
+MEASURED = 0.6  # the same, missing depth counted as not there
+SIDES = 0.5  # of all sectors: the far side may be hidden (real plates show 0.75 to 0.9)
+LEAST_RINGS = 3
+UNSTEADY = 0.3  # largest area that comes and goes, over the steady one: 0.5 for a square that turns, 0.02 for plates
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Frames in which each cell (RINGS, SECTORS) is there, looked through, and not measured."""
+
+    there: Array
+    through: Array
+    missing: Array
+
+
+def is_plate(views: Sequence[View], axis: Axis, height: float) -> bool:
+    """True when the level surface at a height [m] along the axis is seen on most sides and does not turn."""
+    turning = np.concatenate([v.points for v in views]).astype(float)
+    if not len(turning):
+        return False
+    reach = BEYOND * float(np.percentile(axis.distance(turning)[0], 95))
+    seen = look_at(views, axis, _plane(views, axis, height), reach)
+    shown = seen.there + seen.through
+    share = seen.there / np.maximum(shown + seen.missing, 1)
+    told = shown + seen.missing >= LEAST_FRAMES
+    steady = told & (seen.there > STEADY * shown) & (share > MEASURED)
+    unsteady = told & ~steady & (share > 0.2)
+    area = np.arange(RINGS)[:, None] + 0.5
+    rings = steady.sum(axis=1) >= SECTORS // 6
+    around = steady.any(axis=0).mean() >= SIDES
+    return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * steady).sum())
+
+
+def look_at(views: Sequence[View], axis: Axis, plane: Array, reach: float) -> Seen:
+    """What the views measure where the plane z = c + a x + b y (3,), in coordinates of the axis, should be.
+
+    Args:
+        views: the frames.
+        axis: z from its point along it, x and y along `across`.
+        plane: (c, a, b) [m, 1, 1].
+        reach: radius of the outermost ring [m].
+    """
+    radius = (np.arange(RINGS) + 0.5)[:, None] * reach / RINGS
+    angle = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
+    x, y = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
+    across = axis.across()
+    z = plane[0] + plane[1] * x + plane[2] * y
+    cells = axis.point + np.column_stack([x, y, z]) @ np.vstack([across, axis.direction])
+    count = np.zeros((3, RINGS * SECTORS))
+    for v in views:
+        camera = v.map.camera
+        column, row = np.round(camera.project(cells)).T
+        shown = (cells[:, 2] > 0.05) & (column >= 0) & (column < camera.width) & (row >= 0) & (row < camera.height)
+        measured = np.full((len(cells), 3), np.nan)
+        measured[shown] = v.map.points[row[shown].astype(int), column[shown].astype(int)]
+        above = _above(measured, axis, plane)
+        count += [np.abs(above) <= THICK, above < -THICK, shown & np.isnan(above)]
+    return Seen(*count.reshape(3, RINGS, SECTORS))
+
+
+def _above(points: Array, axis: Axis, plane: Array) -> Array:
+    """Height (n,) of points (n, 3) above the plane [m]."""
+    offset = points - axis.point
+    flat = offset @ axis.across().T
+    return np.asarray(offset @ axis.direction - plane[0] - flat @ plane[1:])
+
+
+def _plane(views: Sequence[View], axis: Axis, height: float) -> Array:
+    """(c, a, b) of the level points near a height: an axis that is only guessed leans against its plate."""
+    level = [v.map.points[np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.9] for v in views]
+    points = np.concatenate(level)[:: max(1, sum(map(len, level)) // 20_000)].astype(float)
+    points = points[np.abs(_above(points, axis, np.array([height, 0.0, 0.0]))) < 3 * THICK]
+    terms = np.column_stack([np.ones(len(points)), (points - axis.point) @ axis.across().T])
+    z = (points - axis.point) @ axis.direction
+    plane = np.array([height, 0.0, 0.0])
+    for _ in range(6):
+        weight = tukey((z - terms @ plane) / THICK, cut=1.5)
+        ridge = 1e-2 * max(float(weight.sum()), 1.0) * np.diag([1e-3, 1e-3, 1e-3])
+        step = np.linalg.solve((terms * weight[:, None]).T @ terms + ridge, terms.T @ (weight * (z - terms @ plane)))
+        plane = plane + step
+    return np.asarray(plane)
