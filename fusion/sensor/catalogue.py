@@ -4,9 +4,6 @@ from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import parameters
 
 _NAMES_ONLY = {
-    "focal_length": "relative:1",
-    "principal_point": "cx:px cy:px",
-    "lens_distortion": "k1:1 k2:1 k3:1 p1:1 p2:1",
     "disparity_distortion": "rms:px map:px coefficients:px decay:1/px",
     "depth_color_misregistration": "rotation:rad translation:m",
     "emitter_parallax": "baseline:m direction:rad",
@@ -25,7 +22,6 @@ _NAMES_ONLY = {
     "stray_light": "fraction:1 width:px",
     "mixed_pixels": "fill:1",
     "pixel_crosstalk": "fraction:1",
-    "defocus": "width:px",
     "phase_wrapping": "range:m",
     "motion_artifact": "duration:s",
     "subsurface_scattering": "path:m",
@@ -37,18 +33,10 @@ _NAMES_ONLY = {
     "projector_thermal_drift": "coefficient:1/K",
     "temperature_drift": "coefficient:m/K|px/K reference_temperature:degC amplitude:m|px time_constant:s",
     "ambient_flicker": "amplitude:1 frequency:Hz",
-    "motion_blur": "shutter:s",
-    "rolling_shutter": "line_time:s",
-    "pose_jitter": "sigma_m:m sigma_rad:rad",
-    "timestamp_offset": "offset:s",
-    "turntable_eccentricity": "offset:m phase:rad",
-    "turntable_encoder_error": "amplitude:rad phase:rad",
-    "turntable_wobble": "tilt:rad phase:rad",
     "reference_shape_error": "map:m",
     "tracking_drift": "rate_m:m/frame rate_rad:rad/frame",
     "tsdf_bias": "truncation:m",
     "voxelization": "voxel:m",
-    "refraction": "thickness:m index:1",
     "tabulated": "variables: grid: values:m|px",
 }
 

@@ -1,0 +1,39 @@
+"""Defocus: a blurred lens lets a pixel see its surroundings, and beside a depth edge the other side of it."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.special import ndtr
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.mixing import mixed
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.view import Image, View
+
+
+@dataclass(frozen=True)
+class Defocus(Effect):
+    """A Gaussian blur of standard deviation `width`: at a distance d from a straight edge, Phi(-d / width) of what a
+    pixel sees lies across it. Unchanged where the edges are not known.
+    """
+
+    name: ClassVar[str] = "defocus"
+    key: ClassVar[str] = "I7"
+    formula: ClassVar[str] = "share across the edge = Phi(-edge distance / width); itof adds phasors, others the mean"
+    variables: ClassVar[tuple[str, ...]] = ("edge", "amplitude", "depth")
+    not_undone: ClassVar[str] = "one image does not tell what a blurred edge pixel saw on each side"
+
+    width: Value = parameter(
+        "px", (0, 20), "standard deviation of the blur", "first principles; size: guess", typical=0.7
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        if view.edges is None or not np.any(self.width):
+            return np.zeros((), depth.dtype)
+        width = np.broadcast_to(np.asarray(self.width, depth.dtype), depth.shape)
+        # four standard deviations away 3e-5 of the light is left; beyond it the edge counts as out of sight
+        where = np.nonzero(view.edges.distance < 4 * width)
+        share = np.zeros_like(depth)
+        share[where] = ndtr(-view.edges.distance[where] / width[where])
+        return mixed(share, depth, view)

@@ -1,0 +1,62 @@
+"""Motion blur: while the shutter is open an edge moves over some pixels, which then see both sides in turn."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.mixing import mixed
+from fusion.sensor.parameter import parameter
+from fusion.sensor.view import Edges, Image, View
+
+
+@dataclass(frozen=True)
+class MotionBlur(Effect):
+    """A pixel at a distance d from an edge that moves by s across itself sees the other side for 1/2 - d/s of the time.
+
+    The edge is where it stands in the middle of the exposure and belongs to the surface in front: its velocity counts.
+    Unchanged where the edges or the velocity are not known. The mean over the exposure of a surface that moves
+    steadily is its middle, so only edges change.
+    """
+
+    name: ClassVar[str] = "motion_blur"
+    key: ClassVar[str] = "M1"
+    formula: ClassVar[str] = (
+        "share across the edge = max(0, 1/2 - edge distance / (shutter image speed across the edge))"
+    )
+    variables: ClassVar[tuple[str, ...]] = ("velocity", "edge", "depth")
+    not_undone: ClassVar[str] = "one depth image does not tell how fast an edge moves"
+
+    shutter: float = parameter(
+        "s", (0, 0.5), "how long the shutter is open", "first principles; size: guess", typical=0.02, kind="scalar"
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        if view.edges is None or view.velocity is None or not self.shutter:
+            return np.zeros((), depth.dtype)
+        where = np.nonzero(np.isfinite(view.edges.distance) & (view.edges.jump != 0) & np.isfinite(depth))
+        smear = self.shutter * _speed_across(where, view.edges, depth, view)
+        share = np.zeros_like(depth)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = 0.5 - view.edges.distance[where] / smear  # 0/0 where nothing moves
+        share[where] = np.clip(np.nan_to_num(part), 0.0, 0.5)
+        return mixed(share, depth, view)
+
+
+def _speed_across(where: tuple[NDArray, ...], edges: Edges, depth: Image, view: View) -> NDArray[np.floating]:
+    """Speed (n,) [px/s] in the image at which the edges nearest to some pixels move across themselves."""
+    assert view.velocity is not None
+    v, u = where
+    right, down = np.cos(edges.direction[where]), np.sin(edges.direction[where])
+    # the surface in front: the pixel's own, or that of the first pixel across the edge
+    reach = np.where(edges.jump[where] < 0, edges.distance[where] + 1.0, 0.0)
+    row = np.clip(np.rint(v + reach * down), 0, depth.shape[0] - 1).astype(int)
+    column = np.clip(np.rint(u + reach * right), 0, depth.shape[1] - 1).astype(int)
+    x, y, z = np.nan_to_num(view.velocity[row, column]).T
+    rays = view.camera.rays()[row, column]
+    front = depth[where] + np.minimum(edges.jump[where], 0)
+    # d(X/Z)/dt = (velocity_x - ray_x velocity_z) / Z
+    speed = view.camera.fx * (x - rays[:, 0] * z) * right + view.camera.fy * (y - rays[:, 1] * z) * down
+    return np.nan_to_num(np.abs(speed / front))
