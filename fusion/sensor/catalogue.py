@@ -1,7 +1,8 @@
 """Every effect and parameter name that a sensor file may hold, with its unit; only EFFECTS are computed."""
 
+from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.parameter import parameters
+from fusion.sensor.parameter import parameters, settings
 
 _NAMES_ONLY = {
     "disparity_distortion": "rms:px map:px coefficients:px decay:1/px",
@@ -42,9 +43,17 @@ _NAMES_ONLY = {
 
 IMPLEMENTED = {kind.name: kind for kind in EFFECTS}
 
+
+def _units(kind: type[Effect]) -> dict[str, tuple[str, ...]]:
+    units: dict[str, tuple[str, ...]] = dict.fromkeys(settings(kind), ())
+    for about in parameters(kind).values():
+        units[about.label] = (*units.get(about.label, ()), about.unit)
+    return units
+
+
 # effect name to parameter name to the units it may have (an empty tuple: not checked)
 KNOWN: dict[str, dict[str, tuple[str, ...]]] = {
-    **{name: {p.name: (p.unit,) for p in parameters(kind).values()} for name, kind in IMPLEMENTED.items()},
+    **{name: _units(kind) for name, kind in IMPLEMENTED.items()},
     **{
         name: {
             parameter: tuple(filter(None, units.split("|")))

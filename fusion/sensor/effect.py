@@ -5,11 +5,13 @@ through an effect: `light` changes the amplitude that arrives, `spread` the nois
 Neighbours, edges and history are arguments (the whole image, `View`), never hidden state.
 """
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 
+from fusion.errors import SensorError
+from fusion.sensor.parameter import parameters
 from fusion.sensor.view import Image, View
 
 
@@ -28,6 +30,33 @@ class Effect:
     principles: ClassVar[tuple[str, ...]] = ()  # sensors that can have it; empty = all
     not_undone: ClassVar[str] = ""  # why `correct` leaves it; empty when it is undone
     frozen: ClassVar[bool] = False  # noise is the spread of its own bias: never drawn a second time
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        # a dataclass keeps what stands in its class; its own comparison fails on arrays, which have no truth value
+        for name in ("__eq__", "__hash__"):
+            setattr(cls, name, getattr(Effect, name))
+
+    def __post_init__(self) -> None:
+        about = parameters(self)
+        lengths = {}
+        for name, known in about.items():
+            value = getattr(self, name)
+            if isinstance(value, list | tuple):
+                object.__setattr__(self, name, np.asarray(value, float))
+            if known.kind == "list" and np.ndim(value):
+                lengths[known.label] = len(value)
+        if len(set(lengths.values())) > 1:
+            found = ", ".join(f"{name}: {length}" for name, length in lengths.items())
+            raise SensorError(f"the lists of {self.name} differ in length", found=found, expected="equal lengths")
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(_same(a, b) for a, b in zip(_values(self), _values(other), strict=True))
+
+    def __hash__(self) -> int:
+        return hash((type(self), *(v.tobytes() if isinstance(v, np.ndarray) else v for v in _values(self))))
 
     def bias(self, depth: Image, view: View) -> Image:
         """Change of the mean depth [m]."""
@@ -63,6 +92,14 @@ class Effect:
     def changes(cls, channel: str) -> bool:
         """True when the effect has its own "bias", "noise", "dropout", "light" or "spread"."""
         return getattr(cls, channel) is not getattr(Effect, channel)
+
+
+def _values(effect: Any) -> tuple[Any, ...]:
+    return tuple(getattr(effect, entry.name) for entry in fields(effect))
+
+
+def _same(a: Any, b: Any) -> bool:
+    return np.array_equal(a, b) if isinstance(a, np.ndarray) or isinstance(b, np.ndarray) else bool(a == b)
 
 
 def normal(rng: np.random.Generator, like: Image) -> Image:

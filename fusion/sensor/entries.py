@@ -1,93 +1,85 @@
-"""One entry of a sensor file: names, units and values checked against what is known."""
+"""One entry of a sensor file: names and units checked against what is known."""
 
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fusion.errors import SensorError
 from fusion.sensor.catalogue import IMPLEMENTED, KNOWN
 from fusion.sensor.effect import Effect
-from fusion.sensor.parameter import Parameter, Value, parameters
+from fusion.sensor.parameter import Parameter, parameters, settings
+from fusion.sensor.raw_values import numbers, setting_of, shown, std_of, value_of
+
+Given = dict[str, dict[str, Any]]  # by the name in the file: an object with "value" and perhaps "unit" and "std"
 
 
-def checked_entry(entry: Any, path: Path) -> tuple[str, dict[str, dict[str, Any]]]:
+def checked_entry(entry: Any, path: Path) -> tuple[str, Given]:
     """Name and parameters of an entry; each parameter a dict with "value". Raises SensorError."""
     name = entry.get("effect") if isinstance(entry, dict) else None
     if not isinstance(name, str) or name not in KNOWN:
-        raise SensorError("unknown effect", path, repr(name), "one of " + ", ".join(sorted(KNOWN)))
+        raise SensorError("unknown effect", path, shown(name), "one of " + ", ".join(sorted(KNOWN)))
     given = entry.get("parameters", {})
     if not isinstance(given, dict):
-        raise SensorError(f"the parameters of {name} are no object", path, type(given).__name__, "{NAME: {...}}")
+        raise SensorError(f"the parameters of {name} are no object", path, shown(given), "{NAME: {...}}")
     for key in given:
         if key not in KNOWN[name]:
-            raise SensorError(f"unknown parameter of {name}", path, repr(key), "one of " + ", ".join(KNOWN[name]))
+            raise SensorError(f"unknown parameter of {name}", path, shown(key), "one of " + ", ".join(KNOWN[name]))
     full = {key: value if isinstance(value, dict) else {"value": value} for key, value in given.items()}
     for key, value in full.items():
-        unit, units = value.get("unit"), KNOWN[name][key]
+        unit, units = value.get("unit") or None, KNOWN[name][key]
         if units and unit not in (None, *units):
-            raise SensorError(f"wrong unit of {name}.{key}", path, unit, " or ".join(units), "convert the value")
+            raise SensorError(f"wrong unit of {name}.{key}", path, shown(unit), " or ".join(units), "convert the value")
         if "value" not in value:
             raise SensorError(f"{name}.{key} has no value", path)
+        if name not in IMPLEMENTED and not isinstance(value["value"], str):
+            numbers(value["value"], f"{name}.{key}", path)
     return name, full
 
 
-def effect_of(name: str, given: dict[str, dict[str, Any]], path: Path) -> Effect:
+def effect_of(name: str, given: Given, path: Path) -> Effect:
     """The implemented effect of a checked entry; a parameter that is not given stays neutral."""
-    about = parameters(IMPLEMENTED[name])
-    values = {key: _value(entry["value"], f"{name}.{key}", about[key], path) for key, entry in given.items()}
-    return IMPLEMENTED[name](**values)
+    kind = IMPLEMENTED[name]
+    values: dict[str, Any] = {
+        key: setting_of(given[key]["value"], f"{name}.{key}", about, path)
+        for key, about in settings(kind).items()
+        if key in given
+    }
+    for about, entry in _fields(name, given):
+        values[about.name] = value_of(entry["value"], f"{name}.{about.label}", about, path)
+    try:
+        return kind(**values)
+    except SensorError as error:  # values that do not fit each other
+        raise SensorError(error.what, path, error.found, error.expected, error.do) from error
 
 
-def stds_of(name: str, given: dict[str, dict[str, Any]], path: Path) -> dict[tuple[str, str], float]:
-    """How well the values of a checked entry are known, by (effect, parameter)."""
-    found = {}
-    for key, entry in given.items():
-        if entry.get("std") is not None:
-            found[name, key] = float(_numbers(entry["std"], f"the std of {name}.{key}", path))
-            if found[name, key] < 0:
-                raise SensorError(f"the std of {name}.{key} is negative", path, found[name, key], "0 or more")
-    return found
+def stds_of(effect: Effect, given: Given, path: Path) -> dict[tuple[str, str], float | tuple[float, ...]]:
+    """How well the values of a checked entry are known, by (effect, field)."""
+    return {
+        (effect.name, about.name): std_of(
+            entry["std"], f"{effect.name}.{about.label}", getattr(effect, about.name), path
+        )
+        for about, entry in _fields(effect.name, given)
+        if entry.get("std") is not None
+    }
 
 
-def missing_parameters(name: str, given: dict[str, Any]) -> list[str]:
-    """A sentence for each parameter that should stand beside the given ones."""
-    about = parameters(IMPLEMENTED[name]).values()
+def missing_parameters(name: str, given: Given) -> list[str]:
+    """A sentence for each parameter that should stand beside the given ones, and for each unit that decides."""
     if not given:
         return [f"{name} has no parameters and changes nothing"]
-    groups = {p.group for p in about if p.name in given}
-    absent = [p for p in about if p.group in groups and p.name not in given]
-    return [f"{name}.{p.name} is not given: {p.neutral:g} {p.unit} is used" for p in absent]
+    groups = {about.group for about, _ in _fields(name, given)}
+    absent = [p for p in parameters(IMPLEMENTED[name]).values() if p.group in groups and p.label not in given]
+    return [f"{name}.{p.label} is not given: {p.neutral:g} {p.unit} is used" for p in absent] + [
+        f"the unit of {name}.{about.label} is not given: {about.unit} is used"
+        for about, entry in _fields(name, given)
+        if not entry.get("unit") and len(KNOWN[name][about.label]) > 1
+    ]
 
 
-def _value(raw: Any, where: str, about: Parameter, path: Path) -> Value:
-    array = _numbers(raw, where, path)
-    shapes = {"list": (0, 1), "map": (0, 2), "number": (0, 2)}
-    expected = {"list": "one number or a list", "map": "a map (height, width)"}
-    if array.ndim not in shapes[about.kind]:
-        must = expected.get(about.kind, "one number or a map (height, width)")
-        raise SensorError(f"{where} has {array.size} values", path, f"shape {array.shape}", must)
-    if array.min() < about.low or array.max() > about.high:
-        raise SensorError(
-            f"{where} is out of bounds",
-            path,
-            f"{array.min():g} to {array.max():g} {about.unit}" if array.ndim else f"{array:g} {about.unit}",
-            f"{about.low:g} to {about.high:g} {about.unit}",
-            "check the unit",
-        )
-    return array if array.ndim else float(array)
-
-
-def _numbers(raw: Any, where: str, path: Path) -> np.ndarray:
-    try:
-        if isinstance(raw, str):
-            if not raw.endswith(".npy"):
-                raise ValueError("text")
-            raw = np.load(path.parent / raw, allow_pickle=False)
-        array = np.asarray(raw, float)
-    except (OSError, ValueError, TypeError, EOFError) as error:
-        expected = "a number, a list of numbers or a .npy file beside the sensor file"
-        raise SensorError(f"{where} cannot be read", path, repr(raw)[:60], expected) from error
-    if array.size == 0 or not np.isfinite(array).all():
-        raise SensorError(f"{where} is empty or not finite", path, repr(raw)[:60], "finite numbers")
-    return array
+def _fields(name: str, given: Given) -> list[tuple[Parameter, dict[str, Any]]]:
+    """The parameters that are given, with their entries; where two share a name the unit tells which is meant."""
+    found = {}
+    for about in parameters(IMPLEMENTED[name]).values():
+        entry = given.get(about.label)
+        if entry and about.label not in found and (entry.get("unit") or about.unit) == about.unit:
+            found[about.label] = about, entry
+    return list(found.values())

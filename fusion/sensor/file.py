@@ -11,12 +11,14 @@ from fusion.output import atomic_file
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.entries import checked_entry, effect_of, missing_parameters, stds_of
-from fusion.sensor.parameter import parameters
+from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
+from fusion.sensor.raw_values import shown
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import BASELINE_M
 
 FORMAT = "fusion-sensor/1"
+LONGEST_INLINE = 1000  # more numbers than a person would read: they go into a file of their own
 PRINCIPLES = ("structured_light", "itof", "active_stereo", "unknown")
 
 
@@ -29,8 +31,9 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
     if name in PRESETS or not (path.suffix or path.exists()):
         return preset(name)
     content = _load(path)
-    effects, kept, warnings = [], [], []
-    std: dict[tuple[str, str], float] = {}
+    effects: list[Effect] = []
+    kept, warnings = [], []
+    std: dict[tuple[str, str], float | tuple[float, ...]] = {}
     sources: dict[str, str] = {}
     for entry in content["effects"]:
         effect, given = checked_entry(entry, path)
@@ -39,7 +42,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
         sources[effect] = str(entry.get("source") or "")
         if effect in IMPLEMENTED:
             effects.append(effect_of(effect, given, path))
-            std |= stds_of(effect, given, path)
+            std |= stds_of(effects[-1], given, path)
             warnings += missing_parameters(effect, given)
         else:
             kept.append(entry)
@@ -59,7 +62,10 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
 
 
 def write_sensor(path: str | Path, sensor: Sensor) -> None:
-    """Write a sensor as `sensor.json`; maps become `.npy` files beside it, named after file, effect and parameter."""
+    """Write a sensor as `sensor.json`; maps become `.npy` files beside it, named after file, effect and parameter.
+
+    Raises SensorError where one effect holds two parameters that share a name in files.
+    """
     path = Path(path)
     entries: list[dict[str, Any]] = [_entry(effect, sensor, path) for effect in sensor.effects]
     content: dict[str, Any] = {"format": FORMAT, "name": sensor.name, "principle": sensor.principle}
@@ -72,32 +78,54 @@ def write_sensor(path: str | Path, sensor: Sensor) -> None:
 
 def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
     """An effect as it stands in the file; parameters at their neutral value are written too."""
-    written: dict[str, Any] = {}
-    used = {p.group for p in parameters(effect).values() if np.any(getattr(effect, p.name))}
-    for about in parameters(effect).values():
+    written: dict[str, Any] = {n: {"value": value} for n in settings(effect) if (value := getattr(effect, n))}
+    known = list(parameters(effect).values())
+    changed = [p for p in known if np.any(getattr(effect, p.name) != p.neutral)]
+    used = {p.group for p in changed}
+    for label in dict.fromkeys(p.label for p in known):
+        meant = [p for p in changed if p.label == label]
+        if len(meant) > 1:
+            raise SensorError(f"{effect.name} holds {label} in two units", path, do="a file holds one: leave one out")
+        about = (meant or [p for p in known if p.label == label])[0]
         if about.group and about.group not in used:
             continue
-        value = getattr(effect, about.name)
-        if np.ndim(value):
-            stored = f"{path.stem}_{effect.name}_{about.name}.npy"
-            with atomic_file(path.parent / stored) as partial:
-                np.save(partial, value)
-            value = stored
-        written[about.name] = {"value": value, "unit": about.unit}
+        written[label] = {"value": _stored(effect, about, path), "unit": about.unit}
         if (effect.name, about.name) in sensor.std:
-            written[about.name]["std"] = sensor.std[effect.name, about.name]
+            written[label]["std"] = sensor.std[effect.name, about.name]
     return {"effect": effect.name, "parameters": written, "source": sensor.sources.get(effect.name, "")}
+
+
+def _stored(effect: Effect, about: Parameter, path: Path) -> Any:
+    """A number, list or small table as it is; for a map the name of a new `.npy` file."""
+    value = getattr(effect, about.name)
+    if not isinstance(value, np.ndarray):
+        return value
+    if about.kind in ("list", "table") and value.size <= LONGEST_INLINE:
+        return value.tolist()
+    stored = f"{path.stem}_{effect.name}_{about.name}.npy"
+    with atomic_file(path.parent / stored) as partial:
+        np.save(partial, value)
+    return stored
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object; a key that stands twice is an error, since nobody knows which one is meant."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise ValueError(f"the key {next(key for key in keys if keys.count(key) > 1)!r} twice")
+    return found
 
 
 def _load(path: Path) -> dict[str, Any]:
     """The file's content with "effects" a list and "principle" a known word."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_once)
     except FileNotFoundError as error:
         known = "a sensor.json or one of " + ", ".join(PRESETS)
         raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
     except (OSError, ValueError, RecursionError) as error:
-        raise SensorError("the sensor file cannot be read", path, error, "a JSON object") from error
+        raise SensorError("the sensor file cannot be read", path, str(error)[:200], "a JSON object") from error
     found = content.get("format") if isinstance(content, dict) else type(content).__name__
     if found != FORMAT:
         raise SensorError("this is no sensor file", path, f"format {found!r}", f'"format": "{FORMAT}"')
@@ -105,12 +133,12 @@ def _load(path: Path) -> dict[str, Any]:
         raise SensorError("the sensor file has no list of effects", path, do='add "effects": []')
     content["principle"] = content.get("principle") or "unknown"
     if content["principle"] not in PRINCIPLES:
-        raise SensorError("unknown principle", path, repr(content["principle"]), "one of " + ", ".join(PRINCIPLES))
+        raise SensorError("unknown principle", path, shown(content["principle"]), "one of " + ", ".join(PRINCIPLES))
     return content
 
 
 def _baseline(content: dict[str, Any], path: Path) -> float:
-    """Projector to camera [m]: the file's own, else that of its projector_shadow, else the Kinect's."""
+    """Place of the projector on the camera's x axis [m]: the file's own, else projector_shadow's, else the Kinect's."""
     value = content.get("baseline_m")
     for entry in content["effects"]:
         if value is None and entry["effect"] == "projector_shadow":
@@ -119,5 +147,5 @@ def _baseline(content: dict[str, Any], path: Path) -> float:
     if value is None:
         return BASELINE_M
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.001 < abs(value) < 10:
-        raise SensorError("the baseline cannot be used", path, repr(value), "0.001 to 10 metres")
-    return abs(float(value))
+        raise SensorError("the baseline cannot be used", path, shown(value), "0.001 to 10 metres, negative to the left")
+    return float(value)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# a number, one value per harmonic or band (n,), or one value per pixel (height, width)
+# a number, one value per harmonic or band (n,), one value per pixel (height, width), or a table
 Value = float | NDArray[np.float64]
 
 
@@ -15,7 +15,7 @@ class Parameter:
     """What is known about a parameter before any recording is seen.
 
     Attributes:
-        name: as in files and verdicts.
+        name: of the dataclass field.
         unit: "m", "px", "1", ...
         neutral: the value of an effect that is not there; where an effect has several parameters, all at neutral
             change nothing, and the neutral value of a pure shape (a period, an exponent) is a usual one.
@@ -24,7 +24,10 @@ class Parameter:
         source: where the law comes from.
         typical: a usual size, clearly visible: used in plots, tests and as the start of a fit.
         group: parameters of one group are given together; a sensor need not have every group.
-        kind: "number" (or a map of numbers), "list" (one value per harmonic or band) or "map" (height, width).
+        kind: "number" (or a map of numbers), "scalar" (the same for all pixels), "list" (one value per harmonic or
+            band; all lists of an effect have the same length), "map" (height, width) or "table" (one dimension per
+            variable).
+        label: the name in files and verdicts; two parameters may share it where the unit tells which is meant.
     """
 
     name: str
@@ -37,6 +40,22 @@ class Parameter:
     typical: float
     group: str = ""
     kind: str = "number"
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A field of an effect that is no number: it says how the parameters are laid out.
+
+    Attributes:
+        name: of the dataclass field, in files and in verdicts.
+        kind: "words", or "numbers" (lists of numbers).
+        meaning: one sentence for a person.
+    """
+
+    name: str
+    kind: str
+    meaning: str
 
 
 def parameter(
@@ -49,14 +68,16 @@ def parameter(
     neutral: float = 0.0,
     typical: float | None = None,
     kind: str = "number",
+    label: str = "",
 ) -> Any:
     """A dataclass field of an effect; its default is the neutral value.
 
     `typical` is a tenth of the upper bound unless given, or the neutral value where that is not 0.
     """
     usual = typical if typical is not None else (neutral or 0.1 * bounds[1])
-    about = (unit, neutral, *bounds, meaning, source, usual, group, kind)
-    return field(default=neutral, metadata={"about": about})
+    about = {"unit": unit, "neutral": neutral, "low": bounds[0], "high": bounds[1], "meaning": meaning}
+    about |= {"source": source, "typical": usual, "group": group, "kind": kind}
+    return field(default=neutral, metadata={"about": (about, label)})
 
 
 def parameters(effect: Any) -> dict[str, Parameter]:
@@ -64,5 +85,16 @@ def parameters(effect: Any) -> dict[str, Parameter]:
     found = {}
     for entry in fields(effect):
         if "about" in entry.metadata and entry.default is not MISSING:
-            found[entry.name] = Parameter(entry.name, *entry.metadata["about"])
+            about, label = entry.metadata["about"]
+            found[entry.name] = Parameter(entry.name, label=label or entry.name, **about)
     return found
+
+
+def setting(kind: str, meaning: str) -> Any:
+    """A dataclass field of an effect that is no number; empty by default."""
+    return field(default=(), metadata={"setting": (kind, meaning)})
+
+
+def settings(effect: Any) -> dict[str, Setting]:
+    """The settings of an effect (class or instance), by name."""
+    return {e.name: Setting(e.name, *e.metadata["setting"]) for e in fields(effect) if "setting" in e.metadata}

@@ -64,6 +64,11 @@ class Sensor:
         """The effect of that name, or None."""
         return next((effect for effect in self.effects if effect.name == name), None)
 
+    def having(self, effect: Effect) -> "Sensor":
+        """This sensor with an effect in place of its own of that name, or in addition."""
+        others = tuple(own for own in self.effects if own.name != effect.name)
+        return replace(self, effects=(*others, effect), left_out=())
+
     def left(self, effect: Effect) -> str:
         """Why the correction leaves an effect of this sensor; empty when it undoes it."""
         if not effect.changes("bias") or effect.left():
@@ -71,7 +76,7 @@ class Sensor:
         for name in parameters(effect):
             size = float(np.abs(getattr(effect, name)).max())
             # undoing what is known no better than its own size makes things worse on most units
-            if 0 < size <= self.std.get((effect.name, name), 0.0):
+            if 0 < size <= float(np.max(self.std.get((effect.name, name), 0.0))):
                 return f"its {name} is a usual one, not known for this unit: calibrate it"
         return ""
 
@@ -97,6 +102,10 @@ class Sensor:
         sigma = np.maximum(self.sigma(depth, incidence, camera, ir), SMALLEST_SIGMA)
         with np.errstate(all="ignore"):
             return np.nan_to_num((1.0 - self.dropout(depth, view)) / sigma**2).astype(depth.dtype)
+
+    def spread(self, depth: Image, view: View) -> NDArray[np.floating]:
+        """Standard deviation (h, w) [m] of a depth image whose view is known."""
+        return self._sigma(_floating(depth), self._view(view, depth))
 
     def dropout(self, depth: Image, view: View) -> Image:
         """Probability (h, w) that a pixel has no value, of all effects together."""

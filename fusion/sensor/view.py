@@ -61,7 +61,7 @@ class View:
         normals: (h, w, 3) unit normals in the camera frame, towards the camera.
         ir: (h, w) amplitude [count].
         color: (h, w, 3) uint8 RGB.
-        baseline: projector to camera [m], for triangulating sensors; its size.
+        baseline: place of the projector on the camera's x axis [m], for triangulating sensors; negative to the left.
         reflectance: (h, w) in the infrared [1].
         edges: the nearest depth edges.
         lit: (h, w) share of the pixel that the projector or lamp reaches [1].
@@ -95,7 +95,7 @@ class View:
     @property
     def focal_baseline(self) -> float:
         """Disparity times depth [px m]."""
-        return self.camera.fx * self.baseline
+        return self.camera.fx * abs(self.baseline)
 
     @property
     def time_of_flight(self) -> bool:
