@@ -33,8 +33,8 @@ def plate_height(views: Sequence[View], axis: Axis) -> float | None:
         return None
     cell = 0.004
     counts, borders = np.histogram(height, np.arange(foot - NEAR_PLATE, foot + NEAR_PLATE + cell, cell))
-    least = 0.2 * counts.max()
-    while counts.max() > least:
+    least = 0.2 * float(np.max(counts))
+    while float(np.max(counts)) > least:
         best = int(np.argmax(counts))
         found = float(np.median(height[np.abs(height - borders[best] - cell / 2) < 1.5 * cell]))
         if is_plate(some, axis, found):

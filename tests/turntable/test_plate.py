@@ -77,6 +77,7 @@ POLE = box((-0.01, -0.01, -0.1), (0.01, 0.01, 0.0), GREY)
 BODY = box((-0.05, -0.04, 0.0), (0.03, 0.04, 0.12), GREY)
 STEP = box((0.03, -0.04, 0.0), (0.1, 0.04, 0.02), GREY)  # a low level part on one side
 BOOK = box((-0.1, -0.065, 0.0), (0.1, 0.065, 0.02), GREY)
+COVERED = disc(0.125, -0.012, 0.0, lambda p: np.full((len(p), 3), 180))  # by the book for the larger part
 PLATE = disc(0.15, -0.012, 0.0, lambda p: np.full((len(p), 3), 180))
 
 
@@ -98,7 +99,7 @@ def seen(moving, still=None, frames=12):
 
 
 @pytest.mark.parametrize("still", [TABLE, None], ids=["table", "nothing behind"])
-@pytest.mark.parametrize("moving", [(BODY, PLATE), (BODY, STEP, PLATE), (BOOK, PLATE)], ids=["body", "step", "book"])
+@pytest.mark.parametrize("moving", [(BODY, PLATE), (BODY, STEP, PLATE), (BOOK, COVERED)], ids=["body", "step", "book"])
 def test_the_height_of_a_plate_that_is_seen(moving, still):
     """Also where a book covers more of the plate than is seen of it: its cover is level too, and turns."""
     views, axis = seen(moving, still)
