@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.pose import Array, pose
 from fusion.mesh.mesh import Mesh
 from fusion.output import output_folder
 from fusion.sensor.presets import preset
 from fusion.simulation.demo_object import demo_object
-from fusion.simulation.scene import Scene
+from fusion.simulation.course import looking_at, turning
+from fusion.simulation.scene import Part, Scene
 from fusion.simulation.shapes import Points, box, disc, joined, sheet
-from fusion.simulation.simulate import Simulation, simulate_turntable
+from fusion.simulation.simulate import Simulation, simulate
 from fusion.simulation.turntable import Turntable, TurntableErrors
 
 # intrinsics near those of a 640 x 480 depth camera, with a clearly visible lens
@@ -38,12 +38,18 @@ def demo_scene(frames: int = 72, turns: float = 1.2) -> Scene:
     errors = TurntableErrors(uneven_sd_deg=0.1, slip_frame=2 * frames // 3, slip_deg=1.5)
     table = Turntable(degrees_per_frame=360.0 * turns / max(frames, 1), frames=frames, errors=errors)
     return Scene(
+        name="demo",
+        parts=(
+            Part(demo_truth(), turns=True),
+            Part(plate(), turns=True, scanned=False),
+            *(Part(mesh, scanned=False) for mesh in surroundings()),
+        ),
+        course=turning(table, looking_at(np.array([0.66, 0.06, 0.38]), np.array([0.0, 0.0, 0.085]))),
         camera=CAMERA,
-        sensor=preset("kinect-v2-indoors"),
-        T_world_camera=looking_at(np.array([0.66, 0.06, 0.38]), np.array([0.0, 0.0, 0.085])),
-        turntable=table,
-        moving=(demo_truth(), disc(0.15, -0.012, PLATE_TOP - 0.0005, _plate_colors)),
-        still=_surroundings(),
+        poses=None,  # finding them is the point
+        color=True,
+        edge_lost=0.4,  # guess: the software of most sensors throws doubtful edge pixels away
+        edge_mixed=0.1,  # guess
     )
 
 
@@ -63,7 +69,7 @@ def write_demo_recording(folder: Path | str, seed: int = 0, frames: int = 72, tu
     from fusion.recording.trajectory_file import write_trajectory
     from fusion.recording.write import write_recording
 
-    simulation: Simulation = simulate_turntable(demo_scene(frames, turns), seed)
+    simulation: Simulation = simulate(demo_scene(frames, turns), preset("kinect-v2-indoors"), seed)
     recording = Path(folder) / "recording"
     with output_folder(Path(folder)) as partial:
         write_recording(partial / "recording", simulation.camera, simulation.frames(), telemetry=simulation.telemetry)
@@ -72,15 +78,13 @@ def write_demo_recording(folder: Path | str, seed: int = 0, frames: int = 72, tu
     return recording
 
 
-def looking_at(eye: Array, target: Array) -> Array:
-    """The pose (4, 4) of a camera at `eye` [m] that looks at `target`, upright in a world with z up."""
-    z = (target - eye) / np.linalg.norm(target - eye)
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x /= np.linalg.norm(x)
-    return pose(np.column_stack([x, np.cross(z, x), z]), eye)
+def plate() -> Mesh:
+    """A plate of 30 cm whose top lies just below z = 0, with a scale along its rim."""
+    return disc(0.15, -0.012, PLATE_TOP - 0.0005, _plate_colors)
 
 
-def _surroundings() -> tuple[Mesh, ...]:
+def surroundings() -> tuple[Mesh, ...]:
+    """Table, wall, a tin and a case behind the turntable, which stand still."""
     x, y, z = np.eye(3)
     table = sheet(-0.55 * x - 0.9 * y + TABLE_TOP * z, 1.0 * x, 1.8 * y, _wood)
     wall = sheet(-0.55 * x - 1.2 * y - 0.5 * z, 2.4 * y, 1.8 * z, _wallpaper)

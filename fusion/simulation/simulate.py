@@ -1,20 +1,31 @@
-"""A turntable recording as a sensor would have made it; the same seed, the same bits."""
+"""A scene as a sensor would have recorded it; the same seed, the same bits."""
 
+import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array, exp, inverse, transform
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.recording.camera_presets import PRESETS
 from fusion.recording.recording import Frame
 from fusion.sensor.effects.readout.lateral_noise import jump
+from fusion.sensor.moment import Moment
+from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
-from fusion.simulation.render import RayCaster, nearest
+from fusion.simulation.exposure import Exposures, whole_mesh
+from fusion.simulation.infrared import infrared
 from fusion.simulation.scene import Scene
-from fusion.simulation.shapes import joined
+
+# every use of randomness has its own stream, so that none shifts another
+TABLE, FRAME, INFRARED, POSES, PLACEMENT, SHAKE = range(6)
+# the camera of a scene that names none, by the sensor's principle
+USUAL_CAMERA = {"itof": "kinect-v2", "structured_light": "kinect-v1"}
 
 
 @dataclass(frozen=True)
@@ -22,63 +33,142 @@ class Simulation:
     """A simulated recording and its truth.
 
     Attributes:
-        scene: what it was made from.
+        scene, sensor: what it was made from.
         seed: of every random number in it.
-        timestamps: (n,) [s].
-        truth: `T_object_camera` of every frame, the object frame being the world at frame 0.
-        turned_deg: (n,) true angles [deg].
-        telemetry: columns of `telemetry.csv`: what the table reported.
+        camera: as stated in the recording.
+        truth: true pose of the camera at every frame, in the world; before a turntable in the turning object's frame,
+            which is the world at frame 0.
+        stated: the same as the recording states it, or None.
+        turned_deg: (n,) true angles of the table [deg].
+        telemetry: columns of `telemetry.csv`, with "timestamp".
     """
 
     scene: Scene
+    sensor: Sensor
     seed: int
-    timestamps: NDArray[np.float64]
+    camera: Camera
     truth: Trajectory
-    turned_deg: NDArray[np.float64]
+    stated: Trajectory | None
+    turned_deg: Array
     telemetry: dict[str, NDArray[np.float64]]
 
+    def __len__(self) -> int:
+        return len(self.truth)
+
     @property
-    def camera(self) -> Camera:
-        return self.scene.camera
+    def timestamps(self) -> NDArray[np.float64]:
+        return self.truth.timestamps
+
+    @property
+    def mesh(self) -> Mesh:
+        """What the poses refer to: before a turntable all that turns, else everything; with reflectance."""
+        with_table = self.scene.course.turntable is not None
+        return whole_mesh([part for part in self.scene.parts if part.turns or not with_table])
 
     @property
     def truth_mesh(self) -> Mesh:
-        """Everything that turns, in the object frame."""
-        return joined(self.scene.moving)
+        """What a scan of it should give, in the same frame."""
+        with_table = self.scene.course.turntable is not None
+        return whole_mesh([p for p in self.scene.parts if p.scanned and (p.turns or not with_table)])
 
     def frames(self) -> Iterator[Frame]:
-        """The frames, rendered one at a time."""
-        scene = self.scene
-        still = RayCaster(joined(scene.still)).view(scene.camera, scene.T_world_camera)
-        moving = RayCaster(self.truth_mesh)
-        for index, T_object_camera in enumerate(self.truth.poses):
-            view = nearest(moving.view(scene.camera, T_object_camera), still)
-            # a generator of its own per frame: the bits do not depend on which frames are asked for
-            rng = np.random.default_rng([self.seed, 1, index])
-            yield Frame(index, float(self.timestamps[index]), measured(view, scene, rng), lit(view))
+        """The frames in their order, rendered one at a time."""
+        exposures = Exposures(self.scene, self.sensor, self.camera, self.turned_deg)
+        previous: Image | None = None
+        placement = -1
+        for index in range(len(self)):
+            placement += index == 0 or not np.array_equal(self.truth.poses[index], self.truth.poses[index - 1])
+            shake = np.random.default_rng([self.seed, SHAKE, index])
+            view = exposures.view(index, self.moment(index, placement, previous), shake)
+            frame = self._frame(index, view)
+            previous = frame.depth
+            yield frame
+
+    def moment(self, index: int, placement: int, previous: Image | None) -> Moment:
+        """The conditions of a frame; `placement` counts how often the scene was set up anew."""
+        course, table = self.scene.course, self.scene.course.turntable
+        time, T_camera_world = float(course.timestamps[index]), inverse(course.T_world_camera[index])
+        moment = Moment(
+            time=time,
+            temperature=float(self.telemetry.get("temperature_c", np.full(len(self), np.nan))[index]),
+            ambient=float(self.telemetry.get("ambient_lux", np.full(len(self), self.scene.ambient_lux))[index]),
+            previous=previous,
+            unit=unit_seed(self.sensor, self.camera),
+            placement=int(np.random.SeedSequence([self.seed, PLACEMENT, placement]).generate_state(1)[0]),
+        )
+        if table is None:
+            return moment
+        direction = np.asarray(table.axis_direction, float)
+        return replace(
+            moment,
+            table_angle=float(np.deg2rad(table.commanded_deg()[index])),
+            axis_point=transform(T_camera_world, np.asarray(table.axis_point, float)),
+            axis_direction=T_camera_world[:3, :3] @ (direction / np.linalg.norm(direction)),
+        )
+
+    def _frame(self, index: int, view: View) -> Frame:
+        # generators of its own per frame: the bits do not depend on which frames are asked for
+        rng = np.random.default_rng([self.seed, FRAME, index])
+        view = replace(view, ir=self.sensor.amplitude(view))
+        depth = measured(view, self.sensor, (self.scene.edge_lost, self.scene.edge_mixed), rng)
+        ir = None
+        # a structured-light sensor sees its pattern or, the projector covered, the scene: not both at once
+        if self.scene.infrared or self.sensor.principle != "structured_light":
+            ir = infrared(view, self.sensor, np.random.default_rng([self.seed, INFRARED, index]))
+        return Frame(index, float(self.timestamps[index]), depth, lit(view) if self.scene.color else None, ir)
 
 
-def simulate_turntable(scene: Scene, seed: int = 0) -> Simulation:
-    """Plan a recording: true angles and poses are drawn now, frames when they are asked for."""
-    table = scene.turntable
-    turned = table.true_deg(np.random.default_rng([seed, 0]))
-    timestamps = scene.frame_s * np.arange(table.frames, dtype=np.float64)
-    truth = Trajectory(timestamps, table.T_object_camera(scene.T_world_camera, turned))
-    telemetry = {"timestamp": timestamps, "turntable_deg": table.commanded_deg()}
-    return Simulation(scene, seed, timestamps, truth, turned, telemetry)
+def simulate(scene: Scene, sensor: Sensor, seed: int = 0) -> Simulation:
+    """Plan a recording: true angles and stated poses are drawn now, frames when they are asked for."""
+    course, table = scene.course, scene.course.turntable
+    n = len(course)
+    camera = stated_camera(scene, sensor)
+    telemetry = {"timestamp": course.timestamps, **scene.telemetry}
+    if table is None:
+        turned, poses, nominal = np.zeros(n), course.T_world_camera, course.T_world_camera
+    else:
+        turned = table.true_deg(np.random.default_rng([seed, TABLE]))
+        poses = inverse(table.T_world_object(turned)) @ course.T_world_camera
+        nominal = inverse(table.nominal().T_world_object(table.commanded_deg())) @ course.T_world_camera
+        telemetry["turntable_deg"] = table.commanded_deg()
+    stated = None
+    if scene.poses is not None:
+        sigmas = np.repeat([scene.poses.sigma_rad, scene.poses.sigma_m], 3)
+        error = exp(sigmas * np.random.default_rng([seed, POSES]).standard_normal(6))
+        stated = Trajectory(course.timestamps, (nominal if scene.poses.source == "nominal" else poses) @ error)
+    return Simulation(
+        scene, sensor, seed, camera, Trajectory(course.timestamps, poses), stated, turned, telemetry
+    )
 
 
-def measured(view: View, scene: Scene, rng: np.random.Generator) -> Image:
-    """One measured depth (h, w) [m] of a true view: the sensor's effects, then mixed and lost edge pixels."""
-    if view.depth is None:
-        raise ValueError("the view has no depth")
-    step = jump(view.depth)
+def stated_camera(scene: Scene, sensor: Sensor) -> Camera:
+    """The scene's camera, else the usual one of the sensor, with the sensor's principle and name."""
+    camera = scene.camera or PRESETS[USUAL_CAMERA.get(sensor.principle, "primesense")][0]
+    return replace(
+        camera,
+        principle=sensor.principle if sensor.principle != "unknown" else camera.principle,
+        sensor=(sensor.sensor or sensor.name) if scene.camera is None or not camera.sensor else camera.sensor,
+        serial=sensor.serial or camera.serial,
+    )
+
+
+def unit_seed(sensor: Sensor, camera: Camera) -> int:
+    """What is frozen into a unit is the same in all its recordings, whatever their seed."""
+    return zlib.crc32(f"{sensor.sensor or sensor.name} {sensor.serial or camera.serial}".encode())
+
+
+def measured(view: View, sensor: Sensor, edge_shares: tuple[float, float], rng: np.random.Generator) -> Image:
+    """One measured depth (h, w) [m] of a true view: the sensor's effects, then lost and mixed edge pixels."""
+    true = cast(Image, view.depth)
+    lost, mixed = edge_shares
+    if not lost and not mixed:
+        return sensor.sample(true, view, None, rng).astype(np.float32)
+    step = jump(true)
     edge = np.abs(np.nan_to_num(step)) > 0
-    chance, share = rng.random(view.depth.shape), rng.random(view.depth.shape)
-    depth = scene.sensor.sample(view.depth, view, None, rng)
-    mixed = edge & (chance >= 1 - scene.edge_mixed)
-    depth = np.where(mixed, view.depth + share * step, depth)
-    return np.where(edge & (chance < scene.edge_lost), np.nan, depth).astype(np.float32)
+    chance, share = rng.random(true.shape), rng.random(true.shape)
+    depth = sensor.sample(true, view, None, rng)
+    depth = np.where(edge & (chance >= 1 - mixed), true + share * step, depth)
+    return np.where(edge & (chance < lost), np.nan, depth).astype(np.float32)
 
 
 def lit(view: View) -> NDArray[np.uint8] | None:

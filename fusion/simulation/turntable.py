@@ -1,6 +1,6 @@
 """A turntable that turns as commanded, with the errors that real ones have."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -50,6 +50,10 @@ class Turntable:
             raise FusionError("a turntable recording needs frames", found=self.frames, expected="1 or more")
         if not np.any(self.axis_direction) or not np.isfinite([*self.axis_point, *self.axis_direction]).all():
             raise FusionError("the turntable's axis has no direction", found=self.axis_direction, expected="3 numbers")
+
+    def nominal(self) -> "Turntable":
+        """The table that does what it reports."""
+        return replace(self, errors=TurntableErrors())
 
     def commanded_deg(self) -> Array:
         """(frames,) angles that the table reports [deg]."""

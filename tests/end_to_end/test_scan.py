@@ -21,7 +21,8 @@ from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.demo import demo_scene, demo_truth
-from fusion.simulation.simulate import simulate_turntable
+from fusion.simulation.course import turning
+from fusion.simulation.simulate import simulate
 from fusion.simulation.turntable import Turntable, TurntableErrors
 
 pytestmark = pytest.mark.slow  # whole scans; `make slow` runs them
@@ -40,11 +41,13 @@ def simulated(step_deg, seed=0):
     errors = TurntableErrors(uneven_sd_deg=0.1, slip_frame=SLIP_FRAME, slip_deg=SLIP_DEG)
     table = Turntable(degrees_per_frame=step_deg, frames=FRAMES, errors=errors)
     # no noise but that of lost edges and counts: with so few pixels a sensor's own would hide what is tested here
-    return simulate_turntable(replace(demo_scene(FRAMES), camera=SMALL, turntable=table, sensor=Sensor()), seed)
+    scene = demo_scene(FRAMES)
+    course = turning(table, scene.course.T_world_camera[0])
+    return simulate(replace(scene, camera=SMALL, course=course), Sensor(), seed)
 
 
 def recorded(simulation, folder) -> Recording:
-    frames = (replace(frame, color=None) for frame in simulation.frames())
+    frames = (replace(frame, color=None, ir=None) for frame in simulation.frames())
     write_recording(folder, SMALL, frames, telemetry=simulation.telemetry)
     return open_recording(folder)
 
@@ -121,7 +124,7 @@ def test_angles_direction_and_slip(case):
     error = angle_error_deg(found.motion.angles, simulation.turned_deg)
     # the owl's radius is a dozen pixels: 1 deg is a fifth of a pixel at its rim; measured 0.3 to 0.65
     assert np.nanmax(np.abs(error)) < 1.0
-    sign = np.sign(simulation.scene.turntable.degrees_per_frame)
+    sign = np.sign(simulation.scene.course.turntable.degrees_per_frame)
     assert found.steps.direction == sign
     # so few pixels may show uneven steps as slips too (measured: one of 1.6 deg); the largest is the planted one
     slip = max(found.steps.slips, key=lambda s: abs(s.angle))
@@ -131,9 +134,9 @@ def test_angles_direction_and_slip(case):
 
 def test_the_axis_and_the_poses_are_those_of_the_table(case):
     simulation, found = case
-    up = pose.inverse(simulation.scene.T_world_camera)[:3, 2]
+    up = pose.inverse(simulation.scene.course.T_world_camera[0])[:3, 2]
     assert np.rad2deg(np.arccos(min(1.0, up @ found.motion.axis.direction))) < 1.0
-    centre = pose.transform(pose.inverse(simulation.scene.T_world_camera), np.zeros((1, 3)))
+    centre = pose.transform(pose.inverse(simulation.scene.course.T_world_camera[0]), np.zeros((1, 3)))
     # along the axis the origin is the plate, which is seen at a grazing angle in pixels of 4 mm
     radius, height = found.motion.axis.distance(centre)
     assert radius[0] < 0.003 and abs(height[0]) < 0.005

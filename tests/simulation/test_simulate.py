@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
+from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.demo import demo_scene, demo_truth, write_demo_recording
 from fusion.simulation.demo_object import demo_object
 from fusion.simulation.render import render
-from fusion.simulation.simulate import simulate_turntable
+from fusion.simulation.simulate import simulate
 
+V2 = preset("kinect-v2-indoors")
 SMALL = Camera(160, 120, 144.3, 144.7, 80.3, 59.1, distortion=(0.06, -0.14), depth_scale=5000.0, principle="itof")
 
 
@@ -22,7 +24,7 @@ def scene():
 
 def test_the_same_seed_gives_the_same_bits_and_another_does_not(scene):
     def bits(seed):
-        return [(frame.depth.tobytes(), frame.color.tobytes()) for frame in simulate_turntable(scene, seed).frames()]
+        return [(f.depth.tobytes(), f.color.tobytes(), f.ir.tobytes()) for f in simulate(scene, V2, seed).frames()]
 
     first = bits(5)
     assert first == bits(5)
@@ -30,35 +32,34 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not(scene):
 
 
 def test_an_ideal_sensor_sees_the_truth(scene):
-    ideal = replace(scene, sensor=Sensor(), edge_lost=0.0, edge_mixed=0.0)
-    simulation = simulate_turntable(ideal, 0)
+    simulation = simulate(replace(scene, edge_lost=0.0, edge_mixed=0.0), Sensor(), 0)
     for frame, T in zip(simulation.frames(), simulation.truth.poses, strict=True):
-        alone = render(simulation.truth_mesh, SMALL, T).depth
+        alone = render(simulation.mesh, SMALL, T).depth
         seen = np.isfinite(alone)
         assert seen.mean() > 0.05
         assert np.abs(frame.depth - alone)[seen].max() < 1e-6
 
 
 def test_the_background_stands_still_while_the_owl_turns(scene):
-    ideal = replace(scene, sensor=Sensor(), edge_lost=0.0, edge_mixed=0.0)
-    first, *_, last = [frame.depth for frame in simulate_turntable(ideal, 0).frames()]
+    quiet = replace(scene, edge_lost=0.0, edge_mixed=0.0)
+    first, *_, last = [frame.depth for frame in simulate(quiet, Sensor(), 0).frames()]
     changed = np.abs(first - last) > 1e-4
     assert 0.01 < changed.mean() < 0.3
 
 
 def test_noise_is_that_of_the_sensor(scene):
     quiet = replace(scene, edge_lost=0.0, edge_mixed=0.0)
-    true = [f.depth for f in simulate_turntable(replace(quiet, sensor=Sensor()), 0).frames()]
-    seen = [f.depth for f in simulate_turntable(quiet, 0).frames()]
+    true = [f.depth for f in simulate(quiet, Sensor(), 0).frames()]
+    seen = [f.depth for f in simulate(quiet, V2, 0).frames()]
     wall = (slice(0, 20), slice(0, 160))  # the upper part of the image shows nothing but the wall
     error = np.array([(b - a)[wall] for a, b in zip(true, seen, strict=True)])
-    sigma = quiet.sensor.sigma(true[0], None, SMALL)[wall]
+    sigma = V2.sigma(true[0], None, SMALL)[wall]
     # the wall is seen at up to 40 degrees, where the angle term adds at most 5 %
     assert 0.97 < error.std() / np.sqrt((sigma**2).mean()) < 1.1
 
 
 def test_edge_pixels_are_lost_and_nothing_else(scene):
-    for frame in simulate_turntable(scene, 0).frames():
+    for frame in simulate(scene, V2, 0).frames():
         assert 0.9 < np.isfinite(frame.depth).mean() < 1.0
 
 
