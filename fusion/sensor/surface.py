@@ -29,12 +29,13 @@ def moved_rigidly(depth: Image, motion: NDArray[np.floating], view: View) -> Ima
     """
     if view.normals is None:
         return np.zeros((), depth.dtype)
-    T, n = exp(motion), view.normals
-    matrix = np.column_stack([T[:3, :3] - np.eye(3), T[:3, 3]]).T.astype(n.dtype)  # (4, 3)
-    # (4, h, w): n . (R - 1) and n . t
-    turned_x, turned_y, turned_z, shifted = (matrix @ n.reshape(-1, 3).T).reshape(4, *depth.shape)
+    T = exp(motion)
     rays = view.camera.rays()
-    across = depth * (turned_x * rays[..., 0] + turned_y * rays[..., 1] + turned_z) + shifted
+    turned = [a * rays[..., 0] + b * rays[..., 1] + c for a, b, c in (T[:3, :3] - np.eye(3)).tolist()]
+    x, y, z = (view.normals[..., axis] for axis in range(3))
+    a, b, c = T[:3, 3].tolist()
+    # by coordinate and not by matrices: faster on images, and without threads that wait for each other
+    across = depth * (x * turned[0] + y * turned[1] + z * turned[2]) + (a * x + b * y + c * z)
     return _finite(across / towards(view), depth)
 
 
