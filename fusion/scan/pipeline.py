@@ -47,14 +47,23 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     commanded = told_angles(recording, settings)
     motion = _motion(frames, camera, region, commanded)
     if settings.refine_camera:
-        refined = replace(motion.focal_check, values=np.concatenate([motion.focal_check.values[:3], np.zeros(7)]))
-        camera = refined.camera(camera)
+        camera = _refined(camera, motion)
         recording = replace(recording, camera=camera)
         region = find_region(recording, sensor, settings)
         frames, broken = load(recording, sensor, region)
         motion = _motion(frames, camera, region, commanded)
     motion = replace(motion, rejected={**motion.rejected, **broken})
     return _finish(recording, settings, sensor, (frames, region, motion, commanded))
+
+
+def _refined(camera: Camera, motion: Motion) -> Camera:
+    """The camera with the focal length that the scan asks for.
+
+    The principal point is free in that fit, or its error would pull the focal length along; but it is not taken over:
+    depth errors imitate it, and what it is wrong by turns the whole scan, nearly, and bends nothing. Measured on the
+    statue of the open challenges, nominal camera: distance std 0.60 mm with the focal length alone, 1.47 mm with both.
+    """
+    return motion.focal_check.only("focal").camera(camera)
 
 
 def _motion(frames: list[Prepared | None], camera: Camera, region: Region, commanded: Array | None) -> Motion:
@@ -108,7 +117,7 @@ def _finish(
     return Scan(
         clean(volume.surface(), settings, motion), clean(rough.surface(), settings, motion),
         corrected, raw, motion, steps, circle, gaps[0], gaps[1], residual, share, wobble(raw, motion),
-        recording.camera, chosen, warnings_of(recording, sensor, (motion, steps, raw)),
+        recording.camera, chosen, warnings_of(recording, sensor, (motion, steps, raw)), commanded,
     )  # fmt: skip
 
 

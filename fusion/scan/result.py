@@ -31,6 +31,7 @@ class Scan:
         camera: used for the result (refined when asked for).
         settings: what was asked for and chosen, plain values.
         warnings: ("ok", "warning" or "bad", sentence).
+        told: (n,) table angles that the log or the stated step says [rad], None when nothing was said.
     """
 
     mesh: Mesh
@@ -48,6 +49,7 @@ class Scan:
     camera: Camera
     settings: dict[str, Any]
     warnings: tuple[tuple[str, str], ...]
+    told: Array | None = None
 
     def turntable(self) -> dict[str, Any]:
         """The content of `turntable.json` (CONTRACT)."""
@@ -64,6 +66,7 @@ class Scan:
             "radius": float(axis.distance(np.zeros((1, 3)))[0][0]),
             "angles_rad": [None if np.isnan(a) else float(a) for a in self.motion.angles],
             "angles_std_rad": [None if np.isnan(a) else float(a) for a in self.motion.angle_std],
+            "told_rad": None if self.told is None else [float(a) for a in self.told],
             "direction": self.steps.direction,
             "radial_rms": self.circle.radial_rms,
             "axial_rms": self.circle.axial_rms,

@@ -42,6 +42,10 @@ class SelfCheck:
     far: float
     triangulation: bool = False
 
+    def only(self, *names: str) -> "SelfCheck":
+        """These errors alone, the others taken as nuisance: zero."""
+        return replace(self, values=self.values * np.isin(NAMES, names))
+
     def along(self, points: Array, directions: Array, camera: Camera) -> Array:
         """Change (n, 10) of points (n, 3) [m] along directions (n, 3), per unit of each parameter."""
         z = points[:, 2]

@@ -66,3 +66,11 @@ def test_depth_and_view_agree():
     assert np.isnan(corrected[0, :5]).all()
     seen = np.isfinite(depth)
     assert corrected[seen] == pytest.approx(check.view(nominal).map.points[..., 2][seen], abs=1e-6)
+
+
+def test_only_the_named_errors_are_taken_over():
+    check = SelfCheck(np.linspace(0.01, 0.1, len(NAMES)), 0.6, 1.0).only("focal")
+    camera = check.camera(CAMERA)
+    assert (camera.cx, camera.cy) == (CAMERA.cx, CAMERA.cy)
+    assert camera.fx == pytest.approx(CAMERA.fx * np.exp(0.01)) and camera.fy == pytest.approx(CAMERA.fy * np.exp(0.01))
+    assert not check.values[1:].any()
