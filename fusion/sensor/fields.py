@@ -36,3 +36,13 @@ def _smoothed_spread(shape: tuple[int, ...], width: float) -> float:
     impulse = np.zeros(shape)
     impulse[tuple(n // 2 for n in shape)] = 1.0
     return float(np.sqrt((gaussian_filter(impulse, width, mode="wrap") ** 2).sum()))
+
+
+@lru_cache(maxsize=16)
+def frozen_map(shape: tuple[int, int], width: float, name: str, seed: int) -> NDArray[np.float32]:
+    """A frozen field (h, w) whose own mean over the image is 0 and whose own root mean square is 1; read only."""
+    field = frozen_field(shape, width, name, seed)
+    field = field - field.mean()
+    field /= np.sqrt(np.mean(field**2))
+    field.flags.writeable = False
+    return field

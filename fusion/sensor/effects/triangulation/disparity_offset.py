@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -14,6 +15,8 @@ class DisparityOffset(Effect):
 
     name: ClassVar[str] = "disparity_offset"
     key: ClassVar[str] = "G5"
+    formula: ClassVar[str] = "d_measured = d + offset, d = fx b / z"
+    variables: ClassVar[tuple[str, ...]] = ("depth",)
     principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
 
     # +-1.5 px keeps the slope of the bias below 0.5 up to 4.5 m for fx b = 43 px m
@@ -22,6 +25,4 @@ class DisparityOffset(Effect):
     )
 
     def bias(self, depth: Image, view: View) -> Image:
-        # fx b / (d + offset) - z without a difference of large numbers
-        shift = depth * self.offset / view.focal_baseline
-        return -depth * shift / (1.0 + shift)
+        return depth_change(depth, self.offset, view)

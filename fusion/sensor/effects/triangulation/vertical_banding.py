@@ -1,0 +1,72 @@
+"""Vertical banding: the chip corrects the pattern's drift in small jumps at some columns, seen as upright bands."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.sensor.disparity import depth_change
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.view import Image, View
+
+SOURCE = "forums.structure.io/t/2330: thermal correction of the firmware; Chow and Lichti 2013"
+BANDS = 8  # jumps across the image of a unit whose columns are not known: guess, after published plots of walls
+
+
+@dataclass(frozen=True)
+class VerticalBanding(Effect):
+    """d_measured = d + the sum of the steps of all columns passed so far; the image's mean stays."""
+
+    name: ClassVar[str] = "vertical_banding"
+    key: ClassVar[str] = "N7"
+    formula: ClassVar[str] = "d_measured = d + sum of steps_k where u > columns_k, d = fx b / z"
+    variables: ClassVar[tuple[str, ...]] = ("u", "depth")
+    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
+    frozen: ClassVar[bool] = True
+
+    step: Value = parameter(
+        "px",
+        (0, 0.5),
+        f"usual size of {BANDS} jumps up or down, at columns that this unit has and keeps",
+        SOURCE,
+        "typical",
+        typical=0.06,
+    )
+    columns: Value = parameter(
+        "px", (0, 1e5), "where the known bands begin", SOURCE, "bands", typical=20.0, kind="list"
+    )
+    steps: Value = parameter(
+        "px", (-1, 1), "change of the disparity at each column", SOURCE, "bands", typical=0.125, kind="list"
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        columns, steps = np.broadcast_arrays(np.atleast_1d(self.columns), np.atleast_1d(self.steps))
+        shift = _steps(columns, steps, view.u)
+        if np.any(self.step) and view.moment.unit is not None:
+            shift = shift + np.asarray(self.step) * _frozen_steps(depth.shape[1], view.moment.unit)
+        return depth_change(depth, shift, view)
+
+    def noise(self, depth: Image, view: View) -> Image:
+        if not np.any(self.step):
+            return np.zeros((), depth.dtype)
+        # variance of one jump of +-1 at a random place, mean of the row taken off: (x^3 + (1 - x)^3) / 3
+        x = (view.u + 0.5) / depth.shape[1]
+        spread = np.sqrt(BANDS / 3 * (x**3 + (1 - x) ** 3))
+        return np.abs(depth_change(depth, np.asarray(self.step) * spread, view))
+
+
+def _steps(columns: NDArray[np.floating], steps: NDArray[np.floating], u: NDArray[np.floating]) -> NDArray[np.floating]:
+    """(1, w) sum of the steps at columns to the left of u."""
+    return np.sum(steps[:, None] * (u > columns[:, None]), axis=0, keepdims=True)
+
+
+@lru_cache(maxsize=16)
+def _frozen_steps(width: int, unit: int) -> NDArray[np.float64]:
+    """(1, w) BANDS jumps of +-1 at random columns, with mean 0."""
+    rng = np.random.default_rng([unit, *b"vertical_banding"])
+    columns, signs = rng.uniform(-0.5, width - 0.5, BANDS), rng.choice([-1.0, 1.0], BANDS)
+    bands = _steps(columns, signs, np.arange(width)[None, :])
+    return bands - bands.mean()
