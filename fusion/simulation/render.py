@@ -1,6 +1,18 @@
-"""A ray caster of its own: exact depth, normal and colour along every pixel's distorted ray."""
+"""A renderer of its own: what every pixel of a camera sees, exactly, along its distorted ray.
 
-from dataclasses import fields
+    caster = RayCaster(mesh)                                  # once per mesh
+    view = caster.view(camera, T_world_camera)                # depth, incidence, normals, colour, reflectance
+    view = caster.view(camera, T_world_camera, Channels(edges=True, lit=-0.075))
+
+Things that move against each other are bodies, and one picture:
+
+    bodies = (Body(RayCaster(room)), Body(RayCaster(owl), T_world_owl, twist=twist_between(T0, T1, dt), turning=True))
+    view = view_of(bodies, camera, T_world_camera, channels)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -8,93 +20,130 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.view import View, incidence_of
+from fusion.simulation.casting import Body, Floats, Hits, PreparedMesh, Stage
+from fusion.simulation.edges import edges_of
+from fusion.simulation.motion import velocity_of
+from fusion.simulation.shadow import lit_of
 
-GREY = 180  # colour of a mesh without colours
+
+@dataclass(frozen=True)
+class Channels:
+    """What a view holds beside depth, incidence and normals.
+
+    Attributes:
+        color: colour and reflectance.
+        edges: nearest depth edges.
+        lit: where the projector or lamp stands: x [m] in the camera frame, negative to the left of the camera
+            (Kinect v1: -0.075), 0 at the camera; None leaves the channel out.
+        motion: velocity, and what stands on the turntable.
+    """
+
+    color: bool = True
+    edges: bool = False
+    lit: float | None = None
+    motion: bool = False
 
 
-def render(mesh: Mesh, camera: Camera, T_world_camera: Array) -> View:
+def render(mesh: Mesh, camera: Camera, T_world_camera: Array, channels: Channels | None = None) -> View:
     """What a camera sees of a mesh that stands in the world frame; for many views of one mesh, keep a RayCaster."""
-    return RayCaster(mesh).view(camera, T_world_camera)
+    return RayCaster(mesh).view(camera, T_world_camera, channels)
 
 
-class RayCaster:
+class RayCaster(PreparedMesh):
     """A mesh prepared for many views."""
 
-    def __init__(self, mesh: Mesh) -> None:
-        import open3d as o3d
+    def view(self, camera: Camera, T_mesh_camera: Array, channels: Channels | None = None) -> View:
+        """What every pixel sees; NaN (black) where its ray meets nothing."""
+        return view_of((Body(self),), camera, T_mesh_camera, channels)
 
-        self._scene = o3d.t.geometry.RaycastingScene(nthreads=2)
-        self._faces = mesh.faces
-        colors = mesh.colors if mesh.colors is not None else np.full(mesh.vertices.shape, GREY, np.uint8)
-        self._colors = colors.astype(np.float32)
-        self._normals = None if mesh.normals is None else mesh.normals.astype(np.float32)
-        self._tensor = o3d.core.Tensor.from_numpy
-        if len(mesh.faces):
-            self._scene.add_triangles(
-                self._tensor(np.ascontiguousarray(mesh.vertices, np.float32)),
-                self._tensor(np.ascontiguousarray(mesh.faces, np.uint32)),
-            )
 
-    def view(self, camera: Camera, T_mesh_camera: Array) -> View:
-        """Depth, normals, incidence and colour of every pixel; NaN (black) where the ray meets nothing."""
-        height, width = camera.shape
-        directions = np.dstack([camera.rays(), np.ones((height, width), np.float32)])
-        R = T_mesh_camera[:3, :3].astype(np.float32)
-        rays = np.empty((height, width, 6), np.float32)
-        rays[..., :3] = T_mesh_camera[:3, 3]
-        rays[..., 3:] = directions @ R.T
-        if not len(self._faces):
-            return _empty(camera)
-        hits = self._scene.cast_rays(self._tensor(rays))
-        # the directions have z = 1 in the camera frame, so the ray parameter is the planar depth
-        depth = hits["t_hit"].numpy()
-        seen = np.isfinite(depth)
-        depth = np.where(seen, depth, np.nan)
-        face = hits["primitive_ids"].numpy()[seen]
-        weights = _barycentric(hits["primitive_uvs"].numpy()[seen])
-        normals = np.full((height, width, 3), np.nan, np.float32)
-        normals[seen] = self._normals_at(face, weights, hits["primitive_normals"].numpy()[seen]) @ R
-        away = (normals * directions).sum(axis=-1) > 0  # the inside of a surface, seen through a hole
-        normals[away] *= -1
-        color = np.zeros((height, width, 3), np.uint8)
-        color[seen] = np.round(self._interpolated(self._colors, face, weights))
-        return View(camera, depth, incidence_of(normals, camera), normals, color=color)
+def view_of(
+    bodies: Sequence[Body],
+    camera: Camera,
+    T_world_camera: Array,
+    channels: Channels | None = None,
+    camera_twist: Array | None = None,
+) -> View:
+    """What a camera sees of several bodies; NaN (black) where a ray meets nothing.
 
-    def _interpolated(self, values: np.ndarray, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        return np.einsum("nk,nkc->nc", weights, values[self._faces[face]])
+    Args:
+        camera_twist: (6,) rotation [rad/s] and velocity at the world's origin [m/s] of the camera, in the world frame.
+    """
+    channels = channels or Channels()
+    bodies = [body for body in bodies if len(body.mesh.faces)]
+    stage = Stage(bodies, T_world_camera)
+    rays = camera.rays()
+    directions = np.dstack([rays, np.ones(camera.shape, np.float32)]).reshape(-1, 3)
+    hits = stage.first(directions)
+    view, flat = _seen(camera, stage, directions, hits, channels.color)
+    if channels.edges:
+        view = replace(view, edges=edges_of(view, flat, stage))
+    if channels.lit is not None:
+        view = replace(view, lit=lit_of(view, flat, stage, channels.lit))
+    if channels.motion:
+        turning = np.array([body.turning for body in bodies] + [False])[hits.body] & np.isfinite(hits.t)
+        velocity = velocity_of(view, stage, hits.body.reshape(camera.shape), camera_twist)
+        view = replace(view, velocity=velocity, turning=turning.reshape(camera.shape))
+    return view
 
-    def _normals_at(self, face: np.ndarray, weights: np.ndarray, flat: np.ndarray) -> np.ndarray:
-        """(n, 3) unit normals in the mesh frame: of the vertices where the mesh has them, else of the faces."""
-        normals = flat if self._normals is None else self._interpolated(self._normals, face, weights)
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        return np.divide(normals, length, out=flat.copy(), where=length > 1e-6)
+
+def _seen(camera: Camera, stage: Stage, directions: Floats, hits: Hits, color: bool) -> tuple[View, Floats]:
+    """Depth, incidence, normals, colour and reflectance, and the normals (h, w, 3) of the faces."""
+    # the directions have z = 1 in the camera frame, so the ray parameter is the planar depth
+    seen = np.isfinite(hits.t)
+    depth = np.where(seen, hits.t, np.float32(np.nan))
+    every = bool(seen.all())
+    some = hits if every else Hits(*(getattr(hits, entry.name)[seen] for entry in fields(Hits)))
+    values, smooth = stage.values(some)
+    towards = directions if every else directions[seen]
+    image = (*camera.shape, 3)
+    flat = _spread(_facing(some.normals, towards), seen, every).reshape(image)
+    smooth = _facing(smooth, towards)
+    normals = flat if smooth is some.normals else _spread(smooth, seen, every).reshape(image)
+    depth = depth.reshape(camera.shape)
+    view = View(camera, depth, incidence_of(normals, camera), normals)
+    if color:
+        rgb = np.zeros((len(seen), 3), np.uint8)
+        rgb[seen] = np.round(values[:, :3])
+        reflectance = _spread(values[:, 3], seen, every).reshape(camera.shape)
+        view = replace(view, color=rgb.reshape(image), reflectance=reflectance)
+    return view, flat
+
+
+def _facing(normals: Floats, directions: Floats) -> Floats:
+    """Normals (n, 3) turned towards the camera: the inside of a surface is seen through a hole."""
+    away = np.einsum("nk,nk->n", normals, directions) > 0
+    normals[away] *= -1
+    return normals
+
+
+def _spread(values: Floats, seen: np.ndarray, every: bool) -> Floats:
+    """Values of the rays that hit as values of all rays, NaN for the others."""
+    if every:
+        return values
+    spread = np.full((len(seen), *values.shape[1:]), np.nan, np.float32)
+    spread[seen] = values
+    return spread
 
 
 def nearest(first: View, second: View) -> View:
-    """Both views of one camera as one: the nearer surface of every pixel."""
+    """Both views of one camera as one: the nearer surface of every pixel, with all that is known of it.
+
+    Edges, shadows and indirect light between the two are not in it: `view_of` renders bodies together.
+    """
     if first.depth is None or second.depth is None:
         raise ValueError("both views need a depth")
-    take = (first.depth <= second.depth) | np.isnan(second.depth)
+    return _merged(first, second, (first.depth <= second.depth) | np.isnan(second.depth))
+
+
+def _merged(first: Any, second: Any, take: np.ndarray) -> Any:
+    """Every image of two equal dataclasses: of the first where `take` (h, w), else of the second."""
     merged = {}
-    for entry in fields(View):
+    for entry in fields(first):
         a, b = getattr(first, entry.name), getattr(second, entry.name)
-        if isinstance(a, np.ndarray):
+        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.shape[:2] == take.shape:
             a = np.where(take if a.ndim == 2 else take[..., None], a, b)
+        elif type(a) is type(b) and is_dataclass(a) and not isinstance(a, Camera):
+            a = _merged(a, b, take)
         merged[entry.name] = a
-    return View(**merged)
-
-
-def _barycentric(uv: np.ndarray) -> np.ndarray:
-    """(n, 3) weights of a face's corners."""
-    return np.column_stack([1 - uv.sum(axis=1), uv])
-
-
-def _empty(camera: Camera) -> View:
-    nothing = np.full(camera.shape, np.nan, np.float32)
-    return View(
-        camera,
-        nothing,
-        nothing.copy(),
-        np.full((*camera.shape, 3), np.nan, np.float32),
-        color=np.zeros((*camera.shape, 3), np.uint8),
-    )
+    return replace(first, **merged)
