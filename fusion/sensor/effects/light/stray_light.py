@@ -1,0 +1,72 @@
+"""Stray light: lens and housing spread a share of all light over the image, so a bright thing pulls what is dark."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import cv2
+import numpy as np
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.phasor import phasor, shift
+from fusion.sensor.view import Image, View
+
+# the kernel is wide: pixels of a quarter of its width lose less than 1 % of its shape
+SAMPLES_PER_WIDTH = 4.0
+WIDTH_OF_IMAGE = 1.0 / 3.0  # guess: what is called broad, where no width is given
+
+
+@dataclass(frozen=True)
+class StrayLight(Effect):
+    """S' = S + fraction * (K conv S) of the light as a phasor, K a normal bell; changes nothing without an IR image.
+
+    No light comes from outside the image, from missing pixels, or from surfaces that nobody sees.
+    """
+
+    name: ClassVar[str] = "stray_light"
+    key: ClassVar[str] = "I4"
+    formula: ClassVar[str] = "S' = S + fraction (K conv S), S = IR exp(4 pi i f range / c), K a bell of `width`"
+    variables: ClassVar[tuple[str, ...]] = ("amplitude", "range", "neighbours")
+    principles: ClassVar[tuple[str, ...]] = ("itof",)
+    not_undone: ClassVar[str] = "it needs the light of the whole scene, also from outside the image"
+
+    fraction: Value = parameter(
+        "1", (0, 0.5), "share of the light received that is spread", "Schaefer et al. 2014, one scalar", typical=0.02
+    )
+    width: Value = parameter(
+        "px",
+        (0, 5000),
+        "standard width of the spread; 0 = a third of the image width",
+        "broad: Kavli et al., Schaefer et al. 2014; a third: guess",
+        typical=60.0,
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        if view.ir is None or not np.any(self.fraction):
+            return np.zeros((), depth.dtype)
+        light = phasor(view.ir, depth, view)
+        return shift(light, self._behind(light), view)
+
+    def light(self, amplitude: Image, depth: Image, view: View) -> Image:
+        if not np.any(self.fraction):
+            return amplitude
+        grown = np.hypot(*self._behind(phasor(amplitude, depth, view)))
+        return np.where(np.isfinite(amplitude), grown, amplitude)
+
+    def _behind(self, light: tuple[Image, Image]) -> tuple[Image, Image]:
+        """The phasor (h, w), two parts, with what is spread into every pixel."""
+        spread = _spread(np.dstack(light), float(np.mean(self.width)))
+        return light[0] + self.fraction * spread[..., 0], light[1] + self.fraction * spread[..., 1]
+
+
+def _spread(image: Image, width: float) -> Image:
+    """(h, w, 2) smoothed by a bell of standard width [px], 0 outside; computed on a smaller image."""
+    height, columns = image.shape[:2]
+    width = width or columns * WIDTH_OF_IMAGE
+    factor = max(width / SAMPLES_PER_WIDTH, 1.0)
+    size = max(round(columns / factor), 1), max(round(height / factor), 1)
+    small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    sigmas = width * size[0] / columns, width * size[1] / height
+    # a kernel of 3 widths holds 99.7 % of the bell; OpenCV's own choice for floating point is 4
+    small = cv2.GaussianBlur(small, (0, 0), sigmas[0], sigmaY=sigmas[1], borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(cv2.resize(small, (columns, height), interpolation=cv2.INTER_LINEAR), image.dtype)

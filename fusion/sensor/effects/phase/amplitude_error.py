@@ -1,0 +1,43 @@
+"""Amplitude error: the measured range depends on how much light came back, so dark patches stand off from bright."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.view import Image, View
+
+MOST = 1e4  # ir_reference / IR is held here: less than this is no light
+
+
+@dataclass(frozen=True)
+class AmplitudeError(Effect):
+    """A power of the amplitude; nothing where no IR image, or no light in it, tells the amplitude."""
+
+    name: ClassVar[str] = "amplitude_error"
+    key: ClassVar[str] = "I2"
+    formula: ClassVar[str] = "range_measured = range + coefficient (ir_reference / IR)^exponent"
+    variables: ClassVar[tuple[str, ...]] = ("amplitude",)
+    principles: ClassVar[tuple[str, ...]] = ("itof",)
+
+    coefficient: Value = parameter(
+        "m", (-0.1, 0.1), "error at the reference amplitude", "mm to cm: from memory", typical=0.002
+    )
+    exponent: Value = parameter(
+        "1", (0, 3), "power of the darkness", "1 is exact for a constant stray phasor, derived", neutral=1.0
+    )
+    ir_reference: Value = parameter(
+        "count", (1e-3, 1e7), "amplitude at which the coefficient is given", "definition", neutral=1000.0
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        if view.ir is None or not np.any(self.coefficient):
+            return np.zeros((), depth.dtype)
+        ir = np.asarray(view.ir, depth.dtype)
+        known = ir > 0
+        reference = np.asarray(self.ir_reference, depth.dtype)
+        dark = np.minimum(reference / np.where(known, ir, reference), MOST)
+        change = self.coefficient * dark ** np.asarray(self.exponent, depth.dtype) / view.stretch
+        return np.where(known, change, 0.0).astype(depth.dtype)

@@ -1,0 +1,33 @@
+"""Column delay: the modulation reaches each column and row of the chip a little later than the one before."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.view import Image, View
+
+
+@dataclass(frozen=True)
+class ColumnDelay(Effect):
+    """A range error that is linear in the image, 0 at the principal point."""
+
+    name: ClassVar[str] = "column_delay"
+    key: ClassVar[str] = "N8"
+    formula: ClassVar[str] = "range_measured = range + slope (u - cx) + slope_v (v - cy)"
+    variables: ClassVar[tuple[str, ...]] = ("u", "v")
+    principles: ClassVar[tuple[str, ...]] = ("itof",)
+
+    slope: Value = parameter(
+        "m/px", (-1e-3, 1e-3), "error from column to column", "mm to cm over an image: from memory", typical=3e-5
+    )
+    slope_v: Value = parameter(
+        "m/px", (-1e-3, 1e-3), "error from row to row", "mm to cm over an image: from memory", typical=-2e-5
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        along_u = self.slope * (view.u - np.float32(view.camera.cx))
+        along_v = self.slope_v * (view.v - np.float32(view.camera.cy))
+        return ((along_u + along_v) / view.stretch).astype(depth.dtype)

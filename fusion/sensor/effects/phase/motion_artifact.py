@@ -1,0 +1,90 @@
+"""Motion artifact: the four phase images of a frame are taken one after another, while what is seen moves on."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter
+from fusion.sensor.phasor import turn
+from fusion.sensor.view import Edges, Image, View
+
+STEPS = np.arange(4)
+
+
+@dataclass(frozen=True)
+class MotionArtifact(Effect):
+    """Four exposures of duration / 4 each, the frame's time in the middle; nothing where velocities are not known.
+
+    Q_k = A_k cos(phase_k - k pi/2), range from atan2(Q_1 - Q_3, Q_0 - Q_2). Towards the camera, phase_k moves on by
+    the velocity: the range changes by about v duration / 8 cos(2 phase). Sideways, a pixel that an edge
+    passes meanwhile sees one side in some of the exposures and the other side in the rest.
+    """
+
+    name: ClassVar[str] = "motion_artifact"
+    key: ClassVar[str] = "I9"
+    formula: ClassVar[str] = "range_measured = range + v_radial duration / 8 cos(2 phase); both sides mixed at edges"
+    variables: ClassVar[tuple[str, ...]] = ("velocity", "edge", "range")
+    principles: ClassVar[tuple[str, ...]] = ("itof",)
+    not_undone: ClassVar[str] = "one depth image does not tell velocities"
+
+    duration: Value = parameter(
+        "s", (0, 0.2), "of all four exposures together", "four phase steps, derived; 125 ms: Drayton 2013", typical=0.02
+    )
+
+    def bias(self, depth: Image, view: View) -> Image:
+        if view.velocity is None or not np.any(self.duration):
+            return np.zeros((), depth.dtype)
+        duration, velocity = float(np.mean(self.duration)), np.nan_to_num(np.asarray(view.velocity, depth.dtype))
+        rays = view.camera.rays()
+        away = velocity[..., 0] * rays[..., 0] + velocity[..., 1] * rays[..., 1] + velocity[..., 2]
+        phase = turn(view) * depth * view.stretch
+        # exact for four steps: Q_1 - Q_3 is the sine half a step late, Q_0 - Q_2 the cosine half a step early
+        late = turn(view) * (duration / 8.0) * away / view.stretch
+        change = _wrapped(np.arctan2(np.sin(phase + late), np.cos(phase - late)) - phase)
+        if view.edges is not None:
+            near = np.flatnonzero(np.isfinite(view.edges.distance) & (view.edges.jump != 0) & np.isfinite(depth))
+            shares = passed(near, velocity, duration, view)
+            cut = np.flatnonzero(shares.any(axis=0))  # pixels that an edge reaches
+            change.flat[near[cut]] = _mixed(near[cut], shares[:, cut], phase, view)
+        return (change / (turn(view) * view.stretch)).astype(depth.dtype)
+
+
+def passed(where: np.ndarray, velocity: Image, duration: float, view: View) -> Image:
+    """Share (4, n) of each exposure in which these pixels (flat indices) see the other side of their edge."""
+    assert view.edges is not None and view.depth is not None
+    camera, edges = view.camera, view.edges
+    v, u = np.divmod(where, camera.width)
+    direction, distance = edges.direction.flat[where], np.maximum(edges.distance.flat[where], 1e-3)
+    # an edge moves with the nearer of its two sides; the other side begins one pixel beyond it
+    beyond = edges.jump.flat[where] < 0
+    reach = np.where(beyond, distance + 1.0, 0.0)
+    u_near = np.clip(np.rint(u + reach * np.cos(direction)), 0, camera.width - 1).astype(np.intp)
+    v_near = np.clip(np.rint(v + reach * np.sin(direction)), 0, camera.height - 1).astype(np.intp)
+    speed = velocity[v_near, u_near]
+    z = view.depth.flat[where] + np.where(beyond, edges.jump.flat[where], 0.0)
+    along_u = (camera.fx * speed[:, 0] - (u - camera.cx) * speed[:, 2]) / z
+    along_v = (camera.fy * speed[:, 1] - (v - camera.cy) * speed[:, 2]) / z
+    coming = -(along_u * np.cos(direction) + along_v * np.sin(direction))  # [px/s] towards the pixel
+    when = distance / np.where(np.abs(coming) > 1e-6, coming, 1e-6)  # [s], negative when it has passed
+    end = (STEPS[:, None] - 1.0) * (duration / 4.0)  # of each exposure, from the middle of the frame
+    after = np.clip((end - when) / (duration / 4.0), 0.0, 1.0)
+    return np.nan_to_num(np.where(when > 0, after, 1.0 - after))
+
+
+def _mixed(where: np.ndarray, shares: Image, phase: Image, view: View) -> Image:
+    """Change of the phase (n,) when the exposures see these shares of the other side."""
+    edges: Edges | None = view.edges
+    assert edges is not None
+    own = phase.flat[where]
+    other = own + turn(view) * edges.jump.flat[where] * view.stretch.flat[where]
+    step = STEPS[:, None] * (np.pi / 2.0)
+    q = (1.0 - shares) * np.cos(own - step) + shares * np.nan_to_num(edges.light.flat[where]) * np.cos(other - step)
+    return _wrapped(np.arctan2(q[1] - q[3], q[0] - q[2]) - own)
+
+
+def _wrapped(angle: Image) -> Image:
+    """The same angle between -pi and pi."""
+    turns = np.rint(angle * (0.5 / float(np.pi)))
+    return angle - 2.0 * float(np.pi) * turns
