@@ -49,14 +49,15 @@ def _speed_across(where: tuple[NDArray, ...], edges: Edges, depth: Image, view: 
     """Speed (n,) [px/s] in the image at which the edges nearest to some pixels move across themselves."""
     assert view.velocity is not None
     v, u = where
+    camera, distance, jump = view.camera, edges.distance[where], edges.jump[where]
     right, down = np.cos(edges.direction[where]), np.sin(edges.direction[where])
     # the surface in front: the pixel's own, or that of the first pixel across the edge
-    reach = np.where(edges.jump[where] < 0, edges.distance[where] + 1.0, 0.0)
+    reach = np.where(jump < 0, distance + 1.0, 0.0)
     row = np.clip(np.rint(v + reach * down), 0, depth.shape[0] - 1).astype(int)
     column = np.clip(np.rint(u + reach * right), 0, depth.shape[1] - 1).astype(int)
-    x, y, z = np.nan_to_num(view.velocity[row, column]).T
-    rays = view.camera.rays()[row, column]
-    front = depth[where] + np.minimum(edges.jump[where], 0)
-    # d(X/Z)/dt = (velocity_x - ray_x velocity_z) / Z
-    speed = view.camera.fx * (x - rays[:, 0] * z) * right + view.camera.fy * (y - rays[:, 1] * z) * down
-    return np.nan_to_num(np.abs(speed / front))
+    velocity_x, velocity_y, velocity_z = np.nan_to_num(view.velocity[row, column]).T
+    ray_x, ray_y = camera.rays()[v, u].T + distance * (right / camera.fx, down / camera.fy)  # of the edge
+    # d(X / Z) / dt = (velocity_x - ray_x velocity_z) / Z
+    speed_u = camera.fx * (velocity_x - ray_x * velocity_z)
+    speed_v = camera.fy * (velocity_y - ray_y * velocity_z)
+    return np.nan_to_num(np.abs((speed_u * right + speed_v * down) / (depth[where] + np.minimum(jump, 0))))
