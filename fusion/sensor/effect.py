@@ -78,6 +78,14 @@ class Effect:
         """Standard deviation (h, w) [m] behind this effect, `sigma` in front of it; independent unless overridden."""
         return np.hypot(sigma, self.noise(depth, view)) if self.changes("noise") else sigma
 
+    def repeated(self, mean: Image, sigma: Image, view: View) -> tuple[Image, Image]:
+        """Mean and standard deviation (h, w) [m] of repeated frames behind this effect, from those in front of it.
+
+        What is frozen shows in the mean and not in the spread.
+        """
+        behind = sigma if self.frozen else self.spread(sigma, mean, view)
+        return mean + self.bias(mean, view), behind
+
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         """One draw (h, w) [m] with mean 0 and the standard deviation `noise`; normal unless overridden."""
         if self.frozen or not self.changes("noise"):

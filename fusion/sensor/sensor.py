@@ -10,13 +10,13 @@ from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
+from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
 from fusion.sensor.moving import CameraEffect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import BASELINE_M, Image, View
 
 SMALLEST_SIGMA = 1e-5  # [m] weights stay finite for a sensor without noise
 CONVERGED = 1e-6  # [m] a tenth of what `correct` promises
-IR_AT_1M = 1000.0  # [count] guess: a white frontal surface at 1 m, where the model does not say
 MOST_STEPS = 80  # at slope 0.5, the steepest an effect declares, 20 halve 1 m to 1 micrometre; slower ones give up
 
 
@@ -103,9 +103,17 @@ class Sensor:
         with np.errstate(all="ignore"):
             return np.nan_to_num((1.0 - self.dropout(depth, view)) / sigma**2).astype(depth.dtype)
 
-    def spread(self, depth: Image, view: View) -> NDArray[np.floating]:
-        """Standard deviation (h, w) [m] of a depth image whose view is known."""
-        return self._sigma(_floating(depth), self._view(view, depth))
+    def repeated(self, depth: Image, view: View) -> tuple[Image, Image]:
+        """Mean and standard deviation (h, w) [m] of repeated frames of a true depth image: what is frozen repeats."""
+        mean, view = _floating(depth), self._view(view, depth)
+        self._check_maps(mean.shape)
+        sigma = np.where(np.isfinite(mean), np.zeros((), mean.dtype), np.nan)
+        with np.errstate(all="ignore"):
+            for effect in self.effects:
+                if effect.name not in view.done:
+                    mean, sigma = effect.repeated(mean, sigma, view)
+                    mean = _valid(mean)
+        return mean, sigma
 
     def dropout(self, depth: Image, view: View) -> Image:
         """Probability (h, w) that a pixel has no value, of all effects together."""

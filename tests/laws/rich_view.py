@@ -24,7 +24,8 @@ def rich_view(kind: type[Effect] | None = None, placement: int = 5) -> View:
 
     The principle is one that the effect can have.
     """
-    principle = (kind.principles if kind else ())[:1] or ("structured_light",)
+    of_light = kind is not None and (kind.__module__.split(".")[-2] in ("light", "phase"))
+    principle = (kind.principles if kind else ()) or (("itof",) if of_light else ("structured_light",))
     camera = replace(CAMERA, principle=principle[0])
     u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
     rays = np.dstack([camera.rays(), np.ones((HEIGHT, WIDTH))])
@@ -39,10 +40,10 @@ def rich_view(kind: type[Effect] | None = None, placement: int = 5) -> View:
     reflectance = np.where((u // 8 + v // 6) % 2 == 0, 0.25, 0.8)
     indirect = Indirect(0.1 * np.exp(-u / 20.0), np.full(u.shape, 0.15) + 0.002 * v)
     moment = Moment(
-        time=900.0,
+        time=900.003,  # between two zeros of the mains' light
         temperature=33.0,
         ambient=5000.0,
-        table_angle=0.7,
+        table_angle=2.0,
         axis_point=np.array([0.05, 0.1, 1.3]),
         axis_direction=np.array([0.0, -0.9, -np.sqrt(1 - 0.81)]),
         previous=depth + 0.01,
@@ -58,7 +59,7 @@ def rich_view(kind: type[Effect] | None = None, placement: int = 5) -> View:
         edges=_edges(u, v, near),
         lit=np.where((u > 36) & (u < 41) & (v > TOP) & (v < BOTTOM), 0.0, 1.0),
         indirect=indirect,
-        velocity=np.dstack([np.full(u.shape, 0.2), 0.002 * u, np.full(u.shape, 0.1)]),
+        velocity=np.dstack([np.full(u.shape, 0.8), 0.002 * u, np.full(u.shape, 0.1)]),
         turning=u < 50,
         moment=moment,
         baseline=BASELINE,

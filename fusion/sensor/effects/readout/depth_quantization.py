@@ -1,9 +1,11 @@
 """Depth quantisation: depths come in steps, of length or of disparity."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
+from scipy.special import ndtr
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
@@ -16,6 +18,8 @@ class DepthQuantization(Effect):
 
     name: ClassVar[str] = "depth_quantization"
     key: ClassVar[str] = "N1"
+    formula: ClassVar[str] = "d_measured = step_px round(d / step_px);  z_measured = step round(z / step)"
+    variables: ClassVar[tuple[str, ...]] = ("depth",)
     not_undone: ClassVar[str] = "rounding loses what it rounds off; it counts as noise of step / sqrt(12)"
     frozen: ClassVar[bool] = True
 
@@ -44,3 +48,31 @@ class DepthQuantization(Effect):
     def noise(self, depth: Image, view: View) -> Image:
         in_depth = self.step_px * depth**2 / view.focal_baseline
         return np.hypot(in_depth, self.step) / np.sqrt(12.0) + 0.0 * depth
+
+    def repeated(self, mean: Image, sigma: Image, view: View) -> tuple[Image, Image]:
+        """Noise in front of the rounding makes its mean smooth: exact for normal noise."""
+        if np.any(self.step_px):
+            slope = view.focal_baseline / mean**2  # px of disparity per m
+            d, spread = rounded(view.focal_baseline / mean / self.step_px, sigma * slope / self.step_px)
+            mean = view.focal_baseline / (np.maximum(d, 1) * self.step_px)
+            sigma = spread * self.step_px / slope
+        if np.any(self.step):
+            z, spread = rounded(mean / self.step, sigma / self.step)
+            mean, sigma = z * self.step, spread * self.step
+        return mean, sigma
+
+
+def rounded(mean: Image, sigma: Image) -> tuple[Image, Image]:
+    """Mean and standard deviation of round(x) for normal x; beyond sigma = 1 rounding is only more noise."""
+    base = np.round(mean)
+    wide = np.clip(sigma, 1e-6, 1.0)
+    reach = np.arange(-4, 5)
+    below = [ndtr((k - 0.5 - (mean - base)) / wide) for k in (*reach, reach[-1] + 1)]
+    shares = [high - low for low, high in pairwise(below)]
+    first = sum(k * share for k, share in zip(reach, shares, strict=True))
+    second = sum(k * k * share for k, share in zip(reach, shares, strict=True))
+    coarse = np.asarray(sigma) > 1.0
+    return (
+        np.where(coarse, mean, base + first),
+        np.where(coarse, np.sqrt(sigma**2 + 1 / 12), np.sqrt(np.maximum(second - np.square(first), 0.0))),
+    )
