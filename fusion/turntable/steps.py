@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 LEAST_SLIP = np.deg2rad(1.0)  # less cannot be told from uneven steps
-SURE = 4.0  # standard deviations of the step's own noise, from the fit of its two frames
+SURE = 4.0  # standard deviations of the step's own noise: some frames are known worse than others
+COUNTS = 4  # steps that the fit's own figure counts for, beside the spread of the steps seen (guess)
 UNUSUAL = 6.0  # robust standard deviations of all steps: how evenly this table turns
 BESIDE = 3  # frames on either side that must agree that the object stayed turned
 
@@ -96,6 +97,10 @@ def _limits(excess: Array, angle_std: Array) -> Array:
     spread *= 1 + 4 / max(len(excess), 1)
     variance = np.nan_to_num(angle_std) ** 2
     own = np.sqrt(variance[1:] + variance[:-1])
+    # the fit's figures count from the first frame and are careful: the more steps there are, the more count these
+    said = float(np.median(own))
+    if said > spread:
+        own *= np.sqrt((len(excess) * spread**2 + COUNTS * said**2) / (len(excess) + COUNTS)) / said
     return np.asarray(np.maximum(np.maximum(UNUSUAL * spread, LEAST_SLIP), SURE * own))
 
 

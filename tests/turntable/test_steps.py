@@ -114,3 +114,10 @@ def test_a_slip_between_badly_known_frames_is_not_claimed():
     assert judge_steps(angles, std).slips == ()
     std[[24, 25]] = np.deg2rad(0.2)  # and here 7
     assert [s.frame for s in judge_steps(angles, std).slips] == [25]
+
+
+def test_a_careful_fit_does_not_hide_a_slip():
+    """Standard deviations that count from the first frame are larger than what the steps themselves show."""
+    angles = turned(noise=0.1)
+    angles[25:] += np.deg2rad(3.0)
+    assert [s.frame for s in judge_steps(angles, np.full(N, np.deg2rad(1.0))).slips] == [25]
