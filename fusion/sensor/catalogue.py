@@ -6,16 +6,10 @@ from fusion.sensor.parameter import parameters, settings
 
 _NAMES_ONLY = {
     "depth_color_misregistration": "rotation:rad translation:m",
-    "fixed_pattern": "rms:m map:m",
-    "amplitude_dropout": "ir_threshold:count width:count",
-    "saturation": "ir_threshold:count",
-    "temporal_filtering": "memory:1",
-    "temperature_drift": "coefficient:m/K|px/K reference_temperature:degC amplitude:m|px time_constant:s",
     "reference_shape_error": "map:m",
     "tracking_drift": "rate_m:m/frame rate_rad:rad/frame",
     "tsdf_bias": "truncation:m",
     "voxelization": "voxel:m",
-    "tabulated": "variables: grid: values:m|px",
 }
 
 IMPLEMENTED = {kind.name: kind for kind in EFFECTS}

@@ -1,7 +1,9 @@
-"""Depth offset: every depth too long by the same length."""
+"""Depth offset: every distance too long by the same length."""
 
 from dataclasses import dataclass
 from typing import ClassVar
+
+import numpy as np
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
@@ -10,13 +12,15 @@ from fusion.sensor.view import Image, View
 
 @dataclass(frozen=True)
 class DepthOffset(Effect):
-    """z_measured = z + offset: the sensor's depth origin is not where the camera model puts it."""
+    """The origin of the distances is not where the camera model puts it; along the ray for time of flight."""
 
     name: ClassVar[str] = "depth_offset"
+    formula: ClassVar[str] = "z_measured = z + offset; itof: r_measured = r + offset"
+    variables: ClassVar[tuple[str, ...]] = ()
 
     offset: Value = parameter(
         "m", (-0.5, 0.5), "depth measured at true depth 0", "Fankhauser 2015, section on depth distortion"
     )
 
     def bias(self, depth: Image, view: View) -> Image:
-        return self.offset + 0.0 * depth
+        return np.asarray(self.offset, depth.dtype) * view.along_ray

@@ -67,6 +67,6 @@ def _steps(columns: NDArray[np.floating], steps: NDArray[np.floating], u: NDArra
 def _frozen_steps(width: int, unit: int) -> NDArray[np.float64]:
     """(1, w) BANDS jumps of +-1 at random columns, with mean 0."""
     rng = np.random.default_rng([unit, *b"vertical_banding"])
-    columns, signs = rng.uniform(-0.5, width - 0.5, BANDS), rng.choice([-1.0, 1.0], BANDS)
-    bands = _steps(columns, signs, np.arange(width)[None, :])
+    columns, signs = rng.uniform(-0.5, width - 0.5, BANDS), np.sign(rng.uniform(-1, 1, BANDS))
+    bands = _steps(columns, signs, np.arange(float(width))[None, :])
     return bands - bands.mean()

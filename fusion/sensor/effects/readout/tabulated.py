@@ -1,0 +1,94 @@
+"""Tabulated: an error that is measured but has no name yet, as a table over what it was seen to depend on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import SensorError
+from fusion.sensor.disparity import depth_change, disparity
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Value, parameter, setting
+from fusion.sensor.table import interpolated
+from fusion.sensor.view import Image, View
+
+# each variable as an array that broadcasts to (h, w), or None where it is not known
+VARIABLES: dict[str, Callable[[Image, View], Any]] = {
+    "depth": lambda depth, view: depth,
+    "range": lambda depth, view: depth * view.stretch,
+    "disparity": disparity,
+    "u": lambda depth, view: view.u,
+    "v": lambda depth, view: view.v,
+    "radius": lambda depth, view: view.radius,
+    "incidence": lambda depth, view: view.incidence,
+    "amplitude": lambda depth, view: view.ir,
+    "reflectance": lambda depth, view: view.reflectance,
+    "edge": lambda depth, view: None if view.edges is None else view.edges.distance,
+    "time": lambda depth, view: view.moment.time,
+    "temperature": lambda depth, view: view.moment.temperature,
+    "table_angle": lambda depth, view: view.moment.table_angle,
+    "ambient": lambda depth, view: view.moment.ambient,
+}
+MOST = 6  # variables: every one doubles the work
+STEEPEST = 0.5  # m of error per m, or px per px: beyond, the fixed point of the correction may not settle
+
+
+@dataclass(frozen=True)
+class Tabulated(Effect):
+    """Length (along the ray for time of flight), or disparity, plus a table's value, interpolated linearly.
+
+    Outside its grid the table is held. Where a variable is not known, nothing changes.
+    """
+
+    name: ClassVar[str] = "tabulated"
+    formula: ClassVar[str] = "length or disparity + table(variables)"
+
+    variables: tuple[str, ...] = setting("words", "what the table depends on, " + ", ".join(VARIABLES))  # type: ignore[misc]
+    grid: tuple[tuple[float, ...], ...] = setting("numbers", "increasing values of each variable")
+    values: Value = parameter("m", (-1, 1), "error of the length", "measured", "m", typical=0.01, kind="table")
+    values_px: Value = parameter(
+        "px", (-2, 2), "error of the disparity", "measured", "px", typical=0.1, kind="table", label="values"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        unknown = [name for name in self.variables if name not in VARIABLES]
+        if unknown or len(self.variables) > MOST:
+            raise SensorError(
+                "a table cannot depend on these variables",
+                found=", ".join(self.variables)[:60],
+                expected=f"at most {MOST} of " + ", ".join(VARIABLES),
+            )
+        if len(self.grid) != len(self.variables) or any(np.any(np.diff(nodes) <= 0) for nodes in self.grid):
+            expected = f"{len(self.variables)} lists of increasing numbers, one per variable"
+            raise SensorError("the grid of a table is wrong", found=f"{len(self.grid)} lists", expected=expected)
+        shape = tuple(len(nodes) for nodes in self.grid)
+        for values in (self.values, self.values_px):
+            if np.shape(values) not in ((), shape):
+                raise SensorError("a table does not fit its grid", found=np.shape(values), expected=shape)
+
+    def bias(self, depth: Image, view: View) -> Image:
+        change: Image = np.zeros((), depth.dtype)
+        at = [VARIABLES[name](depth, view) for name in self.variables]
+        if any(x is None for x in at):
+            return change
+        if np.any(self.values):
+            change = self._at(np.asarray(self.values), at, depth) * view.along_ray
+        if np.any(self.values_px):
+            change = change + depth_change(depth, self._at(np.asarray(self.values_px), at, depth), view)
+        return change
+
+    def left(self) -> str:
+        for own, table in (({"depth", "range"}, self.values), ({"disparity"}, self.values_px)):
+            for axis, (name, nodes) in enumerate(zip(self.variables, self.grid, strict=True)):
+                if name in own and np.ndim(table) and len(nodes) > 1:
+                    rise = np.moveaxis(np.diff(table, axis=axis), axis, -1) / np.diff(nodes)
+                    if np.max(np.abs(rise)) >= STEEPEST:
+                        return f"the table is steeper along {name} than can be undone"
+        return ""
+
+    def _at(self, table: NDArray[np.floating], at: list[Any], depth: Image) -> Image:
+        value = interpolated(table, self.grid, at) if table.ndim else table
+        return np.nan_to_num(value).astype(depth.dtype)
