@@ -153,6 +153,8 @@ class TestDefocus:
             near_light, far_light = (np.exp(2j * np.pi * z * stretch / view.wavelength) for z in (near, far))
             both = light * share * near_light + (1 - share) * far_light
             expected = near + np.angle(both / near_light) * view.wavelength / (2 * np.pi * stretch)
+            arriving = Defocus(width).light(np.where(view.depth == near, 0.7 * light, 0.7), view.depth, view)
+            assert np.abs(arriving[24] - 0.7 * np.abs(both)).max() < 3.2e-5 * (1 + light)  # as below
         else:
             expected = (light * share * near + (1 - share) * far) / (light * share + 1 - share)
         # beyond four widths the other side is left out: 3.2e-5 of a light up to five times the own, of 0.3 m

@@ -29,11 +29,17 @@ class Defocus(Effect):
     )
 
     def bias(self, depth: Image, view: View) -> Image:
-        if view.edges is None or not np.any(self.width):
-            return np.zeros((), depth.dtype)
-        width = np.broadcast_to(np.asarray(self.width, depth.dtype), depth.shape)
-        # four standard deviations away 3e-5 of the light is left; beyond it the edge counts as out of sight
-        where = np.nonzero(view.edges.distance < 4 * width)
+        return mixed(self._share(depth, view), depth, view)[0]
+
+    def light(self, amplitude: Image, depth: Image, view: View) -> Image:
+        return amplitude * mixed(self._share(depth, view), depth, view)[1]
+
+    def _share(self, depth: Image, view: View) -> Image:
+        """Share (h, w) of what a pixel sees that lies across its nearest edge."""
         share = np.zeros_like(depth)
-        share[where] = ndtr(-view.edges.distance[where] / width[where])
-        return mixed(share, depth, view)
+        if view.edges is not None and np.any(self.width):
+            width = np.broadcast_to(np.asarray(self.width, depth.dtype), depth.shape)
+            # four standard deviations away 3e-5 of the light is left; beyond it the edge counts as out of sight
+            where = np.nonzero(view.edges.distance < 4 * width)
+            share[where] = ndtr(-view.edges.distance[where] / width[where])
+        return share

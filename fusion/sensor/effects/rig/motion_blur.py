@@ -34,15 +34,22 @@ class MotionBlur(Effect):
     )
 
     def bias(self, depth: Image, view: View) -> Image:
+        return mixed(self._share(depth, view), depth, view)[0]
+
+    def light(self, amplitude: Image, depth: Image, view: View) -> Image:
+        return amplitude * mixed(self._share(depth, view), depth, view)[1]
+
+    def _share(self, depth: Image, view: View) -> Image:
+        """Share (h, w) of the exposure in which a pixel sees what lies across its nearest edge."""
+        share = np.zeros_like(depth)
         if view.edges is None or view.velocity is None or not self.shutter:
-            return np.zeros((), depth.dtype)
+            return share
         where = np.nonzero(np.isfinite(view.edges.distance) & (view.edges.jump != 0) & np.isfinite(depth))
         smear = self.shutter * _speed_across(where, view.edges, depth, view)
-        share = np.zeros_like(depth)
         with np.errstate(divide="ignore", invalid="ignore"):
             part = 0.5 - view.edges.distance[where] / smear  # 0/0 where nothing moves
         share[where] = np.clip(np.nan_to_num(part), 0.0, 0.5)
-        return mixed(share, depth, view)
+        return share
 
 
 def _speed_across(where: tuple[NDArray, ...], edges: Edges, depth: Image, view: View) -> NDArray[np.floating]:
