@@ -26,7 +26,7 @@ class AmbientFlicker(Effect):
     variables: ClassVar[tuple[str, ...]] = ("time", "ambient", "range")
 
     amplitude: Value = parameter(
-        "1", (0, 1), "swing of the light over its smallest value, half from dark to bright", "guess", typical=0.3
+        "1", (0, 1), "swing of the light over its smallest value, half from dark to bright", "guess", typical=1.0
     )
     frequency: Value = parameter(
         "Hz", (0, 1000), "of the light: twice that of the mains", "100 or 120 Hz", neutral=100.0

@@ -17,8 +17,8 @@ SIGMA_1M, SIGMA_LUX, SIGMA_REFLECTANCE = 0.001, 6000.0, 0.8
 # Added noise beyond which a phase is refused: 73 % valid at 1 m, 45 deg and none at 2.8 m in the sun, all of them
 # in overcast light (Fankhauser, table II); the sharpness is a guess that suits both
 REFUSED, SHARPNESS = 0.023, 8
-# Triangulation: light that equals the pattern's at 1 m, which spreads with z^2; all three are guesses
-EQUAL_LUX, SIGMA_PX, LOST_AT = 30_000.0, 0.05, 2.0
+# Triangulation: light that equals the pattern's at 1 m, which spreads with z^2, and doubles the variance: all guesses
+EQUAL_LUX, SIGMA_PX, LOST_AT = 30_000.0, 0.08, 2.0
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class AmbientLight(Effect):
     key: ClassVar[str] = "N12"
     formula: ClassVar[str] = (
         "itof: sigma_range = 1 mm range^2 sqrt(g(E) / g(6 klx)) / (sqrt(reflectance / 0.8) cos(incidence)), "
-        "g = E (1 + E / 1 klx); triangulation: sigma_disparity = 0.05 px sqrt(E z^2 / 30 klx)"
+        "g = E (1 + E / 1 klx); triangulation: sigma_disparity = 0.08 px sqrt(E z^2 / 30 klx)"
     )
     variables: ClassVar[tuple[str, ...]] = ("ambient", "range", "incidence", "reflectance")
 

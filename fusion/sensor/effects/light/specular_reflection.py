@@ -14,10 +14,10 @@ from fusion.sensor.view import Image, View
 class SpecularReflection(Effect):
     """A Phong lobe about the mirror direction, the lamp being at the camera: it leaves the ray by twice the incidence.
 
-    The light is shared: a lobe of peak `strength` over the diffuse light takes 2 strength / (exponent + 2) times the
-    power of the diffuse part [D: the integral of cos^n over the half sphere], which is missing outside the lobe. The
-    surface is taken as a mosaic of which that share is a mirror, and a mirror gives no value outside the lobe. Too
-    much light inside it is the matter of `saturation`; ghosts at the mirrored place are left out.
+    The light is shared: a lobe of peak `strength` over the diffuse light takes 2 strength / (exponent + 1) times the
+    power of the diffuse part, which is missing outside the lobe (derived: their integrals over the half sphere are
+    2 pi / (n + 1) and pi). The surface is taken as a mosaic of which that share is a mirror, and a mirror gives no
+    value outside the lobe. Too much light inside it is the matter of `saturation`; ghosts are left out.
     """
 
     name: ClassVar[str] = "specular_reflection"
@@ -52,7 +52,7 @@ class SpecularReflection(Effect):
 
     def _mirror(self) -> Value:
         """Share of the returned power that the lobe takes [1]."""
-        taken = 2.0 * self.strength / (self.exponent + 2.0)
+        taken = 2.0 * self.strength / (self.exponent + 1.0)
         return taken / (1.0 + taken)
 
     def _lobe(self, depth: Image, view: View) -> Image:
