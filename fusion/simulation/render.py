@@ -2,7 +2,7 @@
 
     caster = RayCaster(mesh)                                  # once per mesh
     view = caster.view(camera, T_world_camera)                # depth, incidence, normals, colour, reflectance
-    view = caster.view(camera, T_world_camera, Channels(edges=True, lit=-0.075))
+    view = caster.view(camera, T_world_camera, Channels(edges=True, lit=-0.075, indirect=Bounce()))
 
 Things that move against each other are bodies, and one picture:
 
@@ -22,6 +22,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.sensor.view import View, incidence_of
 from fusion.simulation.casting import Body, Floats, Hits, PreparedMesh, Stage
 from fusion.simulation.edges import edges_of
+from fusion.simulation.indirect import Bounce, indirect_of
 from fusion.simulation.motion import velocity_of
 from fusion.simulation.shadow import lit_of
 
@@ -36,12 +37,14 @@ class Channels:
         lit: where the projector or lamp stands: x [m] in the camera frame, negative to the left of the camera
             (Kinect v1: -0.075), 0 at the camera; None leaves the channel out.
         motion: velocity, and what stands on the turntable.
+        indirect: how light of one bounce is computed; None leaves the channel out. Needs the reflectance.
     """
 
     color: bool = True
     edges: bool = False
     lit: float | None = None
     motion: bool = False
+    indirect: Bounce | None = None
 
 
 def render(mesh: Mesh, camera: Camera, T_world_camera: Array, channels: Channels | None = None) -> View:
@@ -75,11 +78,13 @@ def view_of(
     rays = camera.rays()
     directions = np.dstack([rays, np.ones(camera.shape, np.float32)]).reshape(-1, 3)
     hits = stage.first(directions)
-    view, flat = _seen(camera, stage, directions, hits, channels.color)
+    view, flat = _seen(camera, stage, directions, hits, channels.color or channels.indirect is not None)
     if channels.edges:
         view = replace(view, edges=edges_of(view, flat, stage))
     if channels.lit is not None:
         view = replace(view, lit=lit_of(view, flat, stage, channels.lit))
+    if channels.indirect is not None:
+        view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect))
     if channels.motion:
         turning = np.array([body.turning for body in bodies] + [False])[hits.body] & np.isfinite(hits.t)
         velocity = velocity_of(view, stage, hits.body.reshape(camera.shape), camera_twist)

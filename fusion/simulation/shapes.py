@@ -11,17 +11,19 @@ Points = NDArray[np.float64]
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:
-    """Several coloured meshes as one; vertex normals are kept when all have them."""
+    """Several coloured meshes as one; vertex normals and scalars are kept when all have them."""
     if not meshes:
         return Mesh(np.zeros((0, 3)), colors=np.zeros((0, 3), np.uint8))
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
     grey = [np.full(mesh.vertices.shape, 180, np.uint8) if mesh.colors is None else mesh.colors for mesh in meshes]
     normals = [mesh.normals for mesh in meshes if mesh.normals is not None]
+    shared = set.intersection(*(set(mesh.scalars) for mesh in meshes))
     return Mesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
         np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int32),
         np.concatenate(normals) if len(normals) == len(meshes) else None,
         np.concatenate(grey),
+        {name: np.concatenate([mesh.scalars[name] for mesh in meshes]) for name in meshes[0].scalars if name in shared},
     )
 
 
