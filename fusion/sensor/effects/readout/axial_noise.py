@@ -23,6 +23,11 @@ class AxialNoise(Effect):
 
     name: ClassVar[str] = "axial_noise"
     key: ClassVar[str] = "N2, N3"
+    formula: ClassVar[str] = (
+        "sigma = c0 + c1 z + c2 z^2 + angle z^angle_exponent theta^2 / (pi/2 - theta)^2 + sunlight z^2 cos theta; "
+        "with IR sigma_r = sqrt(shot^2 q + floor^2 q^2), q = ir_reference / IR; and sigma_px z^2 / (fx b)"
+    )
+    variables: ClassVar[tuple[str, ...]] = ("depth", "incidence", "amplitude")
 
     c0: Value = parameter("m", (-1, 1), "constant term", f"{NGUYEN}; {FANKHAUSER}", "depth", typical=0.002)
     c1: Value = parameter("1", (-1, 1), "factor of z", f"{NGUYEN}; {FANKHAUSER}", "depth", typical=0.001)
@@ -63,11 +68,13 @@ class AxialNoise(Effect):
     )
 
     def noise(self, depth: Image, view: View) -> Image:
-        shape = self._shape(depth, view)
+        sigma = self._shape(depth, view)
         if np.any(self.ir_reference) and view.ir is not None:
-            shape = np.where(np.asarray(view.ir) > 0, self._amplitude(view), shape)
-        disparity = self.sigma_px * depth**2 / view.focal_baseline
-        return np.hypot(shape, disparity) + 0.0 * depth
+            ir = np.asarray(view.ir, depth.dtype)
+            sigma = np.where(ir > 0, self._amplitude(ir, view), sigma)
+        if np.any(self.sigma_px):
+            sigma = np.hypot(sigma, self._number("sigma_px", depth) / depth.dtype.type(view.focal_baseline) * depth**2)
+        return sigma
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         width = float(np.mean(self.correlation_px))
@@ -76,17 +83,22 @@ class AxialNoise(Effect):
 
     def _shape(self, z: Image, view: View) -> Image:
         """The polynomial with its angle and sunlight terms (h, w) [m]; 0 where it would be negative."""
-        sigma = self.c0 + self.c1 * z + self.c2 * z**2
-        if view.incidence is not None and (np.any(self.angle) or np.any(self.sunlight)):
-            # a pixel of unknown tilt counts as frontal
-            theta = np.minimum(np.nan_to_num(view.incidence), STEEPEST)
-            sigma = sigma + self.angle * z**self.angle_exponent * (theta / (np.pi / 2 - theta)) ** 2
-            sigma = sigma + self.sunlight * z**2 * np.cos(theta)
-        elif np.any(self.sunlight):
-            sigma = sigma + self.sunlight * z**2
-        return np.maximum(sigma, 0.0)
+        c0, c1, c2 = (self._number(name, z) for name in ("c0", "c1", "c2"))
+        sigma = c0 + z * (c1 + c2 * z)
+        tilted = view.incidence is not None and (np.any(self.angle) or np.any(self.sunlight))
+        # a pixel of unknown tilt counts as frontal
+        theta = np.minimum(np.nan_to_num(view.incidence), STEEPEST).astype(z.dtype) if tilted else np.zeros((), z.dtype)
+        if np.any(self.angle):
+            tilt = theta / (z.dtype.type(np.pi / 2) - theta)
+            sigma = sigma + self._number("angle", z) * z ** self._number("angle_exponent", z) * (tilt * tilt)
+        if np.any(self.sunlight):
+            sigma = sigma + self._number("sunlight", z) * z**2 * np.cos(theta)
+        return np.maximum(sigma, 0)
 
-    def _amplitude(self, view: View) -> Image:
+    def _amplitude(self, ir: Image, view: View) -> Image:
         """sqrt(shot^2 q + floor^2 q^2) of the radial distance, q = ir_reference / IR, as depth (h, w) [m]."""
-        q = self.ir_reference / np.maximum(np.asarray(view.ir, float), 1e-9)
-        return np.sqrt(self.shot**2 * q + self.floor**2 * q**2) / view.stretch
+        q = self._number("ir_reference", ir) / np.maximum(ir, 1e-9)
+        return np.sqrt(q * (self._number("shot", ir) ** 2 + self._number("floor", ir) ** 2 * q)) / view.stretch
+
+    def _number(self, name: str, like: Image) -> Image:
+        return np.asarray(getattr(self, name), like.dtype)

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ndtr
 
+from fusion.sensor.disparity import disparity
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -37,17 +38,21 @@ class DepthQuantization(Effect):
 
     def bias(self, depth: Image, view: View) -> Image:
         rounded = depth
-        if np.any(self.step_px):
-            fb = view.focal_baseline
+        step, step_px = np.asarray(self.step, depth.dtype), np.asarray(self.step_px, depth.dtype)
+        if np.any(step_px):
             # a depth so large that its disparity rounds to 0 is held at one step
-            rounded = fb / (np.maximum(np.round(fb / depth / self.step_px), 1) * self.step_px)
-        if np.any(self.step):
-            rounded = np.round(rounded / self.step) * self.step
+            whole = np.maximum(np.round(disparity(depth, view) / step_px), 1)
+            rounded = depth.dtype.type(view.focal_baseline) / (whole * step_px)
+        if np.any(step):
+            rounded = np.round(rounded / step) * step
         return rounded - depth
 
     def noise(self, depth: Image, view: View) -> Image:
-        in_depth = self.step_px * depth**2 / view.focal_baseline
-        return np.hypot(in_depth, self.step) / np.sqrt(12.0) + 0.0 * depth
+        step, step_px = np.asarray(self.step, depth.dtype), np.asarray(self.step_px, depth.dtype)
+        if not np.any(step_px):
+            return step / 12**0.5
+        in_depth = step_px / depth.dtype.type(view.focal_baseline) * depth**2
+        return np.hypot(in_depth, step) / 12**0.5
 
     def repeated(self, mean: Image, sigma: Image, view: View) -> tuple[Image, Image]:
         """Noise in front of the rounding makes its mean smooth: exact for normal noise."""
