@@ -6,6 +6,8 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.made
 # each is run, not only looked up: a version manager may put names on the path that fail when they are called
 PYTHONS ?= python3.13 python3.12 python3.11 python3 python
+# a file stays with one worker: its fixtures and kernels are made once; more than four workers mostly import
+SPREAD ?= -n auto --maxprocesses 4 --dist loadfile
 
 .PHONY: demo test slow real lint types environment clean
 
@@ -13,7 +15,7 @@ demo: $(STAMP)
 	$(BIN)/fusion demo -o out/demo
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -m "not real and not slow"
+	$(BIN)/python -m pytest -m "not real and not slow" $(SPREAD)
 
 slow: $(STAMP)
 	$(BIN)/python -m pytest -m "slow and not real"

@@ -7,6 +7,9 @@ import pytest
 
 # figures are drawn to files; a test machine has no screen
 os.environ.setdefault("MPLBACKEND", "Agg")
+if "PYTEST_XDIST_WORKER" in os.environ:  # workers fill the cores already: threads inside them would only wait
+    for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "TI_CPU_MAX_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")
 
 PROJECT = Path(__file__).resolve().parent.parent
 
