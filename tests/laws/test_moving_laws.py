@@ -1,18 +1,20 @@
 """Laws of every effect that moves rays or surfaces: its bias is the exact picture of a plane, to first order."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from rich_view import rich_view
+from rich_view import rich_view, sensor_of
 
 from fusion.geometry.pose import exp
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
+from fusion.sensor.effects.optics import OPTICS
+from fusion.sensor.effects.rig import RIG
 from fusion.sensor.effects.rig.pose_jitter import PoseJitter
 from fusion.sensor.moving import CameraEffect, RigEffect
 from fusion.sensor.parameter import parameters
-from fusion.sensor.view import View, incidence_of, stretch
+from fusion.sensor.view import Edges, View, incidence_of, stretch
 
 CAMERAS = [kind for kind in EFFECTS if issubclass(kind, CameraEffect)]
 RIGS = [kind for kind in EFFECTS if issubclass(kind, RigEffect)]
@@ -124,3 +126,20 @@ def test_shake_is_a_motion_too(view):
     expected = depth_of(T[:3, :3] @ NORMAL, T[:3, :3] @ POINT + T[:3, 3], view.camera) - view.depth
     drawn = effect.draw(view.depth, view, np.random.default_rng(4))
     assert np.abs(drawn - expected).max() < 0.02 * np.abs(expected).max()  # a few mrad at up to 70 deg of incidence
+
+
+@pytest.mark.parametrize("kind", [*RIG, *OPTICS], ids=lambda kind: kind.name)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 0.0])
+def test_holes_in_what_is_known_leave_no_holes_in_the_depth(kind, bad):
+    view = rich_view(kind)
+    rng = np.random.default_rng(0)
+
+    def holey(image):
+        lost = rng.random(view.depth.shape) < 0.2
+        return np.where(lost[..., None] if image.ndim == 3 else lost, bad, image)
+
+    edges = Edges(*(holey(getattr(view.edges, about.name)) for about in fields(Edges)))
+    view = replace(view, normals=holey(view.normals), velocity=holey(view.velocity), edges=edges)
+    sensor, there = sensor_of(sized(kind, 1.0)), np.isfinite(view.depth)
+    assert np.isfinite(sensor.predict(view.depth, view)[there]).all()
+    assert np.isfinite(sensor.sample(view.depth, view, None, rng)[there]).all()

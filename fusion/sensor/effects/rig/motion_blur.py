@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fusion.sensor.edge_motion import speed_of_edges
 from fusion.sensor.effect import Effect
 from fusion.sensor.mixing import mixed
 from fusion.sensor.parameter import parameter
-from fusion.sensor.view import Edges, Image, View
+from fusion.sensor.view import Image, View
 
 
 @dataclass(frozen=True)
@@ -44,27 +44,9 @@ class MotionBlur(Effect):
         share = np.zeros_like(depth)
         if view.edges is None or view.velocity is None or not self.shutter:
             return share
-        where = np.nonzero(np.isfinite(view.edges.distance) & (view.edges.jump != 0) & np.isfinite(depth))
-        smear = self.shutter * _speed_across(where, view.edges, depth, view)
+        where = np.flatnonzero(np.isfinite(view.edges.distance) & (view.edges.jump != 0) & np.isfinite(depth))
+        smear = self.shutter * np.abs(speed_of_edges(where, depth, view))
         with np.errstate(divide="ignore", invalid="ignore"):
-            part = 0.5 - view.edges.distance[where] / smear  # 0/0 where nothing moves
-        share[where] = np.clip(np.nan_to_num(part), 0.0, 0.5)
+            part = 0.5 - view.edges.distance.flat[where] / smear  # 0/0 where nothing moves
+        share.flat[where] = np.clip(np.nan_to_num(part), 0.0, 0.5)
         return share
-
-
-def _speed_across(where: tuple[NDArray, ...], edges: Edges, depth: Image, view: View) -> NDArray[np.floating]:
-    """Speed (n,) [px/s] in the image at which the edges nearest to some pixels move across themselves."""
-    assert view.velocity is not None
-    v, u = where
-    camera, distance, jump = view.camera, edges.distance[where], edges.jump[where]
-    right, down = np.cos(edges.direction[where]), np.sin(edges.direction[where])
-    # the surface in front: the pixel's own, or that of the first pixel across the edge
-    reach = np.where(jump < 0, distance + 1.0, 0.0)
-    row = np.clip(np.rint(v + reach * down), 0, depth.shape[0] - 1).astype(int)
-    column = np.clip(np.rint(u + reach * right), 0, depth.shape[1] - 1).astype(int)
-    velocity_x, velocity_y, velocity_z = np.nan_to_num(view.velocity[row, column]).T
-    ray_x, ray_y = camera.rays()[v, u].T + distance * (right / camera.fx, down / camera.fy)  # of the edge
-    # d(X / Z) / dt = (velocity_x - ray_x velocity_z) / Z
-    speed_u = camera.fx * (velocity_x - ray_x * velocity_z)
-    speed_v = camera.fy * (velocity_y - ray_y * velocity_z)
-    return np.nan_to_num(np.abs((speed_u * right + speed_v * down) / (depth[where] + np.minimum(jump, 0))))
