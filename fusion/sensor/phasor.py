@@ -25,7 +25,7 @@ def two_paths(own: Image | float, other: Image, longer: Image, view: View) -> tu
     """
     angle = turn(view) * longer
     across, along = other * np.sin(angle), own + other * np.cos(angle)
-    return np.arctan2(across, along) / turn(view), np.hypot(across, along)
+    return np.arctan2(across, along) / turn(view), np.sqrt(across**2 + along**2)
 
 
 def phasor(amplitude: Image, depth: Image, view: View) -> tuple[Image, Image]:
@@ -33,6 +33,11 @@ def phasor(amplitude: Image, depth: Image, view: View) -> tuple[Image, Image]:
     angle = turn(view) * np.nan_to_num(depth) * view.stretch
     lit = np.where(np.isfinite(depth), np.nan_to_num(np.asarray(amplitude, depth.dtype)), 0.0).astype(depth.dtype)
     return lit * np.cos(angle), lit * np.sin(angle)
+
+
+def brightness(light: tuple[Image, Image]) -> Image:
+    """Amplitude (h, w) of a phasor."""
+    return np.sqrt(light[0] ** 2 + light[1] ** 2)
 
 
 def shift(before: tuple[Image, Image], after: tuple[Image, Image], view: View) -> Image:

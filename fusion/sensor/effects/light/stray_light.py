@@ -8,7 +8,7 @@ import numpy as np
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
-from fusion.sensor.phasor import phasor, shift
+from fusion.sensor.phasor import brightness, phasor, shift
 from fusion.sensor.view import Image, View
 
 # the kernel is wide: pixels of a quarter of its width lose less than 1 % of its shape
@@ -50,7 +50,7 @@ class StrayLight(Effect):
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         if not np.any(self.fraction):
             return amplitude
-        grown = np.hypot(*self._behind(phasor(amplitude, depth, view)))
+        grown = brightness(self._behind(phasor(amplitude, depth, view)))
         return np.where(np.isfinite(amplitude), grown, amplitude)
 
     def _behind(self, light: tuple[Image, Image]) -> tuple[Image, Image]:

@@ -8,7 +8,7 @@ import numpy as np
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.phasor import turn
-from fusion.sensor.view import Edges, Image, View
+from fusion.sensor.view import Image, View
 
 STEPS = np.arange(4)
 
@@ -36,34 +36,36 @@ class MotionArtifact(Effect):
     def bias(self, depth: Image, view: View) -> Image:
         if view.velocity is None or not np.any(self.duration):
             return np.zeros((), depth.dtype)
-        duration, velocity = float(np.mean(self.duration)), np.nan_to_num(np.asarray(view.velocity, depth.dtype))
-        rays = view.camera.rays()
-        away = velocity[..., 0] * rays[..., 0] + velocity[..., 1] * rays[..., 1] + velocity[..., 2]
+        duration, rays = float(np.mean(self.duration)), view.camera.rays()
+        velocity = np.asarray(view.velocity, depth.dtype)
+        away = np.nan_to_num(velocity[..., 0] * rays[..., 0] + velocity[..., 1] * rays[..., 1] + velocity[..., 2])
         phase = turn(view) * depth * view.stretch
-        # exact for four steps: Q_1 - Q_3 is the sine half a step late, Q_0 - Q_2 the cosine half a step early
+        # Q_1 - Q_3 is the sine of a phase `late` ahead, Q_0 - Q_2 the cosine of one `late` behind: half a step each
         late = turn(view) * (duration / 8.0) * away / view.stretch
-        change = _wrapped(np.arctan2(np.sin(phase + late), np.cos(phase - late)) - phase)
+        sine, twice = np.sin(late), 2.0 * phase
+        change = np.arctan2(sine * np.cos(twice), np.cos(late) + sine * np.sin(twice))
         if view.edges is not None:
-            near = np.flatnonzero(np.isfinite(view.edges.distance) & (view.edges.jump != 0) & np.isfinite(depth))
-            shares = passed(near, velocity, duration, view)
+            near = np.flatnonzero(np.isfinite(view.edges.distance))
+            shares = passed(near, depth, velocity, duration, view)
             cut = np.flatnonzero(shares.any(axis=0))  # pixels that an edge reaches
             change.flat[near[cut]] = _mixed(near[cut], shares[:, cut], phase, view)
-        return (change / (turn(view) * view.stretch)).astype(depth.dtype)
+        return change / (turn(view) * view.stretch)
 
 
-def passed(where: np.ndarray, velocity: Image, duration: float, view: View) -> Image:
+def passed(where: np.ndarray, depth: Image, velocity: Image, duration: float, view: View) -> Image:
     """Share (4, n) of each exposure in which these pixels (flat indices) see the other side of their edge."""
-    assert view.edges is not None and view.depth is not None
+    assert view.edges is not None
     camera, edges = view.camera, view.edges
     v, u = np.divmod(where, camera.width)
-    direction, distance = edges.direction.flat[where], np.maximum(edges.distance.flat[where], 1e-3)
+    direction, distance = edges.direction.ravel()[where], np.maximum(edges.distance.ravel()[where], 1e-3)
+    jump = edges.jump.ravel()[where]
     # an edge moves with the nearer of its two sides; the other side begins one pixel beyond it
-    beyond = edges.jump.flat[where] < 0
+    beyond = jump < 0
     reach = np.where(beyond, distance + 1.0, 0.0)
     u_near = np.clip(np.rint(u + reach * np.cos(direction)), 0, camera.width - 1).astype(np.intp)
     v_near = np.clip(np.rint(v + reach * np.sin(direction)), 0, camera.height - 1).astype(np.intp)
     speed = velocity[v_near, u_near]
-    z = view.depth.flat[where] + np.where(beyond, edges.jump.flat[where], 0.0)
+    z = depth.ravel()[where] + np.where(beyond, jump, 0.0)
     along_u = (camera.fx * speed[:, 0] - (u - camera.cx) * speed[:, 2]) / z
     along_v = (camera.fy * speed[:, 1] - (v - camera.cy) * speed[:, 2]) / z
     coming = -(along_u * np.cos(direction) + along_v * np.sin(direction))  # [px/s] towards the pixel
@@ -75,16 +77,11 @@ def passed(where: np.ndarray, velocity: Image, duration: float, view: View) -> I
 
 def _mixed(where: np.ndarray, shares: Image, phase: Image, view: View) -> Image:
     """Change of the phase (n,) when the exposures see these shares of the other side."""
-    edges: Edges | None = view.edges
-    assert edges is not None
-    own = phase.flat[where]
-    other = own + turn(view) * edges.jump.flat[where] * view.stretch.flat[where]
+    assert view.edges is not None
+    own, ratio = phase.ravel()[where], np.nan_to_num(view.edges.light.ravel()[where])
+    other = own + turn(view) * view.edges.jump.ravel()[where] * view.stretch.ravel()[where]
     step = STEPS[:, None] * (np.pi / 2.0)
-    q = (1.0 - shares) * np.cos(own - step) + shares * np.nan_to_num(edges.light.flat[where]) * np.cos(other - step)
-    return _wrapped(np.arctan2(q[1] - q[3], q[0] - q[2]) - own)
-
-
-def _wrapped(angle: Image) -> Image:
-    """The same angle between -pi and pi."""
-    turns = np.rint(angle * (0.5 / float(np.pi)))
-    return angle - 2.0 * float(np.pi) * turns
+    q = (1.0 - shares) * np.cos(own - step) + shares * ratio * np.cos(other - step)
+    along, across = q[0] - q[2], q[1] - q[3]
+    # the angle between the phasor seen and the own one
+    return np.arctan2(across * np.cos(own) - along * np.sin(own), along * np.cos(own) + across * np.sin(own))

@@ -3,12 +3,15 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+import cv2
 import numpy as np
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
-from fusion.sensor.phasor import phasor, shift
+from fusion.sensor.phasor import brightness, phasor, shift
 from fusion.sensor.view import Image, View
+
+NEIGHBOURS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -38,8 +41,8 @@ class PixelCrosstalk(Effect):
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         if not np.any(self.fraction):
             return amplitude
-        real, imaginary = self._behind(phasor(amplitude, depth, view))
-        return np.where(np.isfinite(amplitude), np.hypot(real, imaginary), amplitude)
+        crossed = brightness(self._behind(phasor(amplitude, depth, view)))
+        return np.where(np.isfinite(amplitude), crossed, amplitude)
 
     def _behind(self, light: tuple[Image, Image]) -> tuple[Image, Image]:
         """The phasor (h, w), two parts, behind the crosstalk."""
@@ -49,9 +52,4 @@ class PixelCrosstalk(Effect):
 
 def _four(image: Image) -> Image:
     """(h, w) sum of the four neighbours; nothing comes from outside the image."""
-    total = np.zeros_like(image)
-    total[1:] += image[:-1]
-    total[:-1] += image[1:]
-    total[:, 1:] += image[:, :-1]
-    total[:, :-1] += image[:, 1:]
-    return total
+    return np.asarray(cv2.filter2D(image, -1, NEIGHBOURS, borderType=cv2.BORDER_CONSTANT))
