@@ -15,6 +15,7 @@ COMMANDS = {
     "convert": "between recording formats, and between mesh formats",
     "reconstruct": "correct, track, integrate: a recording becomes a mesh",
     "turntable": "the same for an object on a turntable, with axis and closed loop",
+    "simulate": "a recording as a sensor would have made it; the same seed, the same bits",
     "compare": "signed distances between a mesh and a reference",
 }
 

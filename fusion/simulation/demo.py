@@ -8,8 +8,8 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.output import output_folder
 from fusion.sensor.presets import preset
-from fusion.simulation.demo_object import demo_object
 from fusion.simulation.course import looking_at, turning
+from fusion.simulation.demo_object import demo_object
 from fusion.simulation.scene import Part, Scene
 from fusion.simulation.shapes import Points, box, disc, joined, sheet
 from fusion.simulation.simulate import Simulation, simulate

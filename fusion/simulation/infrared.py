@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import LIGHT_SPEED, Image, View
+from fusion.sensor.view import Image, View
 
 LARGEST = 65535  # [count] of a 16-bit image
 # guess, for sensors that do not derive depth from this light: shot noise of one count per count, and 2 of the readout
@@ -27,6 +27,9 @@ def infrared(view: View, sensor: Sensor, rng: np.random.Generator) -> NDArray[np
 def _spread(light: Image, view: View, sensor: Sensor) -> Image:
     if not view.time_of_flight:
         return np.sqrt(light + READ_NOISE**2)
-    sigma = sensor.sigma(view.depth, view.incidence, view.camera, view.ir) * view.stretch
+    axial = sensor.effect("axial_noise")
+    if axial is None or view.depth is None:
+        return np.zeros((), light.dtype)
+    sigma = axial.noise(view.depth, view) * view.stretch
     phase = np.minimum(np.nan_to_num(sigma) * (2 * np.pi / view.wavelength), 1.0)
     return np.where(light > 0, light * phase, READ_NOISE)

@@ -118,4 +118,3 @@ def _on_plane(rays: NDArray[np.float32], T_picture_camera: Array) -> tuple[Image
 def _block_mean(fine: Image) -> Image:
     h, w = fine.shape
     return fine.reshape(h // ACROSS, ACROSS, w // ACROSS, ACROSS).mean(axis=(1, 3))
-

@@ -136,9 +136,7 @@ def simulate(scene: Scene, sensor: Sensor, seed: int = 0) -> Simulation:
         sigmas = np.repeat([scene.poses.sigma_rad, scene.poses.sigma_m], 3)
         error = exp(sigmas * np.random.default_rng([seed, POSES]).standard_normal(6))
         stated = Trajectory(course.timestamps, (nominal if scene.poses.source == "nominal" else poses) @ error)
-    return Simulation(
-        scene, sensor, seed, camera, Trajectory(course.timestamps, poses), stated, turned, telemetry
-    )
+    return Simulation(scene, sensor, seed, camera, Trajectory(course.timestamps, poses), stated, turned, telemetry)
 
 
 def stated_camera(scene: Scene, sensor: Sensor) -> Camera:

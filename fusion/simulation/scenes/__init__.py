@@ -1,0 +1,70 @@
+"""Scenes by name; each is data made by a small function whose arguments are its settings."""
+
+from collections.abc import Callable, Mapping
+from inspect import Parameter, getdoc, signature
+from typing import Any
+
+from fusion.errors import SceneError
+from fusion.simulation.scene import Scene
+from fusion.simulation.scenes.boards import charuco, checkerboard
+from fusion.simulation.scenes.corner import corner
+from fusion.simulation.scenes.near_card import near_card
+from fusion.simulation.scenes.patches import patches
+from fusion.simulation.scenes.room import room
+from fusion.simulation.scenes.step import step
+from fusion.simulation.scenes.turntable import turntable
+from fusion.simulation.scenes.wall import wall
+from fusion.simulation.scenes.warm_up import warm_up
+
+SCENES: dict[str, Callable[..., Scene]] = {
+    "wall": wall,
+    "step": step,
+    "corner": corner,
+    "patches": patches,
+    "checkerboard": checkerboard,
+    "charuco": charuco,
+    "near-card": near_card,
+    "warm-up": warm_up,
+    "turntable": turntable,
+    "room": room,
+}
+YES, NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
+
+
+def built_in(name: str, settings: Mapping[str, str] | None = None) -> Scene:
+    """The scene of that name; `settings` as text, lists with commas. Raises SceneError."""
+    if name not in SCENES:
+        expected = "a scene file, a recording's folder or one of " + ", ".join(SCENES)
+        raise SceneError("no such scene", found=name, expected=expected, do="see fusion simulate --list")
+    known = settings_of(name)
+    values = {}
+    for key, text in (settings or {}).items():
+        if key not in known:
+            raise SceneError(f"the scene {name} has no such setting", "--set", key, "one of " + ", ".join(known))
+        values[key] = _value(f"{name}: {key}", text, known[key])
+    return SCENES[name](**values)
+
+
+def settings_of(name: str) -> dict[str, Any]:
+    """The settings of a scene and their usual values."""
+    found = signature(SCENES[name]).parameters.values()
+    return {entry.name: entry.default for entry in found if entry.default is not Parameter.empty}
+
+
+def about(name: str) -> str:
+    """One line about a scene."""
+    return (getdoc(SCENES[name]) or "").splitlines()[0]
+
+
+def _value(where: str, text: str, usual: Any) -> Any:
+    try:
+        if isinstance(usual, bool):
+            if text.lower() not in YES + NO:
+                raise ValueError(text)
+            return text.lower() in YES
+        if isinstance(usual, tuple):
+            return tuple(float(part) for part in text.split(","))
+        return type(usual)(text)
+    except ValueError as error:
+        kinds = {bool: "yes or no", int: "a whole number", float: "a number", tuple: "numbers with commas"}
+        raise SceneError("a setting cannot be read", where, text, kinds[type(usual)]) from error

@@ -1,0 +1,89 @@
+"""A simulation as a recording's folder, with the truth beside it."""
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fusion import __version__
+from fusion.mesh.files import write_mesh
+from fusion.mesh.mesh import Mesh
+from fusion.output import output_folder
+from fusion.recording.camera_file import write_camera
+from fusion.recording.recording import Frame
+from fusion.recording.trajectory_file import write_trajectory
+from fusion.recording.write import MEMBERS, clear_older, write_recording
+from fusion.sensor.file import write_sensor
+from fusion.simulation.check import check_sight
+from fusion.simulation.simulate import Simulation
+
+OURS = ("scene.ply", "board.json", "truth")
+
+
+def write_simulation(
+    folder: Path | str,
+    simulation: Simulation,
+    progress: Callable[[Iterable[Frame]], Iterable[Frame]] = lambda frames: frames,
+) -> None:
+    """Write a recording (CONTRACT) with `scene.json`, `scene.ply`, `board.json` and `truth/`; whole or not at all.
+
+    `truth/` holds what a real recording cannot know: `trajectory.txt` (true poses), `mesh.ply` (what a scan should
+    give), `camera.json` (that took the pictures), `sensor.json`, `truth.json` (seed, true table angles).
+
+    Raises:
+        SceneError: the camera sees nothing of the scene, or nothing within the range of the depth images.
+        FusionError: the folder cannot be made.
+    """
+    folder = Path(folder)
+    check_sight(simulation)
+    with output_folder(folder) as partial:
+        telemetry = simulation.telemetry if len(simulation.telemetry) > 1 else None
+        content, mesh = _scene(simulation)
+        frames = progress(simulation.frames())
+        write_recording(partial, simulation.camera, frames, simulation.stated, telemetry, content)
+        write_mesh(partial / "scene.ply", mesh)
+        if simulation.scene.board is not None:
+            _write_json(partial / "board.json", simulation.scene.board)
+        _write_truth(partial / "truth", simulation)
+        clear_older(folder, partial, (*MEMBERS, *OURS))
+
+
+def _scene(simulation: Simulation) -> tuple[dict[str, Any], Mesh]:
+    """The content of `scene.json` and the mesh it names: one reflectance, or grey vertex colours."""
+    scene, mesh = simulation.scene, simulation.mesh
+    content: dict[str, Any] = {"name": scene.name, "mesh": "scene.ply"}
+    reflectance = mesh.scalars["reflectance"]
+    if np.ptp(reflectance) == 0:
+        content["reflectance"] = round(float(reflectance[0]), 6)
+        mesh = replace(mesh, colors=None, scalars={})
+    else:
+        grey = np.rint(255 * reflectance).astype(np.uint8)
+        mesh = replace(mesh, colors=np.repeat(grey[:, None], 3, axis=1), scalars={})
+    if scene.poses is not None:
+        poses = scene.poses
+        content["poses"] = {"source": poses.source, "sigma_m": poses.sigma_m, "sigma_rad": poses.sigma_rad}
+    return content | {"ambient_lux": scene.ambient_lux}, mesh
+
+
+def _write_truth(folder: Path, simulation: Simulation) -> None:
+    folder.mkdir()
+    write_trajectory(folder / "trajectory.txt", simulation.truth)
+    mesh = simulation.truth_mesh
+    if len(mesh.faces):
+        write_mesh(folder / "mesh.ply", replace(mesh, scalars={}))
+    write_camera(folder / "camera.json", simulation.sensor.true_camera(simulation.camera))
+    write_sensor(folder / "sensor.json", simulation.sensor)
+    content: dict[str, Any] = {"scene": simulation.scene.name, "sensor": simulation.sensor.name}
+    content |= {"seed": simulation.seed, "fusion": __version__}
+    table = simulation.scene.course.turntable
+    if table is not None:
+        content["axis_point"], content["axis_direction"] = list(table.axis_point), list(table.axis_direction)
+        content["turned_deg"] = simulation.turned_deg.tolist()
+    _write_json(folder / "truth.json", content)
+
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
