@@ -114,7 +114,8 @@ def edge_positions(depth: Image, target: Target, plane: Image, side: int) -> NDA
     strip = np.clip(strip, 0, len(columns) - 1)
     z, at = depth[rows[:, None], strip], plane[rows[:, None], strip]
     # the outer end of the strip sees what is behind; nearer to the plane than half way is target
-    behind = np.nanmedian(z[:, :4] if side == 0 else z[:, -4:]) if np.isfinite(z).any() else np.nan
+    outer = z[:, :4] if side == 0 else z[:, -4:]
+    behind = np.nanmedian(outer) if np.isfinite(outer).any() else np.nan
     half = 0.5 * (behind - at) if np.isfinite(behind) else np.full(at.shape, LEAST_OUTLIER)
     on = np.abs(z - at) < np.maximum(np.abs(half), 1e-3)
     count = on.sum(axis=1)

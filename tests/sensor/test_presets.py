@@ -55,12 +55,15 @@ def test_every_preset_names_its_sources_and_works(name):
         sample = sensor.sample(depth, CAMERA, None, np.random.default_rng(0))
         weight = sensor.weight(depth, None, CAMERA)
     assert np.isnan(sigma[0, 0]) and np.isnan(sample[0, 0]) and weight[0, 0] == 0
-    assert (sigma[1:] > 0).all() and (np.abs(sample[1:] - 0.8) < 8 * sigma[1:]).all()  # 8 sigma: never by chance
+    there = np.isfinite(sample[1:])
+    assert there.mean() > 0.5  # the sun blinds some pixels
+    limit = 8 * sigma[1:] + 0.012  # 8 sigma: never by chance; a unit's own errors reach a centimetre
+    assert (sigma[1:] > 0).all() and (np.abs(sample[1:] - 0.8) < limit)[there].all()
 
 
 @pytest.mark.parametrize(
     ("principle", "expected"),
-    [("structured_light", "kinect-v1"), ("itof", "kinect-v2-indoors"), ("active_stereo", "active-stereo")],
+    [("structured_light", "kinect-v1"), ("itof", "kinect-v2-indoors"), ("active_stereo", "realsense-d435")],
 )
 def test_the_default_follows_the_principle_and_says_so(principle, expected):
     sensor = default_sensor(Camera(8, 6, 585.0, 585.0, 3.5, 2.5, principle=principle))

@@ -14,9 +14,12 @@ from fusion.sensor.view import Image, View
 FILLED_BY = 1000.0  # [lux] guess: room light does not shorten an exposure, daylight does
 # Added noise at 1 m, so that indoor and added noise make Fankhauser's overcast law (1 to 12 klx) at 1 to 2.8 m
 SIGMA_1M, SIGMA_LUX, SIGMA_REFLECTANCE = 0.001, 6000.0, 0.8
-# Added noise beyond which a phase is refused: 73 % valid at 1 m, 45 deg and none at 2.8 m in the sun, all of them
-# in overcast light (Fankhauser, table II); the sharpness is a guess that suits both
-REFUSED, SHARPNESS = 0.023, 8
+# Overcast light comes from everywhere; what exceeds it comes from the sun, in Fankhauser's setting from behind the
+# camera, and fades with cos(incidence). Other suns are nearer to their brightest than to none: the same is taken.
+DIFFUSE_LUX = 15_000.0
+# Added noise beyond which a phase is refused: 73 % valid at 1 m and 45 deg in 90 klx, none at 2.8 m (Fankhauser,
+# table II); the sharpness is a guess between that and all valid under clouds
+REFUSED, SHARPNESS = 0.01411, 4
 # Triangulation: light that equals the pattern's at 1 m, which spreads with z^2, and doubles the variance: all guesses
 EQUAL_LUX, SIGMA_PX, LOST_AT = 30_000.0, 0.08, 2.0
 
@@ -28,8 +31,9 @@ class AmbientLight(Effect):
     name: ClassVar[str] = "ambient_light"
     key: ClassVar[str] = "N12"
     formula: ClassVar[str] = (
-        "itof: sigma_range = 1 mm range^2 sqrt(g(E) / g(6 klx)) / (sqrt(reflectance / 0.8) cos(incidence)), "
-        "g = E (1 + E / 1 klx); triangulation: sigma_disparity = 0.08 px sqrt(E z^2 / 30 klx)"
+        "itof: sigma_range = 1 mm range^2 sqrt(g(E) / g(6 klx)) / sqrt(reflectance / 0.8), "
+        "g = E (1 + E / 1 klx), what exceeds 15 klx times cos(incidence); "
+        "triangulation: sigma_disparity = 0.08 px sqrt(E z^2 / 30 klx)"
     )
     variables: ClassVar[tuple[str, ...]] = ("ambient", "range", "incidence", "reflectance")
 
@@ -41,10 +45,18 @@ class AmbientLight(Effect):
         typical=1000.0,
     )
 
+    noise_share: Value = parameter(
+        "1",
+        (0, 1),
+        "share of the noise that is added; 0 where the sensor's own noise law was measured in this light",
+        "definition",
+        neutral=1.0,
+    )
+
     def noise(self, depth: Image, view: View) -> Image:
-        if not np.any(self.ambient):
+        if not np.any(self.ambient) or not np.any(self.noise_share):
             return np.zeros((), depth.dtype)
-        return added_noise(view.moment.ambient, self.ambient, depth, view)
+        return self.noise_share * added_noise(view.moment.ambient, self.ambient, depth, view)
 
     def dropout(self, depth: Image, view: View) -> Image:
         if not np.any(self.ambient):
@@ -54,7 +66,7 @@ class AmbientLight(Effect):
             # sigma ~ sqrt(shot), so its power of SHARPNESS is linear in that of the light
             power = SHARPNESS // 2
             scale = (_at_one_shot(depth, view) / REFUSED) ** SHARPNESS
-            return -np.expm1(-scale * (_shot(after) ** power - _shot(before) ** power))
+            return -np.expm1(-scale * (_shot(after, depth, view) ** power - _shot(before, depth, view) ** power))
         drowned = depth**2 * (1.0 / (EQUAL_LUX * LOST_AT))
         return -np.expm1(-(drowned**4) * (after**4 - before**4))
 
@@ -62,20 +74,28 @@ class AmbientLight(Effect):
 def added_noise(before: float, more: Value, depth: Image, view: View) -> Image:
     """Noise (h, w) [m] that comes with `more` lux beyond `before` lux."""
     if view.time_of_flight:
-        return _at_one_shot(depth, view) / view.stretch * np.sqrt(_shot(before + more) - _shot(before))
-    return (SIGMA_PX / np.sqrt(EQUAL_LUX) / view.focal_baseline) * depth**3 * np.sqrt(more)
+        root = np.sqrt(_shot(before + more, depth, view) - _shot(before, depth, view))
+        return _at_one_shot(depth, view) / view.stretch * root
+    root = np.sqrt(more / EQUAL_LUX)
+    return np.asarray(SIGMA_PX / view.focal_baseline * root, depth.dtype) * depth**3
 
 
-def _shot(lux: Value) -> Value:
-    """Variance of the range that light adds, 1 at SIGMA_LUX."""
-    return lux * (1.0 + lux / FILLED_BY) / (SIGMA_LUX * (1.0 + SIGMA_LUX / FILLED_BY))
+def _shot(lux: Value, depth: Image, view: View) -> Image:
+    """Variance of the range that light adds, 1 at SIGMA_LUX; the direct part of the light fades with cos(incidence)."""
+    direct = np.asarray(np.maximum(lux - DIFFUSE_LUX, 0.0), depth.dtype)
+    if view.incidence is not None and np.any(direct):
+        # an unknown incidence is frontal
+        direct = direct * np.cos(np.nan_to_num(np.asarray(view.incidence, depth.dtype)))
+    falling = np.asarray(np.minimum(lux, DIFFUSE_LUX), depth.dtype) + direct
+    return falling * (1.0 + falling / FILLED_BY) / (SIGMA_LUX * (1.0 + SIGMA_LUX / FILLED_BY))
 
 
 def _at_one_shot(depth: Image, view: View) -> Image:
-    """Standard deviation of the range (h, w) [m] at SIGMA_LUX; what is not known is frontal, and as bright as usual."""
+    """Standard deviation of the range (h, w) [m] at SIGMA_LUX; what is not known is as bright as usual.
+
+    It does not depend on the incidence: in Fankhauser's laws the noise up to 45 deg is that of a frontal surface.
+    """
     sigma = SIGMA_1M * (depth * view.stretch) ** 2
-    if view.incidence is not None:  # held at 84 deg, where next to nothing comes back
-        sigma = sigma / np.maximum(np.cos(np.nan_to_num(np.asarray(view.incidence, depth.dtype))), 0.1)
     if view.reflectance is not None:
         seen = np.nan_to_num(np.asarray(view.reflectance, depth.dtype), nan=SIGMA_REFLECTANCE)
         sigma = sigma * np.sqrt(SIGMA_REFLECTANCE / np.maximum(seen, 0.01))

@@ -59,7 +59,8 @@ class LateralNoise(Effect):
         if view.edges is None:
             other, distance = jump(depth), np.asarray(0.5, depth.dtype)
         else:
-            other, distance = np.nan_to_num(view.edges.jump).astype(depth.dtype), view.edges.distance
+            other = np.nan_to_num(view.edges.jump, posinf=0, neginf=0).astype(depth.dtype)
+            distance = np.nan_to_num(view.edges.distance, nan=np.inf, posinf=np.inf).astype(depth.dtype)
         p = ndtr(-distance / np.maximum(self._spread(depth, other, view), 1e-9)).astype(depth.dtype)
         return np.where(np.isfinite(depth), other, np.nan), p
 
@@ -73,8 +74,9 @@ def _edge_pixel(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
     """Row and column (h, w) of the pixel that holds the nearest edge point; the own where no edge is near."""
     height, width = edges.distance.shape
     e = np.where(np.isfinite(edges.distance), edges.distance, 0)
-    v = np.rint(np.arange(height)[:, None] + e * np.sin(edges.direction)).astype(np.intp)
-    u = np.rint(np.arange(width)[None, :] + e * np.cos(edges.direction)).astype(np.intp)
+    direction = np.nan_to_num(edges.direction, posinf=0, neginf=0)
+    v = np.rint(np.arange(height)[:, None] + e * np.sin(direction)).astype(np.intp)
+    u = np.rint(np.arange(width)[None, :] + e * np.cos(direction)).astype(np.intp)
     return np.clip(v, 0, height - 1), np.clip(u, 0, width - 1)
 
 
