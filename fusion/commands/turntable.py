@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add_common(parser)
     add = parser.add_argument
+    add("--mask", type=Path, metavar="PNG", help="nonzero on the object: one PNG, or a folder with one per depth frame")
     add("--step", type=float, metavar="DEG", help="turn between frames [deg], when the recording has no log of it")
     add("--ignore-log", action="store_true", help="do not use turntable_deg of telemetry.csv")
     add("--strength", choices=("axis", "circle"), default="axis", help="post-pass: one axis, or centres on a circle")
@@ -52,6 +53,7 @@ def _settings(options: argparse.Namespace) -> "ScanSettings":
     return ScanSettings(
         sensor=None if options.sensor is None else read_sensor(options.sensor),
         box=shown_box(options.box),
+        mask=options.mask,
         step=None if options.step is None else float(np.deg2rad(options.step)),
         use_log=not options.ignore_log,
         strength=options.strength,

@@ -37,6 +37,19 @@ def read_ir(path: Path) -> NDArray[np.uint16]:
     return image.astype(np.uint16)
 
 
+def read_mask(path: Path) -> NDArray[np.bool_]:
+    """(height, width) True where a PNG is not zero, or opaque if it has transparency. Raises RecordingError."""
+    start = read_bytes(path, len(PNG_START))
+    if start != PNG_START:  # a JPEG's zeros are not zero
+        raise RecordingError("the mask is not a PNG", path, f"a file that begins with {start!r}", "a PNG")
+    image = _decode(path, cv2.IMREAD_UNCHANGED)
+    if image.ndim == 2:
+        return np.asarray(image != 0)
+    if image.shape[2] == 4 and (image[..., 3] != image[0, 0, 3]).any():
+        return np.asarray(image[..., 3] != 0)
+    return np.asarray((image[..., :3] != 0).any(axis=2))
+
+
 def image_size(path: Path) -> tuple[int, int]:
     """(width, height) [px] of an image, from its header where that is simple. Raises RecordingError."""
     data = read_bytes(path, 1 << 16)

@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 from tqdm import tqdm
 
-from fusion.errors import RecordingError
+from fusion.errors import RecordingError, TrackingError
+from fusion.geometry.camera import Camera
 from fusion.reconstruct import Prepared, prepare
+from fusion.recording.masks import Masks
 from fusion.recording.recording import Recording
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
@@ -18,7 +21,13 @@ Array = NDArray[np.float64]
 LOOKED_AT = 30  # frames that show what turns
 
 
-def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Region:
+def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, masks: Masks | None = None) -> Region:
+    """Where the object is while it turns: the box that was given, what the masks show, or what moves.
+
+    Raises:
+        RecordingError: too few frames, or too few that can be read.
+        TrackingError: nothing moves, or the masks hold no depth.
+    """
     if settings.box is not None:
         low, high = np.sort(np.array(settings.box, float), axis=0)
         return Region(low, high)
@@ -27,18 +36,42 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings) ->
     depths = []
     for index in np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)):
         try:
-            depths.append(recording[int(index)].depth)
+            depth = recording[int(index)].depth
+            depths.append(depth if masks is None else np.where(masks[int(index)], depth, np.float32(np.nan)))
         except RecordingError:  # told when all frames are loaded
             continue
     if len(depths) < 3:
         raise RecordingError("too few frames can be read", recording.path, len(depths), "3 or more")
     camera = recording.camera
+    if masks is not None and masks.moving:  # they follow the object: what they show is all that turns
+        return _shown(np.stack(depths), camera, settings).grown(0.015)
     moving = find_moving(np.stack(depths), camera, lambda z: np.asarray(sensor.sigma(z, None, camera), np.float32))
     return Region(moving.low, moving.high, moving.still).grown(0.015)
 
 
-def load(recording: Recording, sensor: Sensor, region: Region) -> tuple[list[Prepared | None], dict[int, str]]:
-    """All frames, corrected and cut to the window that shows the object; unreadable ones with the reason."""
+def _shown(depths: NDArray[np.float32], camera: Camera, settings: ScanSettings) -> Region:
+    """The box around all points of depth images (k, h, w) in which only the object is left."""
+    rays = camera.rays()
+    points = []
+    for depth in depths:
+        # two pixels at a mask's border may show what is behind
+        inside = ndimage.binary_erosion(np.isfinite(depth), np.ones((3, 3)), iterations=2)
+        points.append(np.column_stack([rays[inside] * depth[inside][:, None], depth[inside]]))
+    cloud = np.concatenate(points)
+    if len(cloud) < 200:
+        found = f"{len(cloud)} pixels in {len(depths)} frames"
+        raise TrackingError("the masks hold no depth", settings.mask, found, "an object that the camera measures")
+    low, high = np.percentile(cloud, [0.5, 99.5], axis=0)
+    return Region(low, high)
+
+
+def load(
+    recording: Recording, sensor: Sensor, region: Region, masks: Masks | None = None
+) -> tuple[list[Prepared | None], dict[int, str]]:
+    """All frames, corrected and cut to the window that shows the object; unreadable ones with the reason.
+
+    Outside a mask a frame keeps its points, which say where the object is not, but no normals and no depth to fuse.
+    """
     camera = recording.camera
     window = region.window(camera)
     frames: list[Prepared | None] = []
@@ -46,6 +79,7 @@ def load(recording: Recording, sensor: Sensor, region: Region) -> tuple[list[Pre
     for index in tqdm(range(len(recording)), desc="loading", unit="frame", disable=None):
         try:
             frame = recording[index]
+            mask = None if masks is None else masks[index][window]
         except RecordingError as error:
             frames.append(None)
             broken[index] = str(error)
@@ -56,8 +90,15 @@ def load(recording: Recording, sensor: Sensor, region: Region) -> tuple[list[Pre
             color=None if frame.color is None else np.ascontiguousarray(frame.color[window]),
             ir=None if frame.ir is None else np.ascontiguousarray(frame.ir[window]),
         )
-        frames.append(prepare(cut, crop(camera, window), sensor))
+        prepared = prepare(cut, crop(camera, window), sensor)
+        frames.append(prepared if mask is None else _masked(prepared, mask))
     return frames, broken
+
+
+def _masked(frame: Prepared, mask: NDArray[np.bool_]) -> Prepared:
+    normals = np.where(mask[..., None], frame.surface.normals, np.float32(np.nan))
+    depth = np.where(mask, frame.depth, np.float32(np.nan))
+    return replace(frame, depth=depth, surface=replace(frame.surface, normals=normals))
 
 
 def told_angles(recording: Recording, settings: ScanSettings) -> Array | None:

@@ -11,6 +11,7 @@ from fusion.errors import FusionError, TrackingError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.reconstruct import Prepared, fuse
+from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, told_angles
 from fusion.scan.judgement import warnings_of
@@ -42,15 +43,16 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
         raise FusionError("unknown strength of the post-pass", "--strength", settings.strength, "axis or circle")
     sensor = settings.sensor or default_sensor(recording.camera)
     camera = recording.camera
-    region = find_region(recording, sensor, settings)
-    frames, broken = load(recording, sensor, region)
+    masks = None if settings.mask is None else open_masks(settings.mask, recording)
+    region = find_region(recording, sensor, settings, masks)
+    frames, broken = load(recording, sensor, region, masks)
     commanded = told_angles(recording, settings)
     motion = _motion(frames, camera, region, commanded)
     if settings.refine_camera:
         camera = _refined(camera, motion)
         recording = replace(recording, camera=camera)
-        region = find_region(recording, sensor, settings)
-        frames, broken = load(recording, sensor, region)
+        region = find_region(recording, sensor, settings, masks)
+        frames, broken = load(recording, sensor, region, masks)
         motion = _motion(frames, camera, region, commanded)
     motion = replace(motion, rejected={**motion.rejected, **broken})
     return _finish(recording, settings, sensor, (frames, region, motion, commanded))
@@ -108,6 +110,7 @@ def _finish(
     chosen: dict[str, Any] = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
     chosen |= {
         "sensor": sensor.name,
+        "mask": None if settings.mask is None else str(settings.mask),
         "voxel_m": volume_settings.voxel,
         "truncation_m": volume_settings.truncation,
         "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
@@ -126,7 +129,8 @@ def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_c
     sensor = settings.sensor or default_sensor(recording.camera)
     recording = replace(recording, camera=scan.camera)
     region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
-    frames, _ = load(recording, sensor, region)
+    masks = None if settings.mask is None else open_masks(settings.mask, recording)
+    frames, _ = load(recording, sensor, region, masks)
     volume = Volume(choose_volume(settings, scan.camera, (frames, region, scan.motion)))
     for frame, T in zip(frames, T_object_camera, strict=True):
         if frame is not None and np.isfinite(T).all():

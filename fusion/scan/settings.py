@@ -1,6 +1,7 @@
 """What a turntable scan may be told."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from fusion.sensor.sensor import Sensor
 
@@ -12,6 +13,7 @@ class ScanSettings:
     Attributes:
         sensor: corrects the depth and weighs it; None takes what the camera's principle suggests.
         box: two corners (3,), (3,) [m] in the camera's frame around the turning object; None finds it.
+        mask: a PNG for all frames or a folder with one per depth frame, nonzero on the object; None uses all pixels.
         step: turn between frames [rad] of either sign; None takes the table's log, or finds it.
         use_log: False ignores the table's log.
         strength: "axis" (one axis, one angle per frame) or "circle" (Pagliari: only centres are moved).
@@ -24,6 +26,7 @@ class ScanSettings:
 
     sensor: Sensor | None = None
     box: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    mask: Path | None = None
     step: float | None = None
     use_log: bool = True
     strength: str = "axis"
