@@ -22,7 +22,8 @@ def edges_of(view: View, flat: Floats, stage: Stage) -> Edges:
         flat: (h, w, 3) normals of the faces, towards the camera.
     """
     assert view.depth is not None and view.incidence is not None
-    pairs = [_candidates(view.depth, flat, view.camera, axis) for axis in (1, 0)]
+    with np.errstate(all="ignore"):
+        pairs = [_candidates(view.depth, flat, view.camera, axis) for axis in (1, 0)]
     first, second = (np.concatenate(side) for side in zip(*pairs, strict=True))
     crossings = _bisected(first, second, view, flat, stage)
     with np.errstate(all="ignore"):
@@ -34,26 +35,38 @@ def edges_of(view: View, flat: Floats, stage: Stage) -> Edges:
 
 def _candidates(depth: Image, flat: Floats, camera: Camera, axis: int) -> tuple[Indices, Indices]:
     """Indices of neighbours, and of the ones to the right or below, whose depths the slopes do not explain."""
-    step = (1, camera.width)[axis == 0]
-    change = np.abs(np.diff(depth, axis=axis))
-    a = depth[:-1] if axis == 0 else depth[:, :-1]
     nothing = np.diff(np.isnan(depth), axis=axis)
-    v, u = np.nonzero((change > JUMP * a) | nothing)
+    v, u = np.nonzero(_bent(depth, axis) | nothing)
     first = v * camera.width + u
-    second = first + step
-    tolerance = JUMP * depth.reshape(-1)[first]
-    jumps = (_unexplained(depth, flat, camera, first, second) > tolerance) & (
-        _unexplained(depth, flat, camera, second, first) > tolerance
-    )
-    keep = jumps | nothing[v, u]
+    second = first + (1 if axis == 1 else camera.width)
+    nothing = nothing[v, u]
+    keep = nothing | _torn(depth, flat, camera, first, second)
+    first, second, nothing = first[keep], second[keep], nothing[keep]
+    keep = nothing | _torn(depth, flat, camera, second, first)
     return first[keep], second[keep]
 
 
-def _unexplained(depth: Image, flat: Floats, camera: Camera, own: Indices, other: Indices) -> NDArray[np.floating]:
-    """(n,) how far [m] the depth of `other` pixels is from the tangent planes of their neighbours."""
-    rays = camera.rays().reshape(-1, 2)
-    predicted = _plane(depth.reshape(-1)[own], flat.reshape(-1, 3)[own], rays[own], rays[other])
-    return np.nan_to_num(np.abs(predicted - depth.reshape(-1)[other]), nan=np.inf)
+def _bent(depth: Image, axis: int) -> NDArray[np.bool_]:
+    """Pairs along an axis over which the depth changes, and otherwise than over both pairs beside it.
+
+    A cheap first look: on a plane the inverse depth changes by the same from pixel to pixel.
+    """
+    inverse = 1.0 / depth
+    change = np.diff(inverse, axis=axis)
+    least = JUMP / 4 * (inverse[:-1] if axis == 0 else inverse[:, :-1])
+    bent = ~(np.abs(np.diff(change, axis=axis)) < (least[:-1] if axis == 0 else least[:, :-1]))
+    border = [(0, 0), (0, 0)]
+    border[axis] = (1, 1)
+    bent = np.pad(bent, border, constant_values=True)
+    both = bent[:-1] & bent[1:] if axis == 0 else bent[:, :-1] & bent[:, 1:]
+    return both & (np.abs(change) > least)
+
+
+def _torn(depth: Image, flat: Floats, camera: Camera, own: Indices, other: Indices) -> NDArray[np.bool_]:
+    """(n,) True where `other` pixels do not lie in the tangent planes of their neighbours."""
+    rays, depth = camera.rays().reshape(-1, 2), depth.reshape(-1)
+    predicted = _plane(depth[own], flat.reshape(-1, 3)[own], rays[own], rays[other])
+    return ~(np.abs(predicted - depth[other]) <= JUMP * depth[own])
 
 
 def _plane(depth: Image, normals: Floats, own: Floats, other: Floats) -> NDArray[np.floating]:

@@ -12,6 +12,7 @@ Things that move against each other are bodies, and one picture:
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -75,8 +76,7 @@ def view_of(
     channels = channels or Channels()
     bodies = [body for body in bodies if len(body.mesh.faces)]
     stage = Stage(bodies, T_world_camera)
-    rays = camera.rays()
-    directions = np.dstack([rays, np.ones(camera.shape, np.float32)]).reshape(-1, 3)
+    directions = _directions(camera)
     hits = stage.first(directions)
     view, flat = _seen(camera, stage, directions, hits, channels.color or channels.indirect is not None)
     if channels.edges:
@@ -90,6 +90,14 @@ def view_of(
         velocity = velocity_of(view, stage, hits.body.reshape(camera.shape), camera_twist)
         view = replace(view, velocity=velocity, turning=turning.reshape(camera.shape))
     return view
+
+
+@lru_cache(maxsize=4)
+def _directions(camera: Camera) -> Floats:
+    """(pixels, 3) rays of length 1 along z; read only."""
+    directions = np.dstack([camera.rays(), np.ones(camera.shape, np.float32)]).reshape(-1, 3)
+    directions.flags.writeable = False
+    return directions
 
 
 def _seen(camera: Camera, stage: Stage, directions: Floats, hits: Hits, color: bool) -> tuple[View, Floats]:
