@@ -80,7 +80,7 @@ def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
     """An effect as it stands in the file; parameters at their neutral value are written too."""
     written: dict[str, Any] = {n: {"value": value} for n in settings(effect) if (value := getattr(effect, n))}
     known = list(parameters(effect).values())
-    changed = [p for p in known if np.any(getattr(effect, p.name) != p.neutral)]
+    changed = [p for p in known if np.ndim(value := getattr(effect, p.name)) or value != p.neutral]
     used = {p.group for p in changed}
     for label in dict.fromkeys(p.label for p in known):
         meant = [p for p in changed if p.label == label]
@@ -128,7 +128,7 @@ def _load(path: Path) -> dict[str, Any]:
         raise SensorError("the sensor file cannot be read", path, str(error)[:200], "a JSON object") from error
     found = content.get("format") if isinstance(content, dict) else type(content).__name__
     if found != FORMAT:
-        raise SensorError("this is no sensor file", path, f"format {found!r}", f'"format": "{FORMAT}"')
+        raise SensorError("this is no sensor file", path, f"format {shown(found)}", f'"format": "{FORMAT}"')
     if not isinstance(content.get("effects"), list):
         raise SensorError("the sensor file has no list of effects", path, do='add "effects": []')
     content["principle"] = content.get("principle") or "unknown"

@@ -1,6 +1,7 @@
 """sensor.json: read, written, and what is wrong with it."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +9,14 @@ import pytest
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.catalogue import KNOWN
+from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.readout.tabulated import Tabulated
+from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
+from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
+from fusion.sensor.effects.triangulation.vertical_banding import VerticalBanding
 from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.parameter import parameters
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
 
@@ -70,7 +77,71 @@ def test_the_projector_of_the_file_is_used(tmp_path):
     assert read_sensor(written(tmp_path, [])).baseline == 0.075
 
 
+@pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
+def test_every_effect_survives_the_file(kind, tmp_path):
+    first = {}
+    for about in parameters(kind).values():
+        first.setdefault(about.label, about)  # a file holds one of two units
+    values = {p.name: [p.typical, p.high] if p.kind == "list" else p.typical for p in first.values()}
+    sensor = Sensor("s", effects=(kind(**values),), std={(kind.name, p.name): 0.1 for p in first.values()})
+    write_sensor(tmp_path / "s.json", sensor)
+    again = read_sensor(tmp_path / "s.json")
+    assert again == sensor and hash(again.effects) == hash(sensor.effects)
+    assert again != replace(sensor, effects=(kind(),))
+
+
+def test_lists_and_tables_survive_the_file(tmp_path):
+    effects = (
+        VerticalBanding(columns=[100.0, 200.5], steps=[0.1, -0.05]),
+        DisparityDistortion(map=np.linspace(-1, 1, 48).reshape(6, 8)),
+        Tabulated(("time", "depth"), ((0, 100, 200), (0.5, 4)), np.arange(6.0).reshape(3, 2) / 100),
+    )
+    std = {("vertical_banding", "steps"): (0.01, 0.02), ("vertical_banding", "columns"): 1.0}
+    sensor = Sensor("lists", "structured_light", effects, baseline=-0.075, std=std)
+    write_sensor(tmp_path / "s.json", sensor)
+    assert read_sensor(tmp_path / "s.json") == sensor
+    entries = {e["effect"]: e["parameters"] for e in json.loads((tmp_path / "s.json").read_text())["effects"]}
+    assert entries["vertical_banding"]["steps"] == {"value": [0.1, -0.05], "unit": "px", "std": [0.01, 0.02]}
+    assert entries["tabulated"]["variables"]["value"] == ["time", "depth"]
+    assert entries["disparity_distortion"]["map"]["value"].endswith(".npy")
+
+
+def test_the_unit_tells_what_drifts(tmp_path):
+    def drift(**parameters):
+        return read_sensor(written(tmp_path, [{"effect": "temperature_drift", "parameters": parameters}]))
+
+    metres = drift(coefficient={"value": 0.001, "unit": "m/K", "std": 0.1}, reference_temperature={"value": 30})
+    assert metres.effects[0] == TemperatureDrift(coefficient=0.001, reference_temperature=30.0) and not metres.warnings
+    pixels = drift(amplitude={"value": 0.2, "unit": "px", "std": 0.1}, time_constant={"value": 800, "unit": "s"})
+    assert pixels.effects[0] == TemperatureDrift(amplitude_px=0.2, time_constant=800.0)
+    assert pixels.std == {("temperature_drift", "amplitude_px"): 0.1}
+    write_sensor(tmp_path / "again.json", pixels)
+    assert read_sensor(tmp_path / "again.json").effects == pixels.effects
+    assert any("m/K is used" in text for text in drift(coefficient=0.001).warnings)
+    with pytest.raises(SensorError, match="wrong unit"):
+        drift(coefficient={"value": 1, "unit": "mm/K"})
+    with pytest.raises(SensorError, match="two units"):
+        write_sensor(tmp_path / "s.json", Sensor(effects=(TemperatureDrift(coefficient=0.001, coefficient_px=0.01),)))
+
+
+def test_a_projector_to_the_left_stays_to_the_left(tmp_path):
+    shadow = {"effect": "projector_shadow", "parameters": {"baseline": {"value": -0.075, "unit": "m"}}}
+    sensor = read_sensor(written(tmp_path, [shadow]))
+    assert sensor.baseline == -0.075 and sensor.effect("projector_shadow").baseline == -0.075
+    write_sensor(tmp_path / "s.json", sensor)
+    assert read_sensor(tmp_path / "s.json").baseline == -0.075
+    near, far = (sensor.predict(np.full((6, 8), z), Camera(8, 6, 585, 585, 3.5, 2.5)) for z in (1.0, 2.0))
+    assert np.all(near == 1.0) and np.all(far == 2.0)  # disparities stay positive
+
+
+TABLE = {"variables": {"value": ["depth"]}, "grid": {"value": [[1, 2]]}}
 BROKEN = {
+    "differ in length": [{"effect": "vertical_banding", "parameters": {"columns": [1, 2], "steps": [0.1, 0.1, 0.1]}}],
+    "has 3 values": [{"effect": "vertical_banding", "parameters": {"steps": {"value": [0, 0], "std": [1, 2, 3]}}}],
+    "does not fit its grid": [{"effect": "tabulated", "parameters": TABLE | {"values": [0, 0, 0]}}],
+    "no list of names": [{"effect": "tabulated", "parameters": {"variables": {"value": [1]}}}],
+    "cannot depend on these": [{"effect": "tabulated", "parameters": {"variables": "colour", "grid": [1, 2]}}],
+    "the grid of a table is wrong": [{"effect": "tabulated", "parameters": TABLE | {"grid": [[2, 1]]}}],
     "unknown effect": [{"effect": "wiggle"}],
     "unknown parameter": [{"effect": "depth_scale", "parameters": {"factor": {"value": 1}}}],
     "wrong unit": [{"effect": "depth_offset", "parameters": {"offset": {"value": 3, "unit": "mm"}}}],
