@@ -2,12 +2,20 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.sensor.edges import Crossings, Indices, nearest_edges
+from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
+from fusion.sensor.effects.light.projector_shadow import shadowed
 from fusion.sensor.moment import Moment
-from fusion.sensor.view import BASELINE_M, Image, View, incidence_of
+from fusion.sensor.view import Edges, Image, View, incidence_of
+
+# share of the depth: smaller steps of a measured image are noise, or slopes up to 85 deg at fx = 585 px
+JUMP = 0.02
+GAP_PX = 6  # narrower holes are pixels lost at an edge, or single ones
 
 
 def estimated_view(
@@ -15,12 +23,33 @@ def estimated_view(
     camera: Camera,
     ir: NDArray | None = None,
     moment: Moment | None = None,
-    baseline: float = BASELINE_M,
+    projector: float | None = None,
 ) -> View:
-    """The view of a measured depth image (h, w) [m]: normals by central differences of its points.
+    """The view of a measured depth image (h, w) [m]: normals by central differences, edges to a pixel.
 
-    Normals and incidence are NaN where a neighbour is missing, and rough where the depth is noisy.
+    Normals and incidence are NaN where a neighbour is missing, and rough where the depth is noisy. Nothing is known
+    of indirect light, motion and what the camera does not see.
+
+    Args:
+        ir: (h, w) amplitude [count]; gives the reflectance, as of a sensor model without effects on the light.
+        projector: where it stands on the camera's x axis [m], negative to the left; gives what is lit (1 where
+            the depth is missing). None: not known.
     """
+    normals = normals_of(depth, camera)
+    with np.errstate(all="ignore"):
+        view = View(camera, depth, incidence_of(normals, camera), normals, ir=ir)
+        view = replace(view, edges=edges_of(view))
+        if ir is not None:
+            facing = np.maximum(np.cos(view.incidence), 0.1)  # beyond 84 deg the amplitude is mostly noise
+            view = replace(view, reflectance=ir * (depth * view.stretch) ** 2 / (IR_AT_1M * facing))
+        if projector is not None:
+            lit = 1.0 - shadowed(depth, projector, view)
+            view = replace(view, baseline=projector, lit=np.where(np.isfinite(depth), lit, 1.0).astype(depth.dtype))
+    return view if moment is None else replace(view, moment=moment)
+
+
+def normals_of(depth: Image, camera: Camera) -> Image:
+    """Unit normals (h, w, 3) of a depth image by central differences of its points; NaN where a neighbour misses."""
     points = camera.points(depth)
     normals = np.full(points.shape, np.nan, np.float32)
     with np.errstate(all="ignore"):
@@ -28,5 +57,57 @@ def estimated_view(
         along_v = points[2:, 1:-1] - points[:-2, 1:-1]
         normal = np.cross(along_v, along_u)
         normals[1:-1, 1:-1] = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        view = View(camera, depth, incidence_of(normals, camera), normals, ir=ir, baseline=baseline)
-    return view if moment is None else replace(view, moment=moment)
+    return normals
+
+
+def edges_of(view: View) -> Edges:
+    """The nearest edge of every pixel: half way between neighbours whose depths differ by 2 %, and not by a slope.
+
+    Holes narrower than 6 px are bridged, with the edge in their middle; at larger ones the surface ends. The light
+    across an edge is measured where there is `ir`, else that of equal reflectances.
+    """
+    assert view.depth is not None
+    filled = _bridge(view.depth)
+    depth = view.depth.reshape(-1)[filled].astype(np.float32)
+    first, second = (np.concatenate(side) for side in zip(_jumps(depth, 1), _jumps(depth, 0), strict=True))
+    z = depth.reshape(-1)
+    middle = np.full(len(first), 0.5, np.float32)
+    with np.errstate(all="ignore"):
+        light = 1.0 / (depth * view.stretch) ** 2 if view.ir is None else view.ir.reshape(-1)[filled]
+        return nearest_edges(Crossings(first, second, middle, np.column_stack([z[first], z[second]])), depth, light)
+
+
+def _bridge(depth: Image) -> Indices:
+    """(h, w) index of the pixel that each takes its value from: in narrow holes the nearest one, else itself."""
+    own = np.arange(depth.size).reshape(depth.shape)
+    missing = ~np.isfinite(depth)
+    if not missing.any() or missing.all():
+        return own
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (GAP_PX + 1, GAP_PX + 1))
+    closed = cv2.morphologyEx((~missing).astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
+    _, label = cv2.distanceTransformWithLabels(
+        missing.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    seen = np.zeros(depth.size + 1, own.dtype)
+    seen[label[~missing]] = own[~missing]
+    return np.where(closed & missing, seen[label], own)
+
+
+def _jumps(depth: Image, axis: int) -> tuple[Indices, Indices]:
+    """Indices of neighbours along an axis, and of the ones to the right or below, with an edge in between."""
+    with np.errstate(all="ignore"):
+        inverse = 1.0 / (depth if axis == 1 else depth.T)
+        change = np.abs(np.diff(inverse, axis=1))
+        # on a slope the inverse depth changes alike from pixel to pixel; of two pairs on each side the flatter one
+        # counts, because between two surfaces a pixel may show neither
+        beside = np.pad(np.nan_to_num(change), ((0, 0), (2, 2)))
+        slope = np.maximum(np.minimum(beside[:, :-4], beside[:, 1:-3]), np.minimum(beside[:, 3:-1], beside[:, 4:]))
+        nearer = np.fmax(inverse[:, 1:], inverse[:, :-1])
+        jump = (change > JUMP * nearer) & (slope < change / 2)
+    missing = np.isnan(inverse)
+    line, place = np.nonzero(jump | (missing[:, 1:] != missing[:, :-1]))
+    if axis == 1:
+        first = line * depth.shape[1] + place
+        return first, first + 1
+    first = place * depth.shape[1] + line
+    return first, first + depth.shape[1]
