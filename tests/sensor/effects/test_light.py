@@ -249,3 +249,36 @@ class TestStrayLight:
 def test_what_is_not_known_changes_nothing(effect):
     view = wall()
     assert not np.any(effect.bias(view.depth, view)) and not np.any(effect.dropout(view.depth, view))
+
+
+def test_shadows_of_many_boxes_are_those_of_rays():
+    # boxes before a wall, in the plane of a row: a pixel is dark when the way to the projector crosses a box
+    rng = np.random.default_rng(4)
+    camera = Camera(320, 1, 290.0, 290.0, 160.0, 0.0, principle="structured_light")
+    x = camera.rays()[0, :, 0].astype(float)
+    for baseline in (-0.1, 0.1):
+        for _ in range(5):
+            depth, boxes = np.full(320, 2.5), []
+            for z in np.sort(rng.uniform(0.8, 2.2, 4))[::-1]:
+                left, width = rng.integers(10, 280), rng.integers(3, 40)
+                depth[left : left + width] = z  # nearer boxes last
+                boxes.append((z, (left - 0.5 - 160) / 290 * z, (left + width - 0.5 - 160) / 290 * z))
+            dark = np.zeros(320, bool)
+            for z, low, high in boxes:  # where the way from the projector to the point passes the depth of the box
+                across = baseline + (x * depth - baseline) * z / depth
+                dark |= (z < depth - 1e-6) & (across > low) & (across < high)
+            found = ProjectorShadow(baseline).dropout(depth[None], View(camera, depth[None]))[0] > 0
+            # a pixel at each end of a shadow, and hidden parts of boxes that no pixel sees
+            assert np.count_nonzero(found & ~dark) <= 8 and np.count_nonzero(dark & ~found) <= 8 + hidden(boxes, depth)
+
+
+def hidden(boxes: list[tuple[float, float, float]], depth: np.ndarray) -> int:
+    """Pixels of boxes that the camera does not see, because a nearer box stands before them."""
+    return sum(round((high - low) / z * 290) - np.count_nonzero(depth == z) for z, low, high in boxes)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_a_noisy_wall_hardly_shadows_itself(noise):
+    depth = np.random.default_rng(2).normal(1.5, noise, KINECT.shape) if noise else np.full(KINECT.shape, 1.5)
+    # 2 mm at 1.5 m are 0.02 px of disparity
+    assert not ProjectorShadow(-0.075).dropout(depth, View(KINECT, depth)).any()

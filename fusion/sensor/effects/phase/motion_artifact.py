@@ -45,7 +45,8 @@ class MotionArtifact(Effect):
         sine, twice = np.sin(late), 2.0 * phase
         change = np.arctan2(sine * np.cos(twice), np.cos(late) + sine * np.sin(twice))
         if view.edges is not None:
-            near = np.flatnonzero(np.isfinite(view.edges.distance))
+            edges = view.edges
+            near = np.flatnonzero(np.isfinite(edges.distance + edges.direction + edges.jump + edges.light))
             shares = passed(near, depth, velocity, duration, view)
             cut = np.flatnonzero(shares.any(axis=0))  # pixels that an edge reaches
             change.flat[near[cut]] = _mixed(near[cut], shares[:, cut], phase, view)
@@ -78,7 +79,7 @@ def passed(where: np.ndarray, depth: Image, velocity: Image, duration: float, vi
 def _mixed(where: np.ndarray, shares: Image, phase: Image, view: View) -> Image:
     """Change of the phase (n,) when the exposures see these shares of the other side."""
     assert view.edges is not None
-    own, ratio = phase.ravel()[where], np.nan_to_num(view.edges.light.ravel()[where])
+    own, ratio = phase.ravel()[where], view.edges.light.ravel()[where]
     other = own + turn(view) * view.edges.jump.ravel()[where] * view.stretch.ravel()[where]
     step = STEPS[:, None] * (np.pi / 2.0)
     q = (1.0 - shares) * np.cos(own - step) + shares * ratio * np.cos(other - step)
