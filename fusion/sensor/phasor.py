@@ -1,6 +1,7 @@
 """The light in a time-of-flight pixel as a phasor: its length is the amplitude, its angle grows with the range.
 
 Light that joins on its way adds as phasors, whatever brings it: another surface, a neighbour, the lens.
+The amplitude is that of the IR image, which holds what has joined: an error of the second order in its share.
 """
 
 import numpy as np

@@ -36,7 +36,6 @@ class AmbientFlicker(Effect):
         if not np.any(self.amplitude):
             return np.zeros((), depth.dtype)
         least = view.moment.ambient or ROOM_LUX
-        # whole turns away first: hours at 100 Hz would cost a float its digits only far later, but so it is plain
-        pulse = np.sin(2.0 * np.pi * ((self.frequency * view.moment.time) % 1.0))
+        pulse = np.sin(2.0 * np.pi * self.frequency * view.moment.time)
         more = np.maximum(self.amplitude * (1.0 + pulse), 0.0) * least
         return added_noise(least, np.asarray(more, depth.dtype), depth, view)
