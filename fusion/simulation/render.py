@@ -82,7 +82,7 @@ def view_of(
     if channels.edges:
         view = replace(view, edges=edges_of(view, flat, stage))
     if channels.lit is not None:
-        view = replace(view, lit=lit_of(view, flat, stage, channels.lit))
+        view = replace(view, baseline=channels.lit or view.baseline, lit=lit_of(view, flat, stage, channels.lit))
     if channels.indirect is not None:
         view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect))
     if channels.motion:

@@ -70,3 +70,36 @@ def test_moving_camera_and_mesh_together_changes_nothing():
     assert same.sum() > 100
     assert np.abs(first.depth - second.depth)[same].max() < 1e-4  # a silhouette ray may graze another face
     assert np.allclose(inverse(T) @ T, np.eye(4))
+
+
+def test_reflectance_is_the_grey_of_the_colours_or_a_value_of_its_own():
+    view = render(wall(2.0), CAMERA, np.eye(4))
+    x = CAMERA.points(view.depth)[..., 0]
+    # colours are rounded to whole counts
+    assert np.abs(view.reflectance - (100 + 10 * x) / 255).max() < 1.5 / 255
+    own = Mesh(wall(2.0).vertices, wall(2.0).faces, scalars={"reflectance": 0.1 * wall(2.0).vertices[:, 0]})
+    assert np.abs(render(own, CAMERA, np.eye(4)).reflectance - 0.1 * x).max() < 1e-5
+    coloured = box((-0.5, -0.5, 0.9), (0.5, 0.5, 1.1), (255, 0, 0))
+    assert np.nanmax(np.abs(render(coloured, CAMERA, np.eye(4)).reflectance - 1 / 3)) < 1e-6
+
+
+def test_a_sphere_through_a_lens_has_depth_normals_and_incidence_of_the_formula():
+    centre, radius = np.array([0.05, -0.03, 1.2]), 0.4
+    azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, 401)[:-1], np.linspace(0, np.pi, 201), indexing="ij")
+    unit = np.dstack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)]).reshape(-1, 3)
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(400), np.arange(200), indexing="ij"))
+    a, b = i * 201 + j, (i + 1) % 400 * 201 + j
+    faces = np.concatenate([np.column_stack([a, a + 1, b + 1]), np.column_stack([a, b + 1, b])]).astype(np.int32)
+    view = render(Mesh(centre + radius * unit, faces, unit.astype(np.float32)), CAMERA, np.eye(4))
+    rays = np.dstack([CAMERA.rays(), np.ones(CAMERA.shape)]).astype(float)
+    square, along = (rays**2).sum(axis=2), rays @ centre
+    root = along**2 - square * (centre @ centre - radius**2)
+    inside = root > 0.01  # away from the outline, where the polyhedron ends earlier
+    depth = (along - np.sqrt(np.where(inside, root, 0))) / square
+    assert inside.sum() > 500
+    # facets with diagonals of 9 mm lie up to L^2 / 8 R = 25 um below the sphere, along slanted rays more
+    assert np.abs(view.depth - depth)[inside].max() < 1e-4
+    normals = (rays * depth[..., None] - centre) / radius
+    assert np.abs(view.normals - normals)[inside].max() < 1e-4  # interpolated over 16 mrad, and 30 um beside
+    cosine = -(normals * rays).sum(axis=2) / np.sqrt(square)
+    assert np.abs(np.cos(view.incidence) - cosine)[inside].max() < 1e-4
