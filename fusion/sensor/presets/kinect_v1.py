@@ -28,7 +28,7 @@ def kinect_v1() -> Sensor:
         baseline=0.075,
         std={("vertical_banding", "step"): 0.06},
         sources={
-            "projector_shadow": "simkinect: 7.5 cm (Pagliari 2014: about 7.4); to the right: in TUM freiburg1_rpy 94 % of "
+            "projector_shadow": "simkinect: 7.5 cm (Pagliari 2014: about 7.4); on the right: in TUM fr1/rpy 94 % of "
             "the holes beside a near thing, as wide as its shadow, lie to its left",
             "vertical_banding": "forums.structure.io/t/2330 and Chow and Lichti 2013 show bands; their size is a guess",
             "lateral_noise": NGUYEN,
