@@ -100,6 +100,6 @@ def test_a_sphere_through_a_lens_has_depth_normals_and_incidence_of_the_formula(
     # facets with diagonals of 9 mm lie up to L^2 / 8 R = 25 um below the sphere, along slanted rays more
     assert np.abs(view.depth - depth)[inside].max() < 1e-4
     normals = (rays * depth[..., None] - centre) / radius
-    assert np.abs(view.normals - normals)[inside].max() < 1e-4  # interpolated over 16 mrad, and 30 um beside
+    assert np.abs(view.normals - normals)[inside].max() < 3e-4  # 80 um off in depth, of 0.4 m
     cosine = -(normals * rays).sum(axis=2) / np.sqrt(square)
-    assert np.abs(np.cos(view.incidence) - cosine)[inside].max() < 1e-4
+    assert np.abs(np.cos(view.incidence) - cosine)[inside].max() < 3e-4
