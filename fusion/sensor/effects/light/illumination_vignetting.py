@@ -30,6 +30,7 @@ class IlluminationVignetting(Effect):
         (0, 1e7),
         "amplitude of a white frontal surface on the axis at 1 m; 0 = not given",
         f"radiometry; {IR_AT_1M:g} count where not given: guess",
+        "lamp",  # a file need not give it beside the exponent
         typical=2000.0,
     )
 
