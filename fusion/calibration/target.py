@@ -109,15 +109,22 @@ def _inside(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
 
 
 def _plane(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
-    """Normal (3,) and distance [m] of the plane through points (..., 3) that may hold NaN."""
+    """Normal (3,) and distance [m] of the plane through points (..., 3) that may hold NaN.
+
+    Along the ray (x, y, 1) a plane is 1 / z = a x + b y + c, linear, and the noise is in z alone: a fit of distances
+    to the plane would turn a steep target.
+    """
     p = points.reshape(-1, 3).astype(float)
     p = p[np.isfinite(p).all(axis=1)]
     if len(p) < 30:
         raise FusionError("the target has no inside", found=f"{len(p)} px with a depth", expected="30 or more")
+    keep = np.ones(len(p), bool)
     for _ in range(3):
-        centre = p.mean(axis=0)
-        normal = np.linalg.svd(p - centre, full_matrices=False)[2][2]
-        off = np.abs((p - centre) @ normal)
-        p = p[off <= 4 * np.sqrt((off**2).mean()) + 1e-9]
-    normal = normal if normal @ centre < 0 else -normal
-    return normal, float(normal @ centre)
+        q = p[keep]
+        # an error of z is one of z^2 times as much in 1 / z
+        A = np.column_stack([q[:, 0], q[:, 1], q[:, 2]]) * q[:, 2:]
+        a = np.linalg.lstsq(A, q[:, 2], rcond=None)[0]
+        off = np.abs(p[:, 2] - p[:, 2] / (p @ a))
+        keep = off <= 4 * np.sqrt((off[keep] ** 2).mean()) + 1e-9
+    length = float(np.linalg.norm(a))
+    return -a / length, -1.0 / length

@@ -24,7 +24,8 @@ class TargetNoise:
     """What one pose of the target says.
 
     Attributes:
-        depth: of the target's middle [m].
+        pixel: (v, u) of the target's middle, to which all else belongs.
+        depth: there [m], of the plane through the target.
         tilt: between the line of sight to the middle and the normal [rad].
         frames: number of frames.
         axial: standard deviation of one depth at the middle [m], NaN without values.
@@ -34,6 +35,7 @@ class TargetNoise:
         z_scores: a sample of depths less their pixel's mean, over their pixel's standard deviation.
     """
 
+    pixel: tuple[int, int]
     depth: float
     tilt: float
     frames: int
@@ -80,10 +82,11 @@ def measure_target(
         for side, positions in zip((0, 1), edges, strict=True):
             positions.append(edge_positions(depth, found, plane, side))
         if len(scores) < 20:
-            scores.append((depth[middle] - series.mean[middle]) / series.std[middle])
+            scores.append(_scores(depth, series, middle))
     v, u = (int(np.mean(indices)) for indices in np.nonzero(middle))
     lateral = tuple(lateral_spread(np.array(p)) * plane[v, u] / camera.fx for p in edges)
     return TargetNoise(
+        (v, u),
         float(plane[v, u]),
         float(tilt[v, u]),
         series.frames,
@@ -165,3 +168,10 @@ def _pooled(series: PixelSeries, where: NDArray[np.bool_]) -> tuple[float, float
         return float("nan"), float("nan")
     sigma = float(np.sqrt((variance[known] * freedom[known]).sum() / total))
     return sigma, sigma / float(np.sqrt(2 * total))
+
+
+def _scores(depth: Image, series: PixelSeries, where: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Depths less their pixel's mean over its standard deviation; pixels that never change are left out."""
+    spread = series.std[where]
+    known = np.isfinite(spread) & (spread > 0)
+    return ((depth[where] - series.mean[where])[known] / spread[known]).astype(np.float32)
