@@ -68,23 +68,11 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
         TrackingError: the views do not fit any turn about one axis.
     """
     n = len(views)
-    empty = np.array([len(v.points) < 100 for v in views])
-    used = np.flatnonzero(~empty)
-    seen = [v for v, nothing in zip(views, empty, strict=True) if not nothing]
-    if len(used) < 3:
-        raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
+    used, seen, shown, floor, (axis, angles) = begin(views, region, commanded)
     centre = (region.low + region.high) / 2
-    shown = [_thinned(v, POINTS_FIRST) for v in seen]
-    stride, steps, axis = _first_axis(shown, centre, None if commanded is None else commanded[used])
-    plate = plate_height(seen, axis)
-    floor = -np.inf if plate is None else plate + 0.008
-    shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
-    if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
-        shown, floor = [_thinned(v, POINTS_FIRST) for v in seen], -np.inf
-    axis, angles = _chain(shown, axis, steps, stride, None if commanded is None else commanded[used])
     fine = [above(v, axis, floor, POINTS_FINE) for v in seen]
     fit, camera_fit = _refine(shown, fine, axis, angles)
-    rejected = {int(i): "the object is not visible" for i in np.flatnonzero(empty)}
+    rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
 
@@ -125,21 +113,34 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
     )
 
 
+def begin(
+    views: Sequence[View], region: Region, commanded: Array | None
+) -> tuple[NDArray[np.intp], list[View], list[View], float, tuple[Axis, Array]]:
+    """Frames that show the object, their views whole and thinned above the plate, where it ends, and a first motion."""
+    empty = np.array([len(v.points) < 100 for v in views])
+    used = np.flatnonzero(~empty)
+    seen = [v for v, nothing in zip(views, empty, strict=True) if not nothing]
+    if len(used) < 3:
+        raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
+    centre = (region.low + region.high) / 2
+    shown = [_thinned(v, POINTS_FIRST) for v in seen]
+    stride, steps, axis = _first_axis(shown, centre, None if commanded is None else commanded[used])
+    plate = plate_height(seen, axis)
+    floor = -np.inf if plate is None else plate + 0.008
+    shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
+    if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
+        shown, floor = [_thinned(v, POINTS_FIRST) for v in seen], -np.inf
+    axis, angles = _chain(shown, axis, steps, stride, None if commanded is None else commanded[used])
+    return used, seen, shown, floor, (axis, angles)
+
+
 def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> tuple[Loop, Loop]:
-    """Local edges first, then the turns' closure, then all errors of camera and depth; last the axis as stated.
+    """The turns together, then all errors of camera and depth; last the axis as stated.
 
     Returns:
         The motion for the stated camera, and the fit in which the camera alone was free.
     """
-    coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
-    local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
-    first = close_loop(shown, (axis, angles), local, coarse)
-    angles = _close_turns([first.check.view(v) for v in shown], first.axis, first.angles)
-    edges = choose_edges(angles, WIDEST, 4)
-    middle = close_loop(shown, (first.axis, angles), edges, coarse, first.check)
-    edges = choose_edges(middle.angles, WIDEST, 4)
-    lens = LoopSettings((0.01, 0.008), (3, 3), free_camera=("focal", "cx", "cy"))
-    camera_fit = close_loop(shown, (middle.axis, middle.angles), edges, lens, middle.check)
+    middle, edges, camera_fit = together(shown, axis, angles)
     fits = []
     for free in ((), ("focal",), DEPTH_ERRORS):
         passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free)
@@ -158,6 +159,20 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
         stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
         fit = close_loop(fine, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
+
+
+def together(shown: list[View], axis: Axis, angles: Array) -> tuple[Loop, list[tuple[int, int]], Loop]:
+    """All turns brought together with the focal length free, their edges, and the fit with the camera alone free."""
+    coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
+    local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
+    first = close_loop(shown, (axis, angles), local, coarse)
+    angles = _close_turns([first.check.view(v) for v in shown], first.axis, first.angles)
+    edges = choose_edges(angles, WIDEST, 4)
+    middle = close_loop(shown, (first.axis, angles), edges, coarse, first.check)
+    edges = choose_edges(middle.angles, WIDEST, 4)
+    lens = LoopSettings((0.01, 0.008), (3, 3), free_camera=("focal", "cx", "cy"))
+    camera_fit = close_loop(shown, (middle.axis, middle.angles), edges, lens, middle.check)
+    return middle, edges, camera_fit
 
 
 def _misfit(fit: Loop) -> float:
