@@ -16,6 +16,7 @@ COMMANDS = {
     "reconstruct": "correct, track, integrate: a recording becomes a mesh",
     "turntable": "the same for an object on a turntable, with axis and closed loop",
     "simulate": "a recording as a sensor would have made it; the same seed, the same bits",
+    "sensor": "a sensor model as a table with units, intervals and sources; the models known by name",
     "compare": "signed distances between a mesh and a reference",
 }
 

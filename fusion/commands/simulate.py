@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int | None:
     )
     for text in sensor.warnings + tuple(t for t in sensor.left_out if "not computed" in t):
         sys.stderr.write(f"note: {text}\n")
-    numbers = {"output": str(options.output), "scene": simulation.scene.name, "sensor": sensor.name}
+    numbers: dict[str, object] = {"output": str(options.output), "scene": simulation.scene.name, "sensor": sensor.name}
     numbers |= {"seed": options.seed, "frames": total}
     if options.json:
         print(json.dumps(numbers, indent=1))

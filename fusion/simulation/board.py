@@ -62,7 +62,7 @@ class Board:
         """Grey image with the margin; the top-left square is black."""
         if not self.marker_m:
             squares = np.add.outer(np.arange(self.rows + 1), np.arange(self.columns + 1)) % 2
-            picture, margin = np.kron(squares, np.full((2, 2), 255)).astype(np.uint8), int(2 * MARGIN)
+            picture, margin = np.kron(squares, np.full((2, 2), 255)), int(2 * MARGIN)
         else:
             shape = (self.columns + 1, self.rows + 1)
             markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, self.dictionary))
@@ -73,7 +73,7 @@ class Board:
                 found = f"{shape[0]} x {shape[1]} squares of {self.dictionary}"
                 raise SceneError("OpenCV cannot draw this board", found=found, do="use a larger dictionary") from error
             margin = int(SQUARE_PX * MARGIN)
-        return np.pad(picture, margin, constant_values=255)
+        return np.pad(picture, margin, constant_values=255).astype(np.uint8)
 
 
 def board_paint(board: Board, T_world_board: Array, turns: bool = False) -> Paint:

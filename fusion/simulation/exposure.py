@@ -14,6 +14,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.simulation.casting import Body
 from fusion.simulation.course import Course, neighbours
+from fusion.simulation.indirect import Bounce
 from fusion.simulation.motion import twist_between
 from fusion.simulation.paint import Paint, painted
 from fusion.simulation.render import Channels, RayCaster, view_of
@@ -93,10 +94,13 @@ class Exposures:
     def _channels(self) -> Channels:
         """No more than the sensor's effects ask for."""
         shadow = self._sensor.effect("projector_shadow")
-        asked = {variable for effect in self._sensor.effects for variable in effect.variables}
+        # a shadow is found by rays to the projector, not by edges
+        others = [effect for effect in self._sensor.effects if effect is not shadow]
+        asked = {variable for effect in others for variable in effect.variables}
         return Channels(
             edges="edge" in asked,
             lit=None if shadow is None else float(np.mean(getattr(shadow, "baseline", 0.0))),
+            indirect=None if self._sensor.effect("multipath") is None else Bounce(),
             motion=self._scene.course.turntable is not None or self._scene.course.continuous,
         )
 

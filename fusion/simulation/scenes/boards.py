@@ -17,7 +17,7 @@ ASPECT = 0.75  # height over width of the picture
 def checkerboard(
     columns: int = 9, rows: int = 6, square_m: float = 0.04, field_deg: float = 56.0, frames: int = 20
 ) -> Scene:
-    """a checkerboard (numbers of inner corners) all over the field of view (degrees across); board.json beside it"""
+    """a checkerboard (numbers of inner corners), each frame from another side; field_deg across"""
     return _seen("checkerboard", Board(columns, rows, square_m), field_deg, frames)
 
 
@@ -30,7 +30,7 @@ def charuco(
     field_deg: float = 56.0,
     frames: int = 20,
 ) -> Scene:
-    """a ChArUco board (numbers of inner corners) all over the field of view (degrees across); board.json beside it"""
+    """a ChArUco board (numbers of inner corners), each frame from another side; field_deg across"""
     return _seen("charuco", Board(columns, rows, square_m, marker_m, dictionary), field_deg, frames)
 
 
@@ -57,19 +57,17 @@ def _seen(name: str, board: Board, field_deg: float, frames: int) -> Scene:
 def _views(board: Board, field: Array, frames: int) -> list[Array]:
     """Poses that tilt and roll the board and put it into all parts of the picture, always the whole of it."""
     half = 0.5 * np.array(board.size_m)
-    nearest = 1.1 * float((half / field).max())
+    nearest = 1.1 * float(max(half / field))
     views = []
     for k in range(frames):
         share = (k + 0.5) / frames
         tilt, around = MOST_TILT * np.sqrt(share), GOLDEN * k
-        distance = nearest * (1.0 + 0.4 * ((k * 0.618) % 1.0)) + float(half.max()) * np.sin(tilt)
+        distance = nearest * (1.0 + 0.4 * ((k * 0.618) % 1.0)) + float(max(half)) * np.sin(tilt)
         out = np.array([np.cos(tilt), np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around)])
         roll = np.deg2rad(18.0) * np.sin(2.3 * k)
         # a rolled board reaches further up and down
         c, s = abs(np.cos(roll)), abs(np.sin(roll))
-        reach = np.array([c * half[0] + s * half[1], s * half[0] + c * half[1]]) / (
-            distance - half.max() * np.sin(tilt)
-        )
+        reach = np.array([c * half[0] + s * half[1], s * half[0] + c * half[1]]) / (distance - max(half) * np.sin(tilt))
         room = np.maximum(field - 1.05 * reach, 0.0) * distance
         aside = room * np.array([np.cos(1.9 * k), np.sin(2.6 * k)])
         T = looking_at(distance * out, np.zeros(3), roll)

@@ -24,13 +24,14 @@ def patches(
     if not (1 <= columns <= MOST and 1 <= rows <= MOST and 1e-3 <= patch_m <= 10):
         raise SceneError("the patches cannot be laid out", found=f"{columns} x {rows} of {patch_m} m")
     placements = [(d, t) for t in tilt_deg for d in distance_m]
+    course = standing([before(d, t) for d, t in placements], frames, start_s=WARM_S)
     return Scene(
         name="patches",
         parts=(_grid(np.asarray(reflectance, float), patch_m, columns, rows),),
-        course=standing([before(d, t) for d, t in placements], frames, start_s=WARM_S),
+        course=course,
         poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
         ambient_lux=300.0,
-        telemetry={"distance_m": np.repeat([d for d, _ in placements], frames).astype(float)},
+        telemetry={"distance_m": np.repeat([float(d) for d, _ in placements], frames)},
     )
 
 

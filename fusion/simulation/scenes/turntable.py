@@ -32,7 +32,9 @@ def turntable(
 ) -> Scene:
     """a mesh (file, z up; default: the demo's owl) on a turntable; scale=0.001 for millimetres"""
     checked_frames(frames)
-    thing = placed(read_mesh(Path(mesh)), scale) if mesh else demo_truth()
+    thing = read_mesh(Path(mesh)) if mesh else demo_truth()
+    if mesh or scale != 1.0:  # the demo's owl stands beside the axis
+        thing = placed(thing, scale)
     low, high = thing.vertices.min(axis=0), thing.vertices.max(axis=0)
     radius = float(np.hypot(*np.abs([low, high])[:, :2].max(axis=0)))
     size = max(radius, float(high[2]) / 2)

@@ -18,12 +18,12 @@ def wall(
 ) -> Scene:
     """a flat wall; each distance (along the optical axis) at each tilt for some frames"""
     placements = [(d, t) for t in tilt_deg for d in distance_m]
-    distances = np.repeat([d for d, _ in placements], frames).astype(float)
+    course = standing([before(d, t) for d, t in placements], frames, start_s=WARM_S)
     return Scene(
         name="wall",
         parts=(upright((-20.0, 20.0), (-10.0, 10.0), 0.0, reflectance),),
-        course=standing([before(d, t) for d, t in placements], frames, start_s=WARM_S),
+        course=course,
         poses=StatedPoses("surveyed", sigma_m, sigma_rad),
         ambient_lux=ambient_lux,
-        telemetry={"distance_m": distances},
+        telemetry={"distance_m": np.repeat([float(d) for d, _ in placements], frames)},
     )

@@ -12,7 +12,7 @@ ROOM_C, RISE_C, RISE_S = 23.0, 9.0, 900.0  # guess: a closed camera of 5 to 15 W
 def warm_up(
     distance_m: float = 1.2, frames: int = 20, minutes: float = 50.0, start_s: float = 60.0, reflectance: float = 0.7
 ) -> Scene:
-    """a wall with a plate before it, few frames over a long time from switch-on, with the sensor's temperature"""
+    """a plate before a wall, few frames over a long time from switch-on, with the temperature"""
     frame_s = 60.0 * minutes / max(frames - 1, 1)
     times = stamps(frames, frame_s, start_s)
     warming = np.exp(-times / RISE_S)
