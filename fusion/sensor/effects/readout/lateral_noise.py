@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from fusion.sensor.effect import Effect, normal
@@ -12,6 +13,7 @@ from fusion.sensor.view import Edges, Image, View
 
 # a neighbour this much (share of the depth) nearer or farther is another surface; 85 deg of tilt at fx = 585 px
 JUMP = 0.02
+REACH = 8.0  # [px] farther from an edge nothing jitters
 
 
 @dataclass(frozen=True)
@@ -36,48 +38,74 @@ class LateralNoise(Effect):
     )
 
     def bias(self, depth: Image, view: View) -> Image:
-        other, p = self._chance(depth, view)
-        return p * other
+        near = self._near(depth, view)
+        return _spread_out(near, near.share * near.jump, depth)
 
     def noise(self, depth: Image, view: View) -> Image:
-        other, p = self._chance(depth, view)
-        return np.abs(other) * np.sqrt(p * (1 - p))
+        near = self._near(depth, view)
+        return _spread_out(near, np.abs(near.jump) * np.sqrt(near.share * (1 - near.share)), depth)
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        other, p = self._chance(depth, view)
-        jitter = normal(rng, depth)
+        near, jitter = self._near(depth, view), normal(rng, depth).ravel()
+        # positive moves the edge towards the background, so that its pixels show the foreground
+        shared = jitter[near.edge_pixel] * np.where(near.jump < 0, 1, -1)
+        flipped = shared * near.spread > near.distance
+        return _spread_out(near, (flipped - near.share) * near.jump, depth)
+
+    def _near(self, depth: Image, view: View) -> "_Near":
+        """The pixels that a jitter can reach."""
+        if not (np.any(self.sigma_px) or np.any(self.sigma)):
+            nothing = np.zeros(0, depth.dtype)
+            return _Near(np.zeros(0, np.intp), nothing, nothing, nothing, nothing, np.zeros(0, np.intp))
         if view.edges is None:
-            flipped = jitter * self._spread(depth, other, view) > 0.5
+            steps = jump(depth)
+            where = np.flatnonzero(np.nan_to_num(steps))
+            distance, edge_pixel = np.full(len(where), 0.5, depth.dtype), where
+            other = steps.ravel()[where]
         else:
-            # positive moves the edge towards the background, so that its pixels show the foreground
-            shared = jitter[_edge_pixel(view.edges)] * np.where(other < 0, 1, -1)
-            flipped = shared * self._spread(depth, other, view) > view.edges.distance
-        return (flipped - p) * other
-
-    def _chance(self, depth: Image, view: View) -> tuple[Image, Image]:
-        """Depth across the edge minus the own (h, w) [m], and the share (h, w) of frames that show it."""
-        if view.edges is None:
-            other, distance = jump(depth), np.asarray(0.5, depth.dtype)
-        else:
-            other = np.nan_to_num(view.edges.jump, posinf=0, neginf=0).astype(depth.dtype)
-            distance = np.nan_to_num(view.edges.distance, nan=np.inf, posinf=np.inf).astype(depth.dtype)
-        p = ndtr(-distance / np.maximum(self._spread(depth, other, view), 1e-9)).astype(depth.dtype)
-        return np.where(np.isfinite(depth), other, np.nan), p
-
-    def _spread(self, depth: Image, other: Image, view: View) -> Image:
-        """Jitter (h, w) [px]; the edge is that of the nearer surface."""
-        in_pixels = np.asarray(self.sigma, depth.dtype) * (view.camera.fx / (depth + np.minimum(other, 0)))
-        return np.nan_to_num(np.hypot(np.asarray(self.sigma_px, depth.dtype), in_pixels))
+            where = np.flatnonzero((view.edges.distance < REACH) & np.isfinite(depth))
+            distance = view.edges.distance.ravel()[where].astype(depth.dtype)
+            edge_pixel = _edge_pixel(where, distance, view.edges)
+            other = np.nan_to_num(view.edges.jump.ravel()[where], posinf=0, neginf=0).astype(depth.dtype)
+        # the edge is that of the nearer surface
+        at = np.maximum(depth.ravel()[where] + np.minimum(other, 0), 1e-3)
+        in_pixels = _at(self.sigma, where, depth) * (view.camera.fx / at)
+        spread = np.maximum(np.hypot(_at(self.sigma_px, where, depth), in_pixels), 1e-9)
+        return _Near(where, distance, other, spread, ndtr(-distance / spread).astype(depth.dtype), edge_pixel)
 
 
-def _edge_pixel(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
-    """Row and column (h, w) of the pixel that holds the nearest edge point; the own where no edge is near."""
+@dataclass(frozen=True)
+class _Near:
+    """Pixels (n,) beside an edge: flat index, distance [px], depth across minus own [m], jitter [px], share of the
+    frames that show the other side, and the flat index of the pixel that holds the edge point."""
+
+    where: NDArray[np.intp]
+    distance: Image
+    jump: Image
+    spread: Image
+    share: Image
+    edge_pixel: NDArray[np.intp]
+
+
+def _edge_pixel(where: NDArray[np.intp], distance: Image, edges: Edges) -> NDArray[np.intp]:
+    """Flat index (n,) of the pixel that holds the nearest edge point."""
     height, width = edges.distance.shape
-    e = np.where(np.isfinite(edges.distance), edges.distance, 0)
-    direction = np.nan_to_num(edges.direction, posinf=0, neginf=0)
-    v = np.rint(np.arange(height)[:, None] + e * np.sin(direction)).astype(np.intp)
-    u = np.rint(np.arange(width)[None, :] + e * np.cos(direction)).astype(np.intp)
-    return np.clip(v, 0, height - 1), np.clip(u, 0, width - 1)
+    direction = np.nan_to_num(edges.direction.ravel()[where], posinf=0, neginf=0)
+    v = np.rint(where // width + distance * np.sin(direction)).astype(np.intp)
+    u = np.rint(where % width + distance * np.cos(direction)).astype(np.intp)
+    return np.clip(v, 0, height - 1) * width + np.clip(u, 0, width - 1)
+
+
+def _spread_out(near: _Near, values: Image, depth: Image) -> Image:
+    """Values (n,) as an image (h, w), 0 elsewhere, NaN where there is no depth."""
+    out = np.zeros(depth.shape, depth.dtype)
+    out.flat[near.where] = values
+    return out + 0 * depth
+
+
+def _at(value: Value, where: NDArray[np.intp], depth: Image) -> Image:
+    """A parameter at some pixels, whether it is a number or a map."""
+    return np.asarray(value, depth.dtype) if np.ndim(value) == 0 else np.asarray(value, depth.dtype).ravel()[where]
 
 
 def jump(depth: Image) -> Image:
