@@ -52,12 +52,11 @@ def painted(paint: Paint, depth: Image, camera: Camera, T_picture_camera: Array)
     if rows.start == rows.stop:
         return mask, np.zeros(0)
     rays = _fine_rays(camera)[rows.start * ACROSS : rows.stop * ACROSS, columns.start * ACROSS : columns.stop * ACROSS]
-    u, v = _on_plane(rays, T_picture_camera)
+    column, row = _cells(paint, rays, T_picture_camera)
     height, width = paint.picture.shape
-    column, row = np.floor(u / paint.size_m[0] * width), np.floor(v / paint.size_m[1] * height)
-    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    at = np.where(inside, row, 0).astype(np.intp), np.where(inside, column, 0).astype(np.intp)
-    grey = np.where(inside, paint.picture[at], 0).astype(np.float32) / 255.0
+    # around the picture lies one more row and column, in which nothing is painted: NaN would spoil the means
+    grey = np.pad(paint.picture.astype(np.float32) / 255.0, 1)[row, column]
+    inside = (row > 0) & (row <= height) & (column > 0) & (column <= width)
     share, total = _block_mean(inside.astype(np.float32)), _block_mean(grey)
     on = _lies_on(depth[rows, columns], camera.rays()[rows, columns], T_picture_camera)
     # a pixel half beside the pattern shows the mean of its painted half: what is beside it is not known here
@@ -69,13 +68,13 @@ def painted(paint: Paint, depth: Image, camera: Camera, T_picture_camera: Array)
 def _window(paint: Paint, depth: Image, camera: Camera, T_picture_camera: Array) -> tuple[slice, slice]:
     """Rows and columns that hold all pixels whose surface lies in the pattern's plane and near its rectangle."""
     rays = camera.rays()
-    points = np.dstack([rays, np.ones(depth.shape, np.float32)]) * depth[..., None]
-    local = points @ T_picture_camera[:3, :3].T + T_picture_camera[:3, 3]
     margin = 0.05 * max(paint.size_m)
+    hit = _lies_on(depth, rays, T_picture_camera)
     with np.errstate(invalid="ignore"):
-        hit = np.abs(local[..., 2]) < NEAR * (1 + depth)
         for axis in range(2):
-            hit &= (local[..., axis] > -margin) & (local[..., axis] < paint.size_m[axis] + margin)
+            place = depth * _times(T_picture_camera[axis, :3], rays[..., 0], rays[..., 1])
+            place += float(T_picture_camera[axis, 3])
+            hit &= (place > -margin) & (place < paint.size_m[axis] + margin)
     v, u = np.flatnonzero(hit.any(axis=1)), np.flatnonzero(hit.any(axis=0))
     if not len(v):
         return slice(0, 0), slice(0, 0)
@@ -83,9 +82,8 @@ def _window(paint: Paint, depth: Image, camera: Camera, T_picture_camera: Array)
 
 
 def _lies_on(depth: Image, rays: Image, T_picture_camera: Array) -> NDArray[np.bool_]:
-    z = T_picture_camera[2, :3]
     with np.errstate(invalid="ignore"):
-        away = depth * (rays[..., 0] * z[0] + rays[..., 1] * z[1] + z[2]) + T_picture_camera[2, 3]
+        away = depth * _times(T_picture_camera[2, :3], rays[..., 0], rays[..., 1]) + float(T_picture_camera[2, 3])
         return np.asarray(np.abs(away) < NEAR * (1 + depth))
 
 
@@ -105,14 +103,30 @@ def _fine_rays(camera: Camera) -> NDArray[np.float32]:
     return fine.rays()
 
 
-def _on_plane(rays: NDArray[np.float32], T_picture_camera: Array) -> tuple[Image, Image]:
-    """x and y [m] in the picture's plane of each ray; far outside where a ray does not meet it."""
-    R, t = T_picture_camera[:3, :3], T_picture_camera[:3, 3]
-    x, y, z = (rays[..., 0] * R[k, 0] + rays[..., 1] * R[k, 1] + R[k, 2] for k in range(3))
-    with np.errstate(all="ignore"):
-        length = -t[2] / z
-        good = np.isfinite(length) & (length > 0)
-        return np.where(good, t[0] + length * x, -1e9), np.where(good, t[1] + length * y, -1e9)
+def _cells(paint: Paint, rays: NDArray[np.float32], T: Array) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Column and row of the picture that rays meet, from 1; 0 or beyond the last where they do not meet it.
+
+    From rays (x, y, 1) to the plane is a homography: with P = t + s R ray and P_z = 0, P_x = (t_x R_z - t_z R_x) ray /
+    (R_z ray).
+    """
+    R, t = T[:3, :3], T[:3, 3]
+    x, y = rays[..., 0], rays[..., 1]
+    below = _times(R[2], x, y)
+    cells = []
+    for axis in range(2):
+        count = paint.picture.shape[1 - axis]
+        above = _times((t[axis] * R[2] - t[2] * R[axis]) * (count / paint.size_m[axis]), x, y)
+        with np.errstate(all="ignore"):
+            cell = np.floor(above / below) + 1
+            # behind the camera, or along the plane
+            cell = np.where(-float(t[2]) * below > 0, np.clip(np.nan_to_num(cell), 0, count + 1), 0)
+        cells.append(cell.astype(np.int32))
+    return cells[0], cells[1]
+
+
+def _times(row: Array, x: NDArray[np.float32], y: NDArray[np.float32]) -> NDArray[np.float32]:
+    # plain numbers keep single precision: a thousandth of a cell
+    return float(row[0]) * x + float(row[1]) * y + float(row[2])
 
 
 def _block_mean(fine: Image) -> Image:
