@@ -146,5 +146,4 @@ def incidence_of(normals: Image, camera: Camera) -> Image:
     """Angle (h, w) [rad] between the pixels' rays and the normals (h, w, 3) in the camera frame."""
     rays = camera.rays()
     along = normals[..., 0] * rays[..., 0] + normals[..., 1] * rays[..., 1] + normals[..., 2]
-    length = np.sqrt(1.0 + (rays**2).sum(axis=-1))
-    return np.arccos(np.clip(np.abs(along) / length, 0.0, 1.0))
+    return np.arccos(np.clip(np.abs(along) / stretch(camera), 0.0, 1.0))

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.mesh.mesh import Mesh
 
@@ -94,9 +95,9 @@ class Stage:
             R = T[:3, :3].astype(np.float32)
             rays = np.empty((len(directions), 6), np.float32)
             rays[:, :3] = T[:3, 3]
-            np.matmul(directions, R.T, out=rays[:, 3:])
+            _turn(directions, R, rays[:, 3:])
             t, face, normals, uv = mesh.cast(rays)
-            hits = Hits(t, normals @ R, face, uv, np.full(len(t), index, np.uint8))
+            hits = Hits(t, _turn(normals, R.T, np.empty_like(normals)), face, uv, np.full(len(t), index, np.uint8))
             best = hits if best is None else _nearer(best, hits)
         return best if best is not None else _nothing(len(directions))
 
@@ -106,8 +107,9 @@ class Stage:
         for mesh, T in self.placed:
             R = T[:3, :3].astype(np.float32)
             rays = np.empty((len(ends), 6), np.float32)
-            rays[:, :3] = starts @ R.T + T[:3, 3].astype(np.float32)
-            np.matmul(ends - starts, R.T, out=rays[:, 3:])
+            _turn(np.atleast_2d(starts), R, rays[:, :3])
+            rays[:, :3] += T[:3, 3].astype(np.float32)
+            _turn(ends - starts, R, rays[:, 3:])
             shadow |= mesh.blocks(rays)
         return shadow
 
@@ -124,8 +126,17 @@ class Stage:
             values[mine] = found[:, :4]
             if mesh.smooth:
                 normals = normals if normals is not hits.normals else normals.copy()
-                normals[mine] = _unit(found[:, 4:7] @ T[:3, :3].astype(np.float32), normals[mine])
+                smooth = _turn(found[:, 4:7], T[:3, :3].T.astype(np.float32), np.empty((len(found), 3), np.float32))
+                normals[mine] = _unit(smooth, normals[mine])
         return values, normals
+
+
+@lru_cache(maxsize=4)
+def directions(camera: Camera) -> Floats:
+    """(pixels, 3) rays of all pixels in the camera frame, of length 1 along z; read only."""
+    rays = np.dstack([camera.rays(), np.ones(camera.shape, np.float32)]).reshape(-1, 3)
+    rays.flags.writeable = False
+    return rays
 
 
 def _values(mesh: Mesh) -> Floats:
@@ -147,6 +158,16 @@ def _interpolated(mesh: PreparedMesh, face: NDArray[np.uint32], uv: Floats) -> F
         found[block] += corners[:, 1] * u
         found[block] += corners[:, 2] * v
     return found
+
+
+def _turn(vectors: Floats, R: Floats, out: Floats) -> Floats:
+    """Vectors (n, 3) or (1, 3) turned by R into `out` (n, 3); many threads for so small a matrix would only wait."""
+    for row in range(3):
+        column = vectors[:, 0] * R[row, 0]
+        column += vectors[:, 1] * R[row, 1]
+        column += vectors[:, 2] * R[row, 2]
+        out[:, row] = column
+    return out
 
 
 def _unit(normals: Floats, flat: Floats) -> Floats:

@@ -5,7 +5,7 @@ import numpy as np
 
 from fusion.geometry.pose import Array, inverse
 from fusion.sensor.view import Image, View
-from fusion.simulation.casting import Stage
+from fusion.simulation.casting import Stage, directions
 
 
 def twist_between(T_world_before: Array, T_world_after: Array, seconds: float) -> Array:
@@ -30,13 +30,14 @@ def velocity_of(view: View, stage: Stage, body: np.ndarray, camera_twist: Array 
     own = rest if camera_twist is None else np.asarray(camera_twist, float)
     twists = [(rest if b.twist is None else np.asarray(b.twist, float)) - own for b in stage.bodies]
     R, origin = stage.T_world_camera[:3, :3], stage.T_world_camera[:3, 3]
-    points = view.camera.points(view.depth)
-    velocity = np.where(np.isnan(points), np.nan, 0.0).astype(np.float32)
+    velocity = np.zeros((*view.depth.shape, 3), np.float32)
+    velocity[np.isnan(view.depth)] = np.nan
+    rays = directions(view.camera).reshape(velocity.shape)
     for index, twist in enumerate(twists):
         if twist.any():
             spin, drift = R.T @ twist[:3], R.T @ (twist[3:] + np.cross(twist[:3], origin))
             mine = body == index
-            velocity[mine] = np.cross(spin, points[mine]) + drift
+            velocity[mine] = np.cross(spin, rays[mine] * view.depth[mine, None]) + drift
     return velocity
 
 

@@ -12,7 +12,6 @@ Things that move against each other are bodies, and one picture:
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.view import View, incidence_of
-from fusion.simulation.casting import Body, Floats, Hits, PreparedMesh, Stage
+from fusion.simulation.casting import Body, Floats, Hits, PreparedMesh, Stage, directions
 from fusion.simulation.edges import edges_of
 from fusion.simulation.indirect import Bounce, indirect_of
 from fusion.simulation.motion import velocity_of
@@ -76,9 +75,8 @@ def view_of(
     channels = channels or Channels()
     bodies = [body for body in bodies if len(body.mesh.faces)]
     stage = Stage(bodies, T_world_camera)
-    directions = _directions(camera)
-    hits = stage.first(directions)
-    view, flat = _seen(camera, stage, directions, hits, channels.color or channels.indirect is not None)
+    hits = stage.first(directions(camera))
+    view, flat = _seen(camera, stage, hits, channels.color or channels.indirect is not None)
     if channels.edges:
         view = replace(view, edges=edges_of(view, flat, stage))
     if channels.lit is not None:
@@ -92,15 +90,7 @@ def view_of(
     return view
 
 
-@lru_cache(maxsize=4)
-def _directions(camera: Camera) -> Floats:
-    """(pixels, 3) rays of length 1 along z; read only."""
-    directions = np.dstack([camera.rays(), np.ones(camera.shape, np.float32)]).reshape(-1, 3)
-    directions.flags.writeable = False
-    return directions
-
-
-def _seen(camera: Camera, stage: Stage, directions: Floats, hits: Hits, color: bool) -> tuple[View, Floats]:
+def _seen(camera: Camera, stage: Stage, hits: Hits, color: bool) -> tuple[View, Floats]:
     """Depth, incidence, normals, colour and reflectance, and the normals (h, w, 3) of the faces."""
     # the directions have z = 1 in the camera frame, so the ray parameter is the planar depth
     seen = np.isfinite(hits.t)
@@ -108,7 +98,7 @@ def _seen(camera: Camera, stage: Stage, directions: Floats, hits: Hits, color: b
     every = bool(seen.all())
     some = hits if every else Hits(*(getattr(hits, entry.name)[seen] for entry in fields(Hits)))
     values, smooth = stage.values(some)
-    towards = directions if every else directions[seen]
+    towards = directions(camera) if every else directions(camera)[seen]
     image = (*camera.shape, 3)
     flat = _spread(_facing(some.normals, towards), seen, every).reshape(image)
     smooth = _facing(smooth, towards)
@@ -117,7 +107,7 @@ def _seen(camera: Camera, stage: Stage, directions: Floats, hits: Hits, color: b
     view = View(camera, depth, incidence_of(normals, camera), normals)
     if color:
         rgb = np.zeros((len(seen), 3), np.uint8)
-        rgb[seen] = np.round(values[:, :3])
+        rgb[slice(None) if every else seen] = (values[:, :3] + 0.5).astype(np.uint8)
         reflectance = _spread(values[:, 3], seen, every).reshape(camera.shape)
         view = replace(view, color=rgb.reshape(image), reflectance=reflectance)
     return view, flat
