@@ -2,9 +2,9 @@
 
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
 
 
 @lru_cache(maxsize=16)
@@ -23,19 +23,16 @@ def frozen_field(shape: tuple[int, int], width: float, name: str, seed: int) -> 
 
 
 def correlated(rng: np.random.Generator, shape: tuple[int, ...], width: float) -> NDArray[np.float32]:
-    """Normal numbers (h, w) with standard deviation 1, smoothed over `width` [px]; the image's sides are joined."""
-    white = rng.standard_normal(shape, dtype=np.float32)
+    """Normal numbers (h, w) with standard deviation 1 everywhere, smoothed over `width` [px]."""
     if width <= 0:
-        return white
-    return gaussian_filter(white, width, mode="wrap") / _smoothed_spread(shape, width)
-
-
-@lru_cache(maxsize=16)
-def _smoothed_spread(shape: tuple[int, ...], width: float) -> float:
-    """Standard deviation of white noise after the smoothing: the root of the kernel's energy."""
-    impulse = np.zeros(shape)
-    impulse[tuple(n // 2 for n in shape)] = 1.0
-    return float(np.sqrt((gaussian_filter(impulse, width, mode="wrap") ** 2).sum()))
+        return rng.standard_normal(shape, dtype=np.float32)
+    reach = int(np.ceil(4 * width))
+    kernel = cv2.getGaussianKernel(2 * reach + 1, width, cv2.CV_32F)
+    # a root of the kernel's energy in each direction gives the spread back
+    kernel /= np.sqrt((kernel**2).sum())
+    # a border of its own on each side, cut off again: pixels at the rim are like all others
+    white = rng.standard_normal((shape[0] + 2 * reach, shape[1] + 2 * reach), dtype=np.float32)
+    return cv2.sepFilter2D(white, -1, kernel, kernel)[reach:-reach, reach:-reach]
 
 
 @lru_cache(maxsize=16)
