@@ -29,10 +29,10 @@ def correlated(rng: np.random.Generator, shape: tuple[int, ...], width: float) -
     reach = int(np.ceil(4 * width))
     kernel = cv2.getGaussianKernel(2 * reach + 1, width, cv2.CV_32F)
     # a root of the kernel's energy in each direction gives the spread back
-    kernel /= np.sqrt((kernel**2).sum())
+    kernel = np.asarray(kernel / np.sqrt((kernel**2).sum()), np.float32)
     # a border of its own on each side, cut off again: pixels at the rim are like all others
     white = rng.standard_normal((shape[0] + 2 * reach, shape[1] + 2 * reach), dtype=np.float32)
-    return cv2.sepFilter2D(white, -1, kernel, kernel)[reach:-reach, reach:-reach]
+    return np.asarray(cv2.sepFilter2D(white, -1, kernel, kernel), np.float32)[reach:-reach, reach:-reach]
 
 
 @lru_cache(maxsize=16)

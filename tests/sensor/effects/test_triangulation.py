@@ -116,10 +116,11 @@ def test_the_size_of_a_frozen_warp_is_kept_and_its_spread_over_units_declared():
     assert np.sqrt((shift(effect, one) ** 2).mean()) == pytest.approx(0.2, rel=1e-4)
     assert np.array_equal(effect.bias(one.depth, one), effect.bias(one.depth, wall(2.0, unit=1)))
     assert not np.any(effect.bias(one.depth, wall(2.0)))
-    # 200 units: 4 standard errors of a standard deviation, 5 % each; small warps, where the depth is linear in them
+    # 200 units: 4.5 standard errors of a standard deviation, 5 % each, for the worst of 24; small warps, where the
+    # depth is linear in them
     small = DisparityDistortion(rms=0.01)
     biases = np.array([small.bias(one.depth, wall(2.0, unit=k))[::16, ::16] for k in range(200)])
-    assert np.abs(biases.std(axis=0) / small.noise(one.depth, one)[::16, ::16] - 1).max() < 0.2
+    assert np.abs(biases.std(axis=0) / small.noise(one.depth, one)[::16, ::16] - 1).max() < 0.225
 
 
 def test_locking_has_its_period_in_the_disparity():
