@@ -1,0 +1,135 @@
+"""How long a simulated frame takes: rendering by channel, and sampling it with twelve effects.
+
+    python tools/benchmark_sensor.py [--runs 9] [--json FILE]
+
+Medians on this machine, in milliseconds of the clock, and beside them of the processors (all threads together), which
+tell more where other programs run. Preparing the mesh (Embree's tree) is not in the times of a frame.
+"""
+
+import argparse
+import json
+import os
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array
+from fusion.mesh.mesh import Mesh
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects import EFFECTS
+from fusion.sensor.estimate import estimated_view
+from fusion.sensor.moment import Moment
+from fusion.sensor.parameter import parameters
+from fusion.sensor.presets import preset
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+from fusion.simulation.demo import CAMERA, demo_truth, looking_at, plate, surroundings
+from fusion.simulation.indirect import Bounce
+from fusion.simulation.render import Channels, RayCaster
+from fusion.simulation.shapes import joined, sheet
+
+RENDERED_MS, SAMPLED_MS = 150.0, 60.0  # what a frame may take on two cores
+SENSOR_CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof")
+# with the ones of the preset, twelve
+ADDED = {
+    "kinect-v2-indoors": ("multipath", "stray_light", "temperature_drift"),
+    "kinect-v1": (
+        "edge_fattening",
+        "disparity_distortion",
+        "speckle_noise",
+        "pixel_locking",
+        "projector_thermal_drift",
+        "temperature_drift",
+        "fixed_pattern",
+    ),
+}
+ALL = Channels(edges=True, lit=-0.075, motion=True)
+RENDERED = {
+    "depth, incidence, normals": Channels(color=False),
+    "and colour, reflectance": Channels(),
+    "and edges": Channels(edges=True),
+    "and projector": Channels(lit=-0.075),
+    "all but indirect light": ALL,
+    "indirect light": Channels(indirect=Bounce()),
+    "indirect light, no shadows": Channels(indirect=Bounce(shadows=False)),
+}
+
+
+def main() -> None:
+    """Run and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=9)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    mesh, T_world_camera = scene()
+    began = time.perf_counter()
+    caster = RayCaster(mesh)
+    caster.view(SENSOR_CAMERA, T_world_camera)  # the tree is made for the first ray
+    print(f"{len(mesh.faces)} triangles, first view after {time.perf_counter() - began:.2f} s, {os.cpu_count()} cores")
+    times = {}
+    for name, channels in RENDERED.items():
+        runs = 1 if channels.indirect else options.runs
+        times[name] = measured(partial(caster.view, CAMERA, T_world_camera, channels), runs)
+    depth = np.asarray(caster.view(CAMERA, T_world_camera).depth)
+    times["estimated view"] = measured(partial(estimated_view, depth, CAMERA, projector=-0.075), options.runs)
+    for name in ADDED:
+        times[f"twelve effects on {name}"] = sampling(name, caster, T_world_camera, options.runs)
+    for name, (clock, cores) in times.items():
+        print(f"{name:40s} {clock:7.1f} ms   {cores:7.1f} ms of the processors")
+    print(f"asked for: {RENDERED_MS:.0f} ms for all but indirect light, {SAMPLED_MS:.0f} ms for twelve effects")
+    if options.json:
+        options.json.write_text(json.dumps({name: {"clock_ms": a, "cpu_ms": b} for name, (a, b) in times.items()}))
+
+
+def scene() -> tuple[Mesh, Array]:
+    """The demo's owl on its plate before a table, a wall and another one: 200 000 triangles."""
+    x, y, z = np.eye(3)
+    side = sheet(-0.55 * x - 0.9 * y - 0.5 * z, 1.0 * x, 1.8 * z, lambda p: np.full((len(p), 3), 150.0))
+    mesh = joined((demo_truth(), plate(), *surroundings(), side))
+    return mesh, looking_at(np.array([0.66, 0.06, 0.38]), np.array([0.0, 0.0, 0.085]))
+
+
+def sampling(name: str, caster: RayCaster, T_world_camera: Array, runs: int) -> tuple[float, float]:
+    """Time [ms] of one frame 512 x 424 with the effects of a preset and those of ADDED."""
+    kinds = {kind.name: kind for kind in EFFECTS}
+    sensor = preset(name)
+    sensor = replace(sensor, effects=(*sensor.effects, *(typical(kinds[added]) for added in ADDED[name])))
+    assert len(sensor.effects) == 12
+    camera = replace(SENSOR_CAMERA, principle=sensor.principle)
+    channels = replace(ALL, indirect=Bounce(16, shadows=False))
+    moment = Moment(time=600.0, temperature=30.0, unit=1, placement=2)
+    view = replace(caster.view(camera, T_world_camera, channels), moment=moment)
+    rng = np.random.default_rng(0)
+    return measured(partial(one_frame, sensor, view, rng), runs)
+
+
+def one_frame(sensor: Sensor, view: View, rng: np.random.Generator) -> None:
+    """Amplitude and depth of one frame."""
+    sensor.sample(np.asarray(view.depth), replace(view, ir=sensor.amplitude(view)), None, rng)
+
+
+def typical(kind: type[Effect]) -> Effect:
+    """An effect at its parameters' typical values."""
+    return kind(**{about.name: about.typical for about in parameters(kind).values()})
+
+
+def measured(work: Callable[[], object], runs: int) -> tuple[float, float]:
+    """Median time [ms] of the clock and of the processors, after a first run that fills caches."""
+    if runs > 1:
+        work()
+    times = []
+    for _ in range(runs):
+        clock, cores = time.perf_counter(), time.process_time()
+        work()
+        times.append((1e3 * (time.perf_counter() - clock), 1e3 * (time.process_time() - cores)))
+    clock_ms, cores_ms = np.median(times, axis=0)
+    return float(clock_ms), float(cores_ms)
+
+
+if __name__ == "__main__":
+    main()
