@@ -123,13 +123,13 @@ def _gathered(patches: _Patches, stage: Stage | None) -> tuple[Floats, Floats]:
 
 def _exchange(patches: _Patches, rows: NDArray[np.intp], seen: NDArray[np.intp]) -> tuple[Floats, Floats]:
     """Irradiance (rows, seen) at `rows` from `seen`, the lamp's intensity being 1, and their distance [m]."""
-    a, b = patches.points[rows], patches.points[seen]
-    n_a, n_b = patches.normals[rows], patches.normals[seen]
-    squared = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2 * a @ b.T
-    squared = np.maximum(squared, 0)
+    a, b = patches.points[rows].T[:, :, None], patches.points[seen].T[:, None]
+    n_a, n_b = patches.normals[rows].T[:, :, None], patches.normals[seen].T[:, None]
+    x, y, z = (b[axis] - a[axis] for axis in range(3))
+    squared = x * x + y * y + z * z
     # d cos a' and d cos b': positive where the surfaces look at each other
-    to_b = n_a @ b.T - (n_a * a).sum(axis=1)[:, None]
-    to_a = a @ n_b.T - (n_b * b).sum(axis=1)
+    to_b = n_a[0] * x + n_a[1] * y + n_a[2] * z
+    to_a = -(n_b[0] * x + n_b[1] * y + n_b[2] * z)
     # a patch of finite size: the disc's 1 / (d^2 + area / pi) instead of 1 / d^2
     spread = squared + patches.area[seen] / np.pi
     distance = np.sqrt(squared)
