@@ -33,6 +33,10 @@ class Similarity:
         """Points (n, 3), moved back."""
         return (points - self.shift) @ self.rotation / self.scale
 
+    def inverse(self) -> "Similarity":
+        """The way back."""
+        return Similarity(self.rotation.T, -self.rotation.T @ self.shift / self.scale, 1 / self.scale)
+
     def matrix(self) -> Array:
         """(4, 4) of rotation and shift only, without the scale."""
         T = np.eye(4)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fusion.mesh.mesh import Mesh
 
@@ -39,6 +40,16 @@ def sample_surface(mesh: Mesh, count: int, seed: int = 0) -> Samples:
     corners = mesh.vertices[mesh.faces[face]]
     points = corners[:, 0] + a * (corners[:, 1] - corners[:, 0]) + b * (corners[:, 2] - corners[:, 0])
     return Samples(points, face_normals(mesh)[face])
+
+
+def smooth_normals(samples: Samples, neighbours: int = 16) -> NDArray[np.float64] | None:
+    """Normals (n, 3) averaged over the nearest samples that look the same way: noise tilts single triangles."""
+    if samples.normals is None:
+        return None
+    _, index = cKDTree(samples.points).query(samples.points, k=min(neighbours, len(samples.points)), workers=-1)
+    near = samples.normals[index.reshape(len(samples.points), -1)]
+    same = np.einsum("nki,ni->nk", near, samples.normals) > 0
+    return unit(np.einsum("nki,nk->ni", near, same))
 
 
 def face_areas(mesh: Mesh) -> NDArray[np.float64]:
