@@ -18,6 +18,8 @@ ARGUMENTS = {
     "convert": ["IN", "OUT"],
     "reconstruct": ["IN", "-o", "OUT"],
     "turntable": ["IN", "-o", "OUT"],
+    "simulate": ["IN", "-o", "OUT"],
+    "sensor": ["show", "IN"],
     "compare": ["IN", "IN", "-o", "OUT"],
 }
 READING = [name for name in COMMANDS if "IN" in ARGUMENTS.get(name, ["IN"])]
