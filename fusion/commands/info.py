@@ -13,15 +13,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
     )
+    parser.add_argument(
+        "--quick", action="store_true", help="leave out the check of the focal length that a turntable recording allows"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print what is in the recording; 1 when something in it cannot be used."""
-    from fusion.recording.inspect import inspect
+    from fusion.recording.inspect import CHECKS, inspect
     from fusion.recording.open import open_recording
 
-    findings = inspect(open_recording(options.recording, options.camera))
+    recording = open_recording(options.recording, options.camera)
+    if options.quick:
+        checks = CHECKS
+    else:  # the turntable's check stands in a room further down
+        from fusion.scan.focal_doctor import check_focal_length
+
+        checks = (*CHECKS, check_focal_length)
+    findings = inspect(recording, checks)
     if options.json:
         print(json.dumps(findings.to_dict(), indent=1))
     else:

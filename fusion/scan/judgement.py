@@ -9,6 +9,12 @@ from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps
 
 WRONG_FOCAL = 0.01  # relative error of the focal length that is worth a warning
+SURE = 3.0  # standard deviations of it that are evidence
+
+
+def focal_is_wrong(relative: float, std: float) -> bool:
+    """True when an error of the focal length is both worth a warning and sure."""
+    return abs(relative) > max(WRONG_FOCAL, SURE * std)
 
 
 def warnings_of(
@@ -17,7 +23,7 @@ def warnings_of(
     motion, steps, raw = found
     out = [("warning", text) for text in (*recording.warnings, *sensor.warnings, *sensor.left_out, *steps.warnings)]
     focal = float(np.expm1(motion.focal_check.values[0]))
-    if abs(focal) > WRONG_FOCAL:
+    if focal_is_wrong(focal, motion.focal_std):
         stated, right = recording.camera.fx, recording.camera.fx * (1 + focal)
         why = f"the object keeps its shape only with fx {right:.1f} px instead of {stated:.1f} px ({focal:+.1%})"
         out.append(("bad", f"{why}; calibrate the camera or pass --refine-camera"))

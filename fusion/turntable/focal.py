@@ -42,3 +42,13 @@ def check_focal(views: Sequence[View], region: Region, commanded: Array | None =
     fit = together(shown, axis, angles)[2]
     turned = float(np.ptp(fit.angles))
     return FocalCheck(float(np.expm1(fit.check.values[0])), float(fit.check_std[0]), turned, len(used))
+
+
+def typical_step(views: Sequence[View], region: Region) -> float:
+    """How far the object turns from view to view [rad], roughly and without sign.
+
+    Raises:
+        TrackingError: the views do not fit any turn about one axis.
+    """
+    used, _, _, _, (_, angles) = begin(views, region, None)
+    return float(np.ptp(angles)) / max(int(used[-1] - used[0]), 1)

@@ -1,0 +1,121 @@
+"""A check for the input doctor: a turntable recording says by itself whether the focal length is right."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from tqdm import tqdm
+
+from fusion.errors import FusionError
+from fusion.recording.finding import Finding
+from fusion.recording.recording import Recording
+from fusion.recording.sample import Sample
+from fusion.scan.frames import find_region, load, told_angles
+from fusion.scan.judgement import focal_is_wrong
+from fusion.scan.settings import ScanSettings
+from fusion.sensor.presets import default_sensor
+from fusion.sensor.sensor import Sensor
+from fusion.turntable.focal import FocalCheck, check_focal, typical_step
+from fusion.turntable.views import Region, View, view
+
+Array = NDArray[np.float64]
+FRAMES, FIRST = 32, 12  # looked at; looked at to find the step where no log tells it
+STEP = np.deg2rad(12)  # between these frames: a turn and little more
+STILL = 0.4  # least share of the pixels that see the same depth in all frames of a camera that stands still
+MOVING = (0.015, 0.6)  # share of the pixels whose depth changes while something turns (guess)
+NOISE = 0.02  # of the depth: five standard deviations of a Kinect at 3 m, and less than an object's size nearby
+LOGGED = 30.0  # [deg] least turn in the table's log
+
+
+def check_focal_length(sample: Sample) -> list[Finding]:
+    """What turns before a camera that stands still keeps its shape only with the right focal length.
+
+    Silent on other recordings, which cost no time, and where nothing is found to turn about one axis.
+    """
+    recording = sample.recording
+    if not (turns_by_its_log(recording) or turns_before_a_still_camera(sample)):
+        return []
+    try:
+        found = measure(recording)
+    except FusionError:  # other checks tell what is broken; what moves need not turn
+        return []
+    said = f"({100 * found.relative:+.1f} +- {100 * found.std:.1f} %, from {found.frames} frames)"
+    if not focal_is_wrong(found.relative, found.std):
+        return [Finding("focal length", "ok", f"it keeps the turning object in shape {said}")]
+    stated, right = recording.camera.fx, recording.camera.fx * (1 + found.relative)
+    seen = (
+        f"about {100 * found.relative:+.0f} % from what is stated: the turning object keeps its shape with fx "
+        f"{right:.0f} instead of {stated:.0f} px {said}"
+    )
+    return [
+        Finding("focal length", "warning", seen, "calibrate the camera, or pass --refine-camera to fusion turntable")
+    ]
+
+
+def turns_by_its_log(recording: Recording) -> bool:
+    """True when the telemetry holds the angle of a table that turns."""
+    logged = recording.telemetry_at_frames("turntable_deg")
+    return logged is not None and len(logged) > 2 and float(np.ptp(logged)) > LOGGED
+
+
+def turns_before_a_still_camera(sample: Sample) -> bool:
+    """True when much of the image stands still and a part of it moves: perhaps a turntable."""
+    if len(sample.depths) < 6:
+        return False
+    depths = np.stack(list(sample.depths.values()))
+    known = np.isfinite(depths)
+    often = known.sum(axis=0) >= 0.7 * len(depths)
+    if not often.any():
+        return False
+    middle = np.full(often.shape, np.nan)
+    middle[often] = np.nanmedian(depths[:, often].astype(float), axis=0)
+    moves = (np.abs(depths - middle) > NOISE * middle).sum(axis=0) >= 2
+    # edges flicker by a pixel or two; what turns is larger
+    share = float(ndimage.binary_opening(moves, np.ones((4, 4))).sum() / often.sum())
+    return bool((~moves)[often].mean() > STILL and MOVING[0] < share < MOVING[1])
+
+
+def measure(recording: Recording) -> FocalCheck:
+    """The focal length by some frames of a turntable recording.
+
+    Raises:
+        FusionError: nothing turns, or not about one axis.
+    """
+    sensor = default_sensor(recording.camera)
+    settings = ScanSettings()
+    told = told_angles(recording, settings)
+    with tqdm(total=4, desc="focal length", unit="step", disable=None) as progress:
+        region = find_region(recording, sensor, settings)
+        progress.update()
+        step = _step(recording, told, sensor, region)
+        progress.update()
+        # a stride that leaves few frames has not found the step
+        stride = min(max(1, round(STEP / max(step, 1e-4))), max(1, len(recording) // FIRST))
+        views, chosen = _views(recording, np.arange(0, len(recording), stride)[:FRAMES], sensor, region)
+        progress.update()
+        found = check_focal(views, region, None if told is None else told[chosen])
+        progress.update()
+    return found
+
+
+def _step(recording: Recording, told: Array | None, sensor: Sensor, region: Region) -> float:
+    """Turn between frames [rad]."""
+    if told is not None:
+        steps = np.abs(np.diff(told))
+        return float(np.median(steps[steps > 1e-4])) if (steps > 1e-4).any() else STEP
+    if len(recording) <= FRAMES:
+        return STEP
+    return typical_step(_views(recording, np.arange(FIRST), sensor, region)[0], region)
+
+
+def _views(
+    recording: Recording, chosen: NDArray[np.intp], sensor: Sensor, region: Region
+) -> tuple[list[View], NDArray[np.intp]]:
+    """The views of the chosen frames that can be read, and which these are."""
+    few = replace(
+        recording, timestamps=recording.timestamps[chosen], load=lambda i: recording.load(int(chosen[i])), files=None
+    )
+    frames, broken = load(few, sensor, region)
+    cut = replace(region, still=None if region.still is None else region.still[region.window(recording.camera)])
+    return [view(frame.surface, cut) for frame in frames if frame is not None], np.delete(chosen, list(broken))
