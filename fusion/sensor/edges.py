@@ -11,6 +11,7 @@ from fusion.sensor.view import Edges, Image
 
 REACH_PX = 8.0
 BRIGHTEST = 1000.0  # the light across an edge over an own amplitude of nearly nothing stays a number
+OVERSHADOWED_PX, LARGER = 1.5, 3.0  # an edge is left out where one with a jump so many times as large is so close
 Indices = NDArray[np.intp]
 
 
@@ -43,9 +44,8 @@ class _Lines:
 def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image) -> Edges:
     """The edge that is nearest to each pixel, at most REACH_PX away.
 
-    Crossings of one 2 x 2 cell are joined to lines, so distances to a straight edge are exact. Jump and light are 0
-    where nothing is on one side, although there is an edge. The jump is the one at the edge itself, so that a slope
-    between edge and pixel is not in it.
+    An edge beside one with a jump three times as large is left out. Crossings of one 2 x 2 cell are joined to lines,
+    so that distances to a straight edge are exact.
 
     Args:
         depth, amplitude: (h, w) of the pixels; the amplitude in any unit.
@@ -53,6 +53,7 @@ def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image) -> Edges
     empty = Edges(*(np.full(depth.shape, value, np.float32) for value in (np.inf, 0.0, 0.0, 1.0)))
     if not len(crossings.first):
         return empty
+    crossings = _dominant(crossings, depth.shape[1])
     lines = _lines(crossings, depth.shape)
     v, u = _near(crossings, depth.shape)
     pixels = np.column_stack([u, v]).astype(np.float32)
@@ -62,7 +63,8 @@ def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image) -> Edges
     close = distance <= REACH_PX
     v, u, foot, line, share = (values[close] for values in (v, u, foot, line, share))
     crossing = np.where(share < 0.5, lines.at_start[line], lines.at_end[line])
-    side = _side(crossings, lines, _Place(pixels[close], foot, line, crossing, share), depth[v, u])
+    normal = _towards_far(crossings, lines)[line]
+    side = _side(crossings, crossing, away[close], normal, depth[v, u])
     empty.distance[v, u] = distance[close]
     empty.direction[v, u] = np.arctan2(away[close, 1], away[close, 0])
     empty.jump[v, u], empty.light[v, u] = _across(crossings, crossing, side, depth[v, u], amplitude, (v, u))
@@ -76,6 +78,18 @@ def _points(crossings: Crossings, width: int) -> Image:
     return np.column_stack(
         [u + np.where(right, crossings.position, 0), v + np.where(right, 0, crossings.position)]
     ).astype(np.float32)
+
+
+def _dominant(crossings: Crossings, width: int) -> Crossings:
+    """Leave out crossings close to one with a jump several times as large: on the brink of a surface, its own folds."""
+    jump = np.nan_to_num(np.abs(crossings.depths[:, 1] - crossings.depths[:, 0]), nan=np.inf)
+    near = cKDTree(_points(crossings, width)).query_pairs(OVERSHADOWED_PX, output_type="ndarray")
+    a, b = near[:, 0], near[:, 1]
+    weak = np.zeros(len(jump), bool)
+    weak[a[jump[a] * LARGER < jump[b]]] = True
+    weak[b[jump[b] * LARGER < jump[a]]] = True
+    keep = ~weak
+    return Crossings(crossings.first[keep], crossings.second[keep], crossings.position[keep], crossings.depths[keep])
 
 
 def _lines(crossings: Crossings, shape: tuple[int, ...]) -> _Lines:
@@ -134,34 +148,47 @@ def _feet(lines: _Lines, pixels: Image) -> tuple[Image, Indices, Image]:
     return feet[rows, best], near[rows, best], share[rows, best]
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Pixels (n, 2), their nearest edge points (n, 2), and the line and the crossing (n,) these belong to."""
-
-    pixels: Image
-    foot: Image
-    line: Indices
-    crossing: Indices
-    share: Image
-
-
-def _side(crossings: Crossings, lines: _Lines, place: _Place, depth: Image) -> Indices:
-    """(n,) 0 where a pixel is on the side of its crossing's first pixel, 1 where on that of the second."""
-    c = place.crossing
-    across = np.where((crossings.second[c] == crossings.first[c] + 1)[:, None], [1.0, 0.0], [0.0, 1.0])
-    along = (lines.end - lines.start)[place.line]
+def _towards_far(crossings: Crossings, lines: _Lines) -> Image:
+    """(n, 2) normals of lines, to the side of the farther surface."""
+    along = lines.end - lines.start
     normal = np.column_stack([-along[:, 1], along[:, 0]])
-    turned = (normal * across).sum(axis=1)
-    normal = np.where(np.abs(turned)[:, None] > 1e-6, normal * np.sign(turned)[:, None], across)
-    away = place.pixels - place.foot
-    beyond = (away * normal).sum(axis=1) > 0
+    right = crossings.second == crossings.first + 1
+    across = np.column_stack([right, ~right]).astype(np.float32)
+    # of the two pairs of pixels the one that the line passes between, not along
+    turned = [(normal * across[c]).sum(axis=1) for c in (lines.at_start, lines.at_end)]
+    use_end = np.abs(turned[1]) > np.abs(turned[0])
+    crossing = np.where(use_end, lines.at_end, lines.at_start)
+    sign = np.where(use_end, turned[1], turned[0])
+    sign = np.where(_second_is_far(crossings)[crossing], sign, -sign)
+    outwards = np.where(_second_is_far(crossings)[crossing][:, None], across[crossing], -across[crossing])
+    point = np.abs(sign) < 1e-9  # a line without length has no normal of its own
+    return np.where(point[:, None], outwards, normal * np.sign(sign)[:, None])
+
+
+def _second_is_far(crossings: Crossings) -> NDArray[np.bool_]:
+    """(n,) where the second pixel sees the farther surface; nothing is farther than anything."""
+    far = np.where(np.isnan(crossings.depths), np.inf, crossings.depths)
+    return far[:, 1] > far[:, 0]
+
+
+def _side(crossings: Crossings, crossing: Indices, away: Image, normal: Image, depth: Image) -> Indices:
+    """(n,) 0 where a pixel is on the side of its crossing's first pixel, 1 where on that of the second.
+
+    Args:
+        crossing: (n,) of each pixel.
+        away: (n, 2) from the pixel to the edge [px].
+        normal: (n, 2) of the edge, towards the farther surface.
+        depth: (n,) of the pixels.
+    """
+    along = (away * normal).sum(axis=1)
+    second = (along < 0) == _second_is_far(crossings)[crossing]
     # past the end of a line its normal tells little: the depth tells
-    ends = crossings.depths[c]
+    ends = crossings.depths[crossing]
     nothing = ~np.isfinite(depth)
     apart = np.abs(np.where(np.isfinite(ends), ends, np.inf) - np.where(nothing, np.nan, depth)[:, None])
     by_depth = np.where(nothing, np.isnan(ends[:, 1]), apart[:, 1] < apart[:, 0])
-    askew = np.abs((away * along).sum(axis=1)) > 0.5 * np.linalg.norm(away, axis=1) * np.linalg.norm(along, axis=1)
-    return np.where(nothing | np.isnan(ends).any(axis=1) | askew, by_depth, beyond).astype(np.intp)
+    askew = np.abs(along) < 0.87 * np.linalg.norm(away, axis=1) * np.linalg.norm(normal, axis=1)  # 30 deg
+    return np.where(nothing | np.isnan(ends).any(axis=1) | askew, by_depth, second).astype(np.intp)
 
 
 def _across(

@@ -22,6 +22,9 @@ LIGHT_SPEED = 299_792_458.0  # [m/s]
 class Edges:
     """The nearest depth edge of every pixel, as far as a few pixels away.
 
+    Where nothing is on one of its sides, jump and light are 0, although there is an edge. The jump is the one at the
+    edge itself: a slope between edge and pixel is not in it.
+
     Attributes:
         distance: (h, w) to the edge [px], below a pixel where it is known that well; inf where none is near.
         direction: (h, w) where the edge lies [rad]: 0 to the right (+u), pi/2 below (+v); 0 where none is near.

@@ -131,7 +131,7 @@ class Stage:
         return values, normals
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
 def directions(camera: Camera) -> Floats:
     """(pixels, 3) rays of all pixels in the camera frame, of length 1 along z; read only."""
     rays = np.dstack([camera.rays(), np.ones(camera.shape, np.float32)]).reshape(-1, 3)

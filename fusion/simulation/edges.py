@@ -9,6 +9,7 @@ from fusion.sensor.view import Edges, Image, View
 from fusion.simulation.casting import Floats, Stage
 
 JUMP = 0.002  # share of the depth: smaller steps are no edge
+EDGE_ON = 0.5  # share of the depth by which a plane may change within a pixel
 STEPS = 6  # 1/64 px, within which a jump must stay one: at 1 m and 600 px, a slope below 89.3 deg does not
 
 
@@ -66,7 +67,9 @@ def _torn(depth: Image, flat: Floats, camera: Camera, own: Indices, other: Indic
     """(n,) True where `other` pixels do not lie in the tangent planes of their neighbours."""
     rays, depth = camera.rays().reshape(-1, 2), depth.reshape(-1)
     predicted = _plane(depth[own], flat.reshape(-1, 3)[own], rays[own], rays[other])
-    return ~(np.abs(predicted - depth[other]) <= JUMP * depth[own])
+    # a plane seen so much from its edge says nothing about the next pixel
+    known = np.abs(predicted - depth[own]) < EDGE_ON * depth[own]
+    return ~(known & (np.abs(predicted - depth[other]) <= JUMP * depth[own]))
 
 
 def _plane(depth: Image, normals: Floats, own: Floats, other: Floats) -> NDArray[np.floating]:

@@ -129,3 +129,24 @@ def test_a_thin_rod_has_two_edges():
     assert np.abs(view.edges.distance[40] - expected)[near].max() < 0.03
     on = (u > column[0]) & (u < column[1])
     assert on.any() and (view.edges.jump[40][on] > 0.9).all() and (view.edges.jump[40][near & ~on] < -0.9).all()
+
+
+def test_the_outline_of_a_ball_is_a_circle_and_its_curvature_no_edge():
+    camera, radius, away = Camera(160, 120, 150.0, 150.0, 79.6, 60.2), 0.3, 1.2
+    azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, 301)[:-1], np.linspace(0, np.pi, 151), indexing="ij")
+    unit = np.dstack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)]).reshape(-1, 3)
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(300), np.arange(150), indexing="ij"))
+    a, b = i * 151 + j, (i + 1) % 300 * 151 + j
+    faces = np.concatenate([np.column_stack([a, a + 1, b + 1]), np.column_stack([a, b + 1, b])]).astype(np.int32)
+    ball = Mesh(radius * unit + [0, 0, away], faces)
+    view = render(joined([ball, square(4, 2.0)]), camera, np.eye(4), EDGES)
+    v, u = np.mgrid[0:120, 0:160]
+    # rays touch the ball in a cone of the angle asin(R / z) about the axis
+    outside = np.hypot(u - camera.cx, v - camera.cy) - 150.0 * radius / np.sqrt(away**2 - radius**2)
+    near = np.abs(outside) < REACH_PX - 0.1
+    # 300 sides: the polygon's sagitta is 40 * 0.02^2 / 8 = 0.002 px; pieces of a pixel of an arc add 1 / 8 r
+    assert np.abs(view.edges.distance[near] - np.abs(outside[near])).max() < 0.03
+    assert np.isinf(view.edges.distance[np.abs(outside) > REACH_PX + 0.1]).all()
+    clear = near & (np.abs(outside) > 0.05)
+    assert np.array_equal(view.edges.jump[clear] > 0.5, outside[clear] < 0)
+    assert np.array_equal(view.edges.jump[clear] < -0.5, outside[clear] > 0)
