@@ -124,7 +124,7 @@ def _cells(paint: Paint, rays: NDArray[np.float32], T: Array) -> tuple[NDArray[n
     return cells[0], cells[1]
 
 
-def _times(row: Array, x: NDArray[np.float32], y: NDArray[np.float32]) -> NDArray[np.float32]:
+def _times(row: Array, x: Image, y: Image) -> Image:
     # plain numbers keep single precision: a thousandth of a cell
     return float(row[0]) * x + float(row[1]) * y + float(row[2])
 
