@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.recording.open import open_recording
     from fusion.scan.pipeline import scan_turntable
     from fusion.scan.settings import ScanSettings
-    from fusion.sensor.presets import preset
+    from fusion.sensor.file import read_sensor
     from fusion.simulation.demo import write_demo_recording
 
     begin = time.monotonic()
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> None:
     if options.frames < 12:
         raise FusionError("too few frames for a turn", "--frames", options.frames, "12 or more")
     recording = open_recording(write_demo_recording(out / "simulated", options.seed, options.frames))
-    scan = scan_turntable(recording, ScanSettings(sensor=preset("kinect-v2-indoors")))
+    scan = scan_turntable(recording, ScanSettings(sensor=read_sensor(out / "simulated" / "sensor.json")))
     truth = read_mesh(out / "simulated" / "truth.ply")
     comparison = compare(scan.mesh, truth, CompareSettings(scale=True))
     with output_folder(out) as partial:

@@ -1,5 +1,6 @@
 """The demo's recording: an owl on a turntable, as a Kinect v2 indoors would see it, and the truth beside it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.output import output_folder
 from fusion.sensor.presets import preset
+from fusion.sensor.sensor import Sensor
 from fusion.simulation.course import looking_at, turning
 from fusion.simulation.demo_object import demo_object
 from fusion.simulation.scene import Part, Scene
@@ -49,8 +51,13 @@ def demo_scene(frames: int = 72, turns: float = 1.2) -> Scene:
         poses=None,  # finding them is the point
         color=True,
         edge_lost=0.4,  # guess: the software of most sensors throws doubtful edge pixels away
-        edge_mixed=0.1,  # guess
     )
+
+
+def demo_sensor() -> Sensor:
+    """A Kinect v2 that was calibrated: the preset's own errors are taken as exactly known, and can be undone."""
+    usual = preset("kinect-v2-indoors")
+    return replace(usual, name="kinect-v2-indoors, calibrated", std={}, left_out=())
 
 
 def demo_truth() -> Mesh:
@@ -60,7 +67,7 @@ def demo_truth() -> Mesh:
 
 
 def write_demo_recording(folder: Path | str, seed: int = 0, frames: int = 72, turns: float = 1.2) -> Path:
-    """Simulate the demo and write it: `recording/`, `truth.ply` and `truth_poses.txt` (TUM, camera in object frame).
+    """Simulate the demo: `recording/`, its `sensor.json`, `truth.ply`, `truth_poses.txt` (camera in object frame).
 
     Returns:
         The folder of the recording.
@@ -68,11 +75,13 @@ def write_demo_recording(folder: Path | str, seed: int = 0, frames: int = 72, tu
     from fusion.mesh.files import write_mesh
     from fusion.recording.trajectory_file import write_trajectory
     from fusion.recording.write import write_recording
+    from fusion.sensor.file import write_sensor
 
-    simulation: Simulation = simulate(demo_scene(frames, turns), preset("kinect-v2-indoors"), seed)
+    simulation: Simulation = simulate(demo_scene(frames, turns), demo_sensor(), seed)
     recording = Path(folder) / "recording"
     with output_folder(Path(folder)) as partial:
         write_recording(partial / "recording", simulation.camera, simulation.frames(), telemetry=simulation.telemetry)
+        write_sensor(partial / "sensor.json", simulation.sensor)
         write_mesh(partial / "truth.ply", demo_truth())
         write_trajectory(partial / "truth_poses.txt", simulation.truth)
     return recording
