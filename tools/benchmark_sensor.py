@@ -48,12 +48,12 @@ ADDED = {
         "fixed_pattern",
     ),
 }
-ALL = Channels(edges=True, lit=-0.075, motion=True)
+ALL = Channels(edges=True, lit=0.075, motion=True)
 RENDERED = {
     "depth, incidence, normals": Channels(color=False),
     "and colour, reflectance": Channels(),
     "and edges": Channels(edges=True),
-    "and projector": Channels(lit=-0.075),
+    "and projector": Channels(lit=0.075),
     "all but indirect light": ALL,
     "indirect light": Channels(indirect=Bounce()),
     "indirect light, no shadows": Channels(indirect=Bounce(shadows=False)),
@@ -76,7 +76,7 @@ def main() -> None:
         runs = 1 if channels.indirect else options.runs
         times[name] = measured(partial(caster.view, CAMERA, T_world_camera, channels), runs)
     depth = np.asarray(caster.view(CAMERA, T_world_camera).depth)
-    times["estimated view"] = measured(partial(estimated_view, depth, CAMERA, projector=-0.075), options.runs)
+    times["estimated view"] = measured(partial(estimated_view, depth, CAMERA, projector=0.075), options.runs)
     for name in ADDED:
         times[f"twelve effects on {name}"] = sampling(name, caster, T_world_camera, options.runs)
     for name, (clock, cores) in times.items():

@@ -2,7 +2,7 @@
 
     caster = RayCaster(mesh)                                  # once per mesh
     view = caster.view(camera, T_world_camera)                # depth, incidence, normals, colour, reflectance
-    view = caster.view(camera, T_world_camera, Channels(edges=True, lit=-0.075, indirect=Bounce()))
+    view = caster.view(camera, T_world_camera, Channels(edges=True, lit=0.075, indirect=Bounce()))
 
 Things that move against each other are bodies, and one picture:
 
@@ -35,7 +35,7 @@ class Channels:
         color: colour and reflectance.
         edges: nearest depth edges.
         lit: where the projector or lamp stands: x [m] in the camera frame, negative to the left of the camera
-            (Kinect v1: -0.075), 0 at the camera; None leaves the channel out.
+            (Kinect v1: 0.075), 0 at the camera; None leaves the channel out.
         motion: velocity, and what stands on the turntable.
         indirect: how light of one bounce is computed; None leaves the channel out. Needs the reflectance.
     """
