@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "reference",
         type=Path,
         metavar="REFERENCE",
-        help="what it should be: mesh or point cloud, metres or millimetres",
+        help="what it should be: mesh or point cloud",
     )
     add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for the results")
     add("--scale", action="store_true", help="find one scale as well (0.8 to 1.25)")
@@ -31,6 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="POINTS",
         help="reference points that were seen (npz, ply): completeness over these",
+    )
+    add(
+        "--unit",
+        choices=("m", "cm", "mm", "inch"),
+        help="of the reference; else it is told from the sizes of both, where these are clear",
     )
     add("--json", action="store_true", help="print one JSON object")
 
@@ -50,6 +55,7 @@ def run(options: argparse.Namespace) -> None:
         scale=options.scale,
         max_distance=options.max_distance,
         seen=None if options.seen is None else read_seen(options.seen),
+        unit=options.unit,
     )
     comparison = compare(mesh, reference, settings)
     notes += comparison.notes
@@ -62,6 +68,7 @@ def run(options: argparse.Namespace) -> None:
             "max_distance": settings.max_distance,
             "seen": str(options.seen) if options.seen else None,
             "samples": settings.samples,
+            "unit": settings.unit,
         },
         fingerprint={"mesh": str(options.mesh), "reference": str(options.reference)},
         warnings=[("warning", note) for note in notes],

@@ -33,6 +33,7 @@ class CompareSettings:
         seen: (n, 3) points of the reference, in its own frame and unit, that the camera saw; the completeness is
             about these only.
         samples: points on each surface.
+        unit: of the reference, "m", "cm", "mm" or "inch"; None: told from the sizes.
     """
 
     align: bool = True
@@ -40,6 +41,7 @@ class CompareSettings:
     max_distance: float | None = None
     seen: Array | None = None
     samples: int = 200_000
+    unit: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +111,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     """
     settings = settings or CompareSettings()
     _check(settings)
-    mesh, reference, factors, notes = in_metres(mesh, reference)
+    mesh, reference, factors, notes = in_metres(mesh, reference, settings.unit)
     surfaces = surface_of(mesh), surface_of(reference)
     alignment = Alignment(np.eye(4), status="not asked")
     if settings.align:

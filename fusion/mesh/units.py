@@ -4,27 +4,51 @@ from dataclasses import replace
 
 import numpy as np
 
+from fusion.errors import MeshError
 from fusion.mesh.mesh import Mesh
 
-_RATIO = (320.0, 3200.0)  # of sizes: millimetres against metres, even if one shows a third of the other only
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}  # [m]
+_NAMES = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "inch": "inches"}
+# of the sizes, in that unit and in metres. Millimetres stand alone: one may show a third of the other only.
+# Centimetres and inches are 2.5 apart: told only where the other one would need a part or a plate of twice the size
+_RATIOS = {"mm": (320.0, 3200.0), "cm": (80.0, 200.0), "inch": (25.0, 49.0)}
 _LARGE = 100.0  # [m] both larger than this: no depth camera's metres
 
 
-def in_metres(mesh: Mesh, reference: Mesh) -> tuple[Mesh, Mesh, tuple[float, float], list[str]]:
-    """Both in metres, the factors they were multiplied with (0.001 or 1), and what was recognised, in sentences."""
-    sizes = size(mesh), size(reference)
-    ratio = sizes[1] / max(sizes[0], 1e-300)
-    both = min(sizes) > _LARGE
-    factors = [1.0, 1.0]
+def in_metres(
+    mesh: Mesh, reference: Mesh, unit: str | None = None
+) -> tuple[Mesh, Mesh, tuple[float, float], list[str]]:
+    """Both in metres, the factors they were multiplied with, and what was recognised, in sentences.
+
+    Args:
+        unit: of the reference, one of `UNITS`; None: told from the sizes.
+
+    Raises:
+        MeshError: no such unit.
+    """
+    if unit is not None and unit not in UNITS:
+        raise MeshError("unknown unit of the reference", "unit", unit, " or ".join(UNITS))
+    factors = [1.0, UNITS[unit or "m"]]
+    sizes = [size(mesh), size(reference) * factors[1]]
+    ratio = max(sizes[1], 1e-300) / max(sizes[0], 1e-300)
     notes = []
-    for index, (name, larger) in enumerate((("mesh", 1 / max(ratio, 1e-300)), ("reference", ratio))):
-        if both or _RATIO[0] < larger < _RATIO[1]:
-            factors[index] = 0.001
-            notes.append(f"The {name} is in millimetres (its size is {sizes[index]:.4g}); it was converted to metres.")
-    last = sizes[0] * factors[0], sizes[1] * factors[1]
+    for index, (name, larger) in enumerate((("mesh", 1 / ratio), ("reference", ratio))):
+        stated = unit is not None and name == "reference"
+        found = None if stated else "mm" if unit is None and min(sizes) > _LARGE else _unit(larger)
+        if found:
+            factors[index] = UNITS[found]
+            do = " If that is wrong, name its unit with --unit." if name == "reference" else ""
+            notes.append(
+                f"The {name} looks like {_NAMES[found]}: its size is {sizes[index]:.4g}, that of the "
+                f"{'reference' if name == 'mesh' else 'mesh'} {sizes[1 - index]:.4g}; it was multiplied by "
+                f"{UNITS[found]:g}.{do}"
+            )
+            sizes[index] *= UNITS[found]
+    last = sizes[0], sizes[1]
     if not 0.1 < last[1] / max(last[0], 1e-300) < 10:
         notes.append(
-            f"The sizes differ much, {last[0]:.4g} m and {last[1]:.4g} m: check units, and whether both show the same."
+            f"The sizes differ much, {last[0]:.4g} m and {last[1]:.4g} m, and do not tell a unit: check that both "
+            f"show the same; if the reference is not in metres, name its unit with --unit ({', '.join(UNITS)})."
         )
     return _times(mesh, factors[0]), _times(reference, factors[1]), (factors[0], factors[1]), notes
 
@@ -33,6 +57,11 @@ def size(mesh: Mesh) -> float:
     """Diagonal of the box that holds 99 % of the vertices along each axis: a few strays do not count."""
     low, high = np.percentile(mesh.vertices, [0.5, 99.5], axis=0)
     return float(np.linalg.norm(high - low))
+
+
+def _unit(larger: float) -> str | None:
+    """The unit of what is so many times larger than the other one, which is in metres; None: metres, or unclear."""
+    return next((unit for unit, (low, high) in _RATIOS.items() if low < larger < high), None)
 
 
 def _times(mesh: Mesh, factor: float) -> Mesh:

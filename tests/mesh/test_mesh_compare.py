@@ -15,6 +15,7 @@ from fusion.mesh.compare import CompareSettings, compare, write_comparison
 from fusion.mesh.files import read_mesh, write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.surface_samples import sample_surface
+from fusion.mesh.units import UNITS, in_metres
 from fusion.mesh.vertices import vertices_kept
 
 STAND = CompareSettings(align=False, samples=20_000)
@@ -99,14 +100,41 @@ def test_good_pose_of_a_symmetric_shape_stays():
     assert np.abs(found.T_reference_mesh - np.eye(4)).max() < 1e-5  # float32 closest points
 
 
-def test_millimetres_are_recognised():
+UNIT_NAMES = {"cm": "centimetres", "mm": "millimetres", "inch": "inches"}
+
+
+@pytest.mark.parametrize("unit", UNIT_NAMES)
+def test_units_are_recognised_and_can_be_named(unit):
     mesh = _object(3)
-    reference = replace(mesh, vertices=mesh.vertices * 1000)
+    reference = replace(mesh, vertices=mesh.vertices / UNITS[unit])
     found = compare(mesh, reference, replace(STAND, seen=reference.vertices[:50]))
-    assert "millimetres" in found.notes[0]
+    assert UNIT_NAMES[unit] in found.notes[0] and "--unit" in found.notes[0]
     assert found.accuracy["rms"] < 1e-6
     assert found.completeness["rms"] < 1e-6
-    assert compare(reference, mesh, STAND).accuracy["rms"] < 1e-6
+    named = compare(mesh, reference, replace(STAND, unit=unit))
+    assert named.notes == () and named.accuracy["rms"] < 1e-6
+    assert compare(reference, mesh, STAND).accuracy["rms"] < 1e-6  # the mesh in another unit
+
+
+@pytest.mark.parametrize("times", [15, 62, 250])
+def test_sizes_that_tell_no_unit_are_said(times):
+    mesh = _object(2)
+    other = replace(mesh, vertices=mesh.vertices * times)
+    for pair in ((mesh, other), (other, mesh)):
+        *_, factors, notes = in_metres(*pair)
+        assert factors == (1, 1)
+        assert "--unit" in notes[0] and "differ much" in notes[0]
+
+
+@pytest.mark.parametrize("part", [0.5, 1.0, 1.8])
+def test_units_are_told_from_a_part_or_with_a_plate(part):
+    """The scan shows less than the reference, or has a plate that is larger than the object."""
+    mesh = _object(2)
+    for unit in ("cm", "mm", "inch"):
+        reference = replace(mesh, vertices=mesh.vertices / UNITS[unit] / part)
+        factors, notes = in_metres(mesh, reference)[2:]
+        # never the wrong one: told right, or said to be unclear
+        assert factors == (1, UNITS[unit]) or (factors == (1, 1) and "--unit" in notes[0])
 
 
 def test_partial_scan_is_aligned_and_the_rest_counts_as_never_seen():
@@ -175,6 +203,7 @@ def test_files_hold_the_contract(tmp_path):
         (Mesh(np.zeros((2, 3))), STAND, "too few points"),
         (_ball(0.1), replace(STAND, max_distance=-1.0), "largest distance"),
         (_ball(0.1), replace(STAND, seen=np.zeros((0, 3))), "seen points"),
+        (_ball(0.1), replace(STAND, unit="feet"), "unit"),
         (Mesh(_ball(0.1).vertices + 5, _ball(0.1).faces), replace(STAND, max_distance=0.01), "nothing of the mesh"),
     ],
 )
