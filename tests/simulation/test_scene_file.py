@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,6 +110,17 @@ def test_a_recording_can_be_simulated_again(tmp_path):
     assert np.allclose(a.timestamps, b.timestamps) and np.allclose(b.telemetry["distance_m"], [1, 1, 1.5, 1.5])
     # noise, and a wall tilted by half a milliradian and moved by half a millimetre
     assert np.nanmax(np.abs(a[3].depth - b[3].depth)) < 0.03
+
+
+def test_the_example_of_the_documentation(folder):
+    text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    (folder / "my.json").write_text(text.split("```json")[1].split("```")[0])
+    (folder / "cube.ply").rename(folder / "part.ply")
+    (folder / "board.json").write_text('{"columns": 5, "rows": 4, "square_m": 0.02}')
+    notes = []
+    scene = read_scene(folder / "my.json", notes)
+    assert len(scene.course) == 72 and len(scene.parts) == 3 and not notes
+    assert scene.course.turntable.errors.slip_frame == 40
 
 
 def test_telemetry_reaches_the_frames(folder):

@@ -7,6 +7,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse, pose, transform
+from fusion.sensor.effects.light.multipath import Multipath
 from fusion.sensor.effects.light.projector_shadow import ProjectorShadow
 from fusion.sensor.effects.optics.focal_length import FocalLength
 from fusion.sensor.effects.phase.mixed_pixels import MixedPixels
@@ -173,6 +174,21 @@ def test_only_what_the_effects_ask_for_is_rendered():
     assert seen(MixedPixels(fill=0.9)).edges is not None
     shadow = seen(ProjectorShadow(baseline=-0.075))
     assert shadow.lit is not None and shadow.edges is None and 0 < (shadow.lit < 0.5).mean() < 0.2
+
+
+def test_a_corner_looks_farther_by_its_other_wall_unless_that_is_black():
+    sensor = Sensor(principle="itof", effects=(Multipath(strength=1.0),))
+
+    def error(**settings):
+        scene = replace(built_in("corner", {"frames": "1", **settings}), camera=CAMERA)
+        return depths(scene, sensor)[0] - depths(scene, ROUND)[0]
+
+    bright, dark = error(), error(black="yes")
+    assert np.nanmin(bright) > -1e-4 and 0.002 < np.nanmedian(bright) < 0.1
+    # the bright wall next to a black one: what the black one sends is 0.03 / 0.8 of before
+    halves = [np.nanmedian(dark[:, :44]) / np.nanmedian(bright[:, :44])]
+    halves += [np.nanmedian(dark[:, 52:]) / np.nanmedian(bright[:, 52:])]
+    assert min(halves) < 0.1 < max(halves)
 
 
 def test_stated_poses_of_a_turntable_lead_from_stated_to_true():
