@@ -127,7 +127,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     mesh = volume.surface()
     if not len(mesh.faces):
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
-    notes += _judge(results, volume)
+    notes += _judge(results)
     return _result(recording, results, mesh, volume, (settings, sensor, notes))
 
 
@@ -253,7 +253,7 @@ def _check_enough(results: list[Tracked], recording: Recording, settings: Recons
         )
 
 
-def _judge(results: list[Tracked], volume: Volume) -> list[tuple[str, str]]:
+def _judge(results: list[Tracked]) -> list[tuple[str, str]]:
     notes = []
     lost = sum(not r.ok for r in results)
     if lost:

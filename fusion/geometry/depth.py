@@ -72,19 +72,6 @@ def normals(points: Image, reach: int = 2) -> Image:
     return np.asarray(np.where(np.einsum("vuk,vuk->vu", out, points)[..., None] > 0, -out, out), np.float32)
 
 
-def halve(depth: Image, relative: float = 0.02) -> Image:
-    """Depth image at half resolution: mean of the 2 x 2 values close to the nearest of them; NaN if all missing."""
-    h, w = depth.shape[0] // 2, depth.shape[1] // 2
-    quads = depth[: 2 * h, : 2 * w].reshape(h, 2, w, 2).transpose(0, 2, 1, 3).reshape(h, w, 4)
-    known = np.where(np.isfinite(quads), quads, np.inf)
-    nearest = known.min(axis=2, keepdims=True)
-    same = known <= nearest * (1 + relative)
-    same &= np.isfinite(known)
-    total = np.where(same, known, 0).sum(axis=2)
-    count = same.sum(axis=2)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), np.float32)
-
-
 def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002, radius: int = 4, border: int = 1) -> PointMap:
     """Points, normals and spread of a depth image (h, w) [m].
 

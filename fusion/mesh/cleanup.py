@@ -1,9 +1,9 @@
-"""Clean-up of a scanned mesh: crumbs, the plate below a plane, small holes."""
+"""Clean-up of a scanned mesh: crumbs and small holes."""
 
 from collections import defaultdict
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -16,24 +16,6 @@ def largest_part(mesh: Mesh) -> Mesh:
     """The connected part with the largest surface; vertices without a face are left out."""
     part, areas = _parts(mesh)
     return vertices_kept(mesh, part == np.argmax(areas)) if len(mesh.faces) else mesh
-
-
-def without_small_parts(mesh: Mesh, min_share: float) -> Mesh:
-    """The mesh without connected parts of less than `min_share` (0-1) of the largest part's surface."""
-    part, areas = _parts(mesh)
-    return vertices_kept(mesh, (areas >= max(min_share, 1e-12) * np.max(areas))[part]) if len(mesh.faces) else mesh
-
-
-def cut_below(mesh: Mesh, point: ArrayLike, normal: ArrayLike) -> Mesh:
-    """What lies on the side of a plane its normal points to, e.g. the object above the turntable's plate.
-
-    Args:
-        mesh: the mesh, cut along its vertices: no new ones are made.
-        point: (3,) on the plane [m].
-        normal: (3,) points to what is kept; any length above 0.
-    """
-    keep = (mesh.vertices - np.asarray(point, float)) @ np.asarray(normal, float) >= 0
-    return vertices_kept(mesh, keep)
 
 
 def fill_small_holes(mesh: Mesh, max_perimeter: float) -> Mesh:

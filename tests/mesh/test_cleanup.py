@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from fusion.mesh.cleanup import border_loops, cut_below, fill_small_holes, largest_part, without_small_parts
+from fusion.mesh.cleanup import border_loops, fill_small_holes, largest_part
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
 
 
 def ball(radius: float, centre: tuple[float, float, float] = (0, 0, 0), subdivisions: int = 3) -> Mesh:
@@ -41,23 +42,9 @@ def test_largest_part_goes_by_surface_not_by_vertices():
     np.testing.assert_array_equal(kept.normals, big.normals)
 
 
-def test_small_parts_go_larger_ones_stay():
-    mesh = together(ball(0.1), ball(0.05, (1, 0, 0)), ball(0.005, (2, 0, 0)))  # shares of the surface: 1, 1/4, 1/400
-    assert len(without_small_parts(mesh, 0.1).vertices) == 2 * len(ball(0.1).vertices)
-    assert len(without_small_parts(mesh, 0.5).vertices) == len(ball(0.1).vertices)
-    assert len(without_small_parts(mesh, 0.0).vertices) == len(mesh.vertices)
-
-
-def test_cut_keeps_the_side_of_the_normal():
-    cut = cut_below(ball(0.1), (0, 0, -0.05), (0, 0, 2.0))
-    assert cut.vertices[:, 2].min() >= -0.05
-    assert cut.vertices[:, 2].max() == pytest.approx(0.1)
-    assert len(border_loops(cut)) == 1
-
-
 def test_only_small_holes_are_filled_and_the_surface_closes():
     whole = ball(0.1)
-    open_ball = cut_below(whole, (0, 0, -0.07), (0, 0, 1))  # a border of about 0.45 m
+    open_ball = vertices_kept(whole, whole.vertices[:, 2] >= -0.07)  # a border of about 0.45 m
     faces = np.delete(open_ball.faces, [300, 700], axis=0)  # two holes of one triangle, about 0.05 m around
     holed = Mesh(open_ball.vertices, faces, open_ball.normals, open_ball.colors, open_ball.scalars)
     assert len(border_loops(holed)) == 3
@@ -85,5 +72,5 @@ def test_borders_that_touch_in_a_vertex_are_two_loops():
 
 def test_a_point_cloud_passes_through():
     cloud = Mesh(np.zeros((5, 3)))
-    for cleaned in (largest_part(cloud), without_small_parts(cloud, 0.1), fill_small_holes(cloud, 1.0)):
+    for cleaned in (largest_part(cloud), fill_small_holes(cloud, 1.0)):
         assert len(cleaned.vertices) == 5

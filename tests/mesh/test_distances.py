@@ -5,10 +5,10 @@ import pytest
 import trimesh
 
 from fusion.errors import MeshError
-from fusion.mesh.cleanup import cut_below
 from fusion.mesh.distances import signed_distances, surface_of
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.surface_samples import sample_surface, vertex_normals
+from fusion.mesh.vertices import vertices_kept
 
 
 def as_mesh(shape: trimesh.Trimesh) -> Mesh:
@@ -40,7 +40,7 @@ def test_sharp_corners_keep_the_sign():
 
 def test_an_open_scan_has_signs_and_borders():
     ball = as_mesh(trimesh.creation.icosphere(subdivisions=4, radius=0.1))
-    bowl = cut_below(ball, (0, 0, 0), (0, 0, -1))
+    bowl = vertices_kept(ball, ball.vertices[:, 2] <= 0)
     surface = surface_of(bowl)
     found = surface.closest(np.array([[0, 0, -0.11], [0, 0, -0.09], [0.02, 0, -0.05], [0.07, 0.07, 0.09]]))
     assert (np.sign(found.distances[:3]) == [1, -1, -1]).all()  # beyond the border there are no sides

@@ -8,9 +8,9 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from fusion.mesh.align import align_meshes
-from fusion.mesh.cleanup import cut_below
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
 
 
 def _scan(truth: Mesh) -> Mesh:
@@ -19,7 +19,8 @@ def _scan(truth: Mesh) -> Mesh:
     if len(shape.faces) < 5000:  # noise needs vertices to act on
         shape = trimesh.Trimesh(*trimesh.remesh.subdivide_to_size(shape.vertices, shape.faces, 0.004))
     noise = np.random.default_rng(0).normal(0, 1e-3, shape.vertices.shape)
-    top = cut_below(Mesh(shape.vertices + noise, np.asarray(shape.faces, np.int32)), (0, 0, 0.004), (0, 0, 1))
+    noisy = Mesh(shape.vertices + noise, np.asarray(shape.faces, np.int32))
+    top = vertices_kept(noisy, noisy.vertices[:, 2] >= 0.004)
     disc = trimesh.creation.cylinder(0.2, 0.004)
     disc.update_faces(disc.face_normals[:, 2] > 0.5)
     vertices, faces = trimesh.remesh.subdivide_to_size(disc.vertices, disc.faces, 0.01)
