@@ -115,7 +115,11 @@ def comparison_summary(comparison: Any) -> list[Light]:
     scale = _get(comparison, "scale")
     if scale is not None:
         same = float(scale) == 1.0
-        reason = "The scale was kept as it is." if same else f"The mesh fits best when multiplied by {scale:.5f}."
+        interval = _get(comparison, "scale_interval")
+        known = "" if interval is None or None in interval else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
+        reason = (
+            "The scale was kept as it is." if same else f"The mesh fits best when multiplied by {scale:.5f}{known}."
+        )
         lines.append(Light(level(abs(float(scale) - 1), SCALE), "Scale", reason))
     return lines
 

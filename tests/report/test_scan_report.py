@@ -94,6 +94,13 @@ def test_summary_judges_by_the_numbers():
     assert next(line.level for line in comparison_summary(comparison) if line.subject == "Accuracy") == "bad"
 
 
+def test_summary_tells_how_well_the_scale_is_known():
+    comparison = made_up_comparison() | {"scale": 1.01, "scale_interval": (1.005, 1.015)}
+    assert any("1.00500 to 1.01500" in line.reason for line in comparison_summary(comparison))
+    for unknown in (None, (0.0, None)):  # nothing was fitted; nothing is known (comparison.json has no infinity)
+        assert comparison_summary(comparison | {"scale_interval": unknown})
+
+
 def test_looking_keeps_lengths_and_nearness():
     mesh = bumpy_sphere(3, holed=False)
     for side in sides(UP, np.array([0, 0, -1.0])):
