@@ -11,6 +11,7 @@ from fusion.geometry.pose import Array, pose
 from fusion.simulation.turntable import Turntable
 
 MOST_FRAMES = 100_000  # an hour at 30 frames a second; more is a slip of the pen
+FARTHEST = 1e5  # [m] single precision resolves 1 cm there
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Course:
             raise SceneError("the number of frames cannot be used", found=n, expected=f"1 to {MOST_FRAMES}")
         if self.T_world_camera.shape != (n, 4, 4) or not np.isfinite(self.T_world_camera).all():
             raise SceneError("a camera pose is not finite or absent", expected=f"{n} poses")
+        if np.abs(self.T_world_camera).max() > FARTHEST:
+            raise SceneError("a camera pose is out of bounds", expected=f"up to {FARTHEST:g} m", do="check the unit")
         if not np.isfinite(self.timestamps).all() or (np.diff(self.timestamps) <= 0).any():
             raise SceneError("the frames' time stamps do not grow", do="sort the trajectory, and take out doubles")
         if self.turntable is not None and self.turntable.frames != n:

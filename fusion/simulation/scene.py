@@ -13,6 +13,7 @@ from fusion.simulation.course import Course
 from fusion.simulation.paint import Paint
 
 SOURCES = ("surveyed", "tracked", "nominal")
+STEEPEST = 100.0  # of a ray, x / z: 89.4 degrees from the axis
 MOST_PIXELS = 20_000_000  # of a frame: beyond that, rendering takes gigabytes
 
 
@@ -99,6 +100,20 @@ class Scene:
         for name, column in self.telemetry.items():
             if len(column) != len(self.course):
                 raise SceneError(f"the telemetry {name} does not fit", self.name, len(column), f"{len(self.course)}")
-        if self.camera is not None and self.camera.width * self.camera.height > MOST_PIXELS:
-            found = f"{self.camera.width} x {self.camera.height}"
-            raise SceneError("the camera has too many pixels", self.name, found, f"up to {MOST_PIXELS:,}")
+        if self.camera is not None:
+            _check_camera(self.camera, self.name)
+
+
+def _check_camera(camera: Camera, where: str) -> None:
+    """A camera that can be computed with: its numbers are those of a camera."""
+    if camera.width * camera.height > MOST_PIXELS:
+        found = f"{camera.width} x {camera.height}"
+        raise SceneError("the camera has too many pixels", where, found, f"up to {MOST_PIXELS:,}")
+    centre, focal = max(abs(camera.cx), abs(camera.cy)), (camera.fx, camera.fy)
+    if centre > 1e6 or not 1e-2 < min(focal) <= max(focal) < 1e7:
+        found = f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}"
+        raise SceneError("the camera's intrinsics cannot be used", where, found, "pixels")
+    with np.errstate(all="ignore"):
+        rays = camera.rays() if max(map(abs, camera.distortion)) < 1e4 else np.array(np.inf)
+    if not np.abs(rays).max() < STEEPEST:
+        raise SceneError("the camera's distortion cannot be used", where, camera.distortion, "OpenCV's values")

@@ -39,6 +39,8 @@ def read_scene(path: Path | str, notes: list[str] | None = None) -> Scene:
         return _read(path, [] if notes is None else notes)
     except SceneError:
         raise
+    except OSError as error:
+        raise SceneError("a file of the scene cannot be read", path, error.strerror or error) from error
     except FusionError as error:  # of a camera, a trajectory, a table
         raise SceneError(error.what, error.where, error.found, error.expected, error.do) from error
 
@@ -75,6 +77,7 @@ def _camera(scene: Values, folder: Path) -> Camera | None:
         return find_camera(beside) if beside.is_file() else None
     if not isinstance(content, str):
         raise scene.wrong("camera", "the name of a camera.json, or its fields")
+    content = scene.text("camera")
     return find_camera(folder / content if (folder / content).is_file() else content)
 
 
@@ -83,6 +86,7 @@ def _course(scene: Values, folder: Path, notes: list[str]) -> Course:
     if content is None and (folder / "groundtruth.txt").is_file():
         content = "groundtruth.txt"
     if isinstance(content, str):
+        content = scene.text("trajectory", content)
         trajectory = read_trajectory(folder / content)
         if trajectory.timestamps[0] == trajectory.timestamps[-1] and len(trajectory) > 1:
             raise RecordingError("all poses have one time stamp", folder / content)

@@ -54,6 +54,7 @@ def read_board(values: Values, folder: Path, notes: list[str]) -> Board:
     content = values.any("board")
     where = f"{values.where}, board"
     if isinstance(content, str):
+        content = values.text("board")
         where = str(folder / content)
         content = read_json(folder / content)
     fields = Values(content, where, notes)

@@ -96,9 +96,10 @@ class Values:
             numbers = np.array(value, float)
         except (TypeError, ValueError, OverflowError):
             raise self.wrong(key, POSE) from None
-        if numbers.shape == (7,) and np.isfinite(numbers).all() and abs(np.linalg.norm(numbers[3:]) - 1) < 0.05:
+        small = bool(np.isfinite(numbers).all() and numbers.size and np.abs(numbers).max() < 1e9)
+        if numbers.shape == (7,) and small and abs(np.linalg.norm(numbers[3:]) - 1) < 0.05:
             return from_tum(numbers)
-        if not is_rigid(numbers):
+        if not small or not is_rigid(numbers):
             raise self.wrong(key, POSE)
         return numbers
 
