@@ -15,6 +15,7 @@ from fusion.recording.recording import Recording
 from fusion.tracking.icp import IcpSettings, align
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
+from fusion.turntable.wobble import rocking
 from fusion.volume.volume import Volume, VolumeSettings
 
 Array = NDArray[np.float64]
@@ -92,8 +93,6 @@ def gap_of(
 
 
 def wobble(raw: Trajectory, motion: Motion) -> float:
-    """Root mean square tilt of the object's axis over the freely tracked poses [rad]."""
-    ups = np.einsum("nij,j->ni", raw.poses[raw.valid][:, :3, :3], motion.axis.direction)
-    mean = ups.mean(axis=0)
-    tilt = np.arccos(np.clip(ups @ (mean / np.linalg.norm(mean)), -1, 1))
-    return float(np.sqrt(np.mean(tilt**2)))
+    """Root mean square rocking of the axis over the freely tracked poses [rad]."""
+    up = motion.axis.object_frame()[:3, :3] @ motion.axis.direction
+    return rocking(raw.poses[:, :3, :3], up).rms

@@ -27,7 +27,7 @@ class Scan:
         circle: fitted to the raw centres.
         closure, closure_raw: closing gap after and before, (angle [rad], distance [m]), None when the turn is not full.
         residual, inlier_share: (n,) [m], [1].
-        wobble: rms tilt of the freely tracked poses against the axis [rad].
+        wobble: rms rocking of the axis over the freely tracked poses [rad].
         camera: used for the result (refined when asked for).
         settings: what was asked for and chosen, plain values.
         warnings: ("ok", "warning" or "bad", sentence).

@@ -39,8 +39,8 @@ def made_up_scan(frames: int = 25, seed: int = 3) -> ScanReport:
     # the camera of frame i stands, in the object's frame, turned back by how far the object has turned
     poses = np.stack([about_axis(POINT, UP, -a) for a in turned])
     raw = poses.copy()
-    for i, a in enumerate(turned):  # the plate rocks by 0.3 deg once a turn
-        raw[i] = raw[i] @ about_axis(POINT, [0.0, -0.342, 0.94], 0.005 * np.sin(a))
+    for i, a in enumerate(turned):  # the plate rocks by 0.3 deg twice a turn
+        raw[i] = raw[i] @ about_axis(POINT, [0.0, -0.342, 0.94], 0.005 * np.sin(2 * a))
     raw[:, :3, 3] += np.cumsum(rng.normal(0, 0.0015, (frames, 3)), axis=0)
     angles: list[float | None] = list(map(float, turned))
     told = list(np.radians(14.4 * np.arange(frames)))

@@ -1,13 +1,11 @@
-"""What the turntable's figures show: steps against the log, slips, the rocking axis, the closing gap."""
+"""What the turntable's figures show: steps against the log, slips, the closing gap."""
 
 import numpy as np
 import pytest
-from made_up import UP, made_up_scan
+from made_up import made_up_scan
 
-from fusion.geometry.pose import about_axis
-from fusion.geometry.trajectory import Trajectory
 from fusion.report.figures.turning import excess_degrees, expected_degrees, steps_figure
-from fusion.report.figures.wobble import rocking, wobble_figure
+from fusion.report.figures.wobble import wobble_figure
 
 N = 24
 
@@ -43,26 +41,6 @@ def test_frames_without_an_angle_and_a_log_of_another_length_are_harmless():
     assert np.isnan(excess_degrees(content)[5]) and expected_degrees(content)[1] == "even"
     steps_figure(content)
     steps_figure({"angles_rad": [None, None]})
-
-
-@pytest.mark.parametrize("tilted", ["along", "across"])
-def test_the_rocking_is_the_planted_one(tilted):
-    """The axis leans by 1 deg once a turn, towards the camera or sideways, and the other column stays zero."""
-    along = np.array([0, 0, 1.0]) - UP[2] * UP / (UP @ UP)
-    along /= np.linalg.norm(along)
-    lean = np.cross(UP, along) if tilted == "along" else along
-    turned = np.radians(15.0 * np.arange(N))
-    planted = np.radians(1.0) * np.sin(turned)
-    # the object's pose before the camera, turned and then leaning; the camera's pose in its frame is the inverse
-    poses = [
-        np.linalg.inv(about_axis([0, 0, 0.7], lean, p) @ about_axis([0, 0, 0.7], UP, a))
-        for a, p in zip(turned, planted, strict=True)
-    ]
-    found = rocking(Trajectory(np.arange(N), np.stack(poses)), {"axis_direction": UP})
-    # the mean over a whole number of turns but one frame is off by a tenth of the amplitude at most
-    column = 0 if tilted == "along" else 1
-    assert np.abs(found[:, column]) == pytest.approx(np.abs(planted), abs=np.radians(0.1))
-    assert np.abs(found[:, 1 - column]).max() < np.radians(0.02)
 
 
 def test_the_closing_gap_is_told_before_and_after():

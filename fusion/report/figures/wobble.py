@@ -8,31 +8,13 @@ from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, GREY, ORANGE, PURPLE, new_figure, styled, to_svg
-
-
-def rocking(raw: Trajectory, turntable: dict[str, Any]) -> Array:
-    """(n, 2) tilt of the object's axis from its mean direction [rad], along and across the line of sight.
-
-    The camera stands still, so in its frame the axis should too; `raw` are freely tracked poses in the object's frame.
-    """
-    axis = np.asarray(turntable["axis_direction"], float)
-    seen = np.einsum("nji,j->ni", raw.poses[:, :3, :3], axis / np.linalg.norm(axis))  # in each camera's frame
-    if not raw.valid.any():
-        return np.full((len(raw), 2), np.nan)
-    mean = seen[raw.valid].mean(axis=0)
-    mean /= np.linalg.norm(mean)
-    along = np.array([0.0, 0.0, 1.0]) - mean[2] * mean  # the line of sight, level
-    if np.linalg.norm(along) < 1e-6:  # looking along the axis: any two directions will do
-        along = np.cross(mean, [1.0, 0.0, 0.0])
-    along /= np.linalg.norm(along)
-    return np.column_stack([seen @ along, seen @ np.cross(mean, along)])
+from fusion.turntable.wobble import rocking
 
 
 def wobble_figure(raw: Trajectory, turntable: dict[str, Any]) -> Figure:
     """Tilt of the axis over the turn, and the gap where it closes, before and after the post-pass."""
-    tilt = np.degrees(rocking(raw, turntable))
-    known = tilt[np.isfinite(tilt).all(axis=1)]
-    rms = float(np.sqrt(np.mean((known**2).sum(axis=1)))) if len(known) else float("nan")
+    found = rocking(raw.poses[:, :3, :3], np.asarray(turntable["axis_direction"], float))
+    tilt, rms = np.degrees(found.tilt), float(np.degrees(found.rms))
     gaps = _gaps(turntable)
     title = f"The axis seems to rock by {rms:.2f} deg (rms)" + ("; " + _said(gaps) if gaps else "")
     with styled():
@@ -85,7 +67,7 @@ def _rocking(ax, tilt: Array, turntable: dict[str, Any]) -> None:
     turned = angles if len(angles) == len(tilt) else np.arange(len(tilt)).astype(float)
     marker: Any = {"marker": "o", "markersize": 2.8} if len(tilt) < 400 else {}
     ax.axhline(0, color=GREY, linewidth=1)
-    for column, (name, color) in enumerate((("towards the camera", BLUE), ("sideways", PURPLE))):
+    for column, (name, color) in enumerate((("away from the camera", BLUE), ("sideways", PURPLE))):
         ax.plot(turned, tilt[:, column], color=color, linewidth=1, label=name, **marker)
     ax.set_xlabel("object turned by [deg]" if len(angles) == len(tilt) else "frame")
     ax.set_ylabel("tilt [deg]")
