@@ -33,7 +33,8 @@ class AmbientLight(Effect):
     formula: ClassVar[str] = (
         "itof: sigma_range = 1 mm range^2 sqrt(g(E) / g(6 klx)) / sqrt(reflectance / 0.8), "
         "g = E (1 + E / 1 klx), what exceeds 15 klx times cos(incidence); "
-        "triangulation: sigma_disparity = 0.08 px sqrt(E z^2 / 30 klx)"
+        "P(missing) = 1 - exp(-(sigma_range / 14 mm)^4); "
+        "triangulation: sigma_disparity = 0.08 px sqrt(E z^2 / 30 klx), P(missing) = 1 - exp(-(E z^2 / 60 klx)^4)"
     )
     variables: ClassVar[tuple[str, ...]] = ("ambient", "range", "incidence", "reflectance")
 

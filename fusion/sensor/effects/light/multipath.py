@@ -1,4 +1,4 @@
-"""Multipath: light that comes by another surface joins the direct light and pulls the range to longer ways."""
+"""Multipath: light that comes by another surface joins the direct light, and the range comes out mostly too long."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -12,7 +12,7 @@ from fusion.sensor.view import Image, View
 
 @dataclass(frozen=True)
 class SpecularReflection(Effect):
-    """A Phong lobe about the mirror direction, the lamp being at the camera: it leaves the ray by twice the incidence.
+    """A Phong lobe about the mirror direction; with the lamp at the camera that is twice the incidence off the ray.
 
     The light is shared: a lobe of peak `strength` over the diffuse light takes 2 strength / (exponent + 1) times the
     power of the diffuse part, which is missing outside the lobe (derived: their integrals over the half sphere are

@@ -1,4 +1,4 @@
-"""Stray light: lens and housing spread a share of all light over the image, so a bright thing pulls what is dark."""
+"""Stray light: lens and housing spread some light over the image, so bright things pull dark ones to their range."""
 
 from dataclasses import dataclass
 from typing import ClassVar

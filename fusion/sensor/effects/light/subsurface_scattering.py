@@ -15,7 +15,7 @@ SEEN_BY_TRIANGULATION = 0.1
 
 @dataclass(frozen=True)
 class SubsurfaceScattering(Effect):
-    """The measured range grows by the way inside the material, in all pixels alike as materials are not told apart."""
+    """The range grows by the path inside the material, the same in all pixels, as materials are not told apart."""
 
     name: ClassVar[str] = "subsurface_scattering"
     key: ClassVar[str] = "I11"

@@ -1,4 +1,4 @@
-"""Focal length error: the stated camera is longer than the true one, so every ray is stated too near the axis."""
+"""Focal length error: the stated one is longer than the true one, so every ray is stated too near the axis."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -18,7 +18,10 @@ class FocalLength(CameraEffect):
 
     name: ClassVar[str] = "focal_length"
     key: ClassVar[str] = "G1"
-    formula: ClassVar[str] = "z_measured = n . P / (n . true ray); the stated ray is the true one over (1 + relative)"
+    formula: ClassVar[str] = (
+        "z_measured = n . P / (n . true ray), itof: times |true ray| / |stated ray|; "
+        "true ray = (x (1 + relative), y (1 + relative), 1) for the stated ray (x, y, 1)"
+    )
     variables: ClassVar[tuple[str, ...]] = ("radius", "depth", "incidence")
 
     relative: float = parameter(

@@ -1,4 +1,4 @@
-"""Lens distortion: the true lens bends its rays otherwise than the stated one."""
+"""Lens distortion: the true lens bends rays differently from the stated one."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -20,7 +20,10 @@ class LensDistortion(CameraEffect):
 
     name: ClassVar[str] = "lens_distortion"
     key: ClassVar[str] = "G2, G3"
-    formula: ClassVar[str] = "z_measured = n . P / (n . true ray); true ray from the distortion stated + (k1 ... p2)"
+    formula: ClassVar[str] = (
+        "z_measured = n . P / (n . true ray), itof: times |true ray| / |stated ray|; "
+        "true ray: undistorted with the stated values plus (k1, k2, k3, p1, p2)"
+    )
     variables: ClassVar[tuple[str, ...]] = ("radius", "u", "v", "depth", "incidence")
 
     k1: float = parameter("1", (-0.5, 0.5), "true minus stated, of r^2", _SOURCE, typical=0.05, kind="scalar")

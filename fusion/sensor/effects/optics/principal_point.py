@@ -14,7 +14,10 @@ class PrincipalPoint(CameraEffect):
 
     name: ClassVar[str] = "principal_point"
     key: ClassVar[str] = "G1"
-    formula: ClassVar[str] = "z_measured = n . P / (n . true ray); true ray = stated ray + (cx / fx, cy / fy, 0)"
+    formula: ClassVar[str] = (
+        "z_measured = n . P / (n . true ray), itof: times |true ray| / |stated ray|; "
+        "true ray = stated ray + (cx / fx, cy / fy, 0)"
+    )
     variables: ClassVar[tuple[str, ...]] = ("u", "v", "depth", "incidence")
 
     cx: float = parameter(

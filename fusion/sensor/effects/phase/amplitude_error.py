@@ -1,4 +1,4 @@
-"""Amplitude error: the measured range depends on how much light came back, so dark patches stand off from bright."""
+"""Amplitude error: the range depends on how much light came back, so dark patches stand off from bright ones."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -14,7 +14,7 @@ MOST = 1e4  # ir_reference / IR is held here: less than this is no light
 
 @dataclass(frozen=True)
 class AmplitudeError(Effect):
-    """A power of the amplitude; nothing where no IR image, or no light in it, tells the amplitude."""
+    """A power of the amplitude; nothing changes where the amplitude is not known or 0."""
 
     name: ClassVar[str] = "amplitude_error"
     key: ClassVar[str] = "I2"

@@ -18,7 +18,9 @@ class CyclicError(Effect):
 
     name: ClassVar[str] = "cyclic_error"
     key: ClassVar[str] = "I1"
-    formula: ClassVar[str] = "range_measured = range + sum of amplitude sin(2 pi range / period + phase)"
+    formula: ClassVar[str] = (
+        "range_measured = range + sum over the harmonics of amplitude sin(2 pi range / period + phase)"
+    )
     variables: ClassVar[tuple[str, ...]] = ("range",)
     principles: ClassVar[tuple[str, ...]] = ("itof",)
 

@@ -16,7 +16,7 @@ class MixedPixels(Effect):
     """S = (1 - a) S_own + a S_across, a the share of a square aperture of sqrt(fill) px that lies beyond the edge.
 
     The range falls between both sides, or outside of them when they differ by more than half a turn of the phase.
-    A triangulating sensor matches the pattern of one side or the other and mixes nothing: no change. Nor without edges.
+    A triangulating sensor matches the pattern of one side or the other and mixes nothing. Unchanged without edges.
     """
 
     name: ClassVar[str] = "mixed_pixels"

@@ -1,4 +1,4 @@
-"""Axial noise: the spread of repeated depths of one pixel."""
+"""Axial noise: repeated depths of one pixel scatter, more so with distance, tilt and darkness."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -19,13 +19,16 @@ STEEPEST = np.deg2rad(82.0)
 
 @dataclass(frozen=True)
 class AxialNoise(Effect):
-    """Root sum of squares of the groups given: a polynomial in z with an angle term, amplitude, disparity."""
+    """A polynomial in z with terms of tilt and sunlight; where ir_reference and the amplitude are known, shot and floor
+    take its place. The spread of the disparity joins either as independent noise.
+    """
 
     name: ClassVar[str] = "axial_noise"
     key: ClassVar[str] = "N2, N3"
     formula: ClassVar[str] = (
         "sigma = c0 + c1 z + c2 z^2 + angle z^angle_exponent theta^2 / (pi/2 - theta)^2 + sunlight z^2 cos theta; "
-        "with IR sigma_r = sqrt(shot^2 q + floor^2 q^2), q = ir_reference / IR; and sigma_px z^2 / (fx b)"
+        "with IR: sigma_range = sqrt(shot^2 q + floor^2 q^2), q = ir_reference / IR; "
+        "sigma_z = sqrt(sigma^2 + (sigma_px z^2 / (fx b))^2)"
     )
     variables: ClassVar[tuple[str, ...]] = ("depth", "incidence", "amplitude")
 

@@ -13,7 +13,7 @@ from fusion.sensor.view import Image, View
 
 @dataclass(frozen=True)
 class FixedPattern(Effect):
-    """Length plus F(u, v): a map, or a frozen draw of given size; along the ray for time of flight."""
+    """F(u, v) is added to the length, along the ray for time of flight: a map, or a frozen draw of given size."""
 
     name: ClassVar[str] = "fixed_pattern"
     key: ClassVar[str] = "N6"

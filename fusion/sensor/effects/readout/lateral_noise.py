@@ -26,7 +26,7 @@ class LateralNoise(Effect):
 
     name: ClassVar[str] = "lateral_noise"
     key: ClassVar[str] = "N4"
-    formula: ClassVar[str] = "z_measured = z + jump while e < sigma n,  e = distance to the edge, n ~ N(0, 1)"
+    formula: ClassVar[str] = "z_measured = z + jump while e < sigma n, e = distance to the edge, n ~ N(0, 1)"
     variables: ClassVar[tuple[str, ...]] = ("edge", "depth")
     not_undone: ClassVar[str] = "one image does not tell on which side of an edge a jittering pixel belongs"
 

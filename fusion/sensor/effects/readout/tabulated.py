@@ -37,7 +37,7 @@ STEEPEST = 0.5  # m of error per m, or px per px: beyond, the fixed point of the
 
 @dataclass(frozen=True)
 class Tabulated(Effect):
-    """Length (along the ray for time of flight), or disparity, plus a table's value, interpolated linearly.
+    """The value of a table, interpolated linearly, is added to the length (itof: along the ray) or to the disparity.
 
     Outside its grid the table is held. Where a variable is not known, nothing changes.
     """

@@ -14,7 +14,7 @@ from fusion.sensor.view import Image, View
 
 @dataclass(frozen=True)
 class MotionBlur(Effect):
-    """A pixel at a distance d from an edge that moves by s across itself sees the other side for 1/2 - d/s of the time.
+    """While an edge moves by s, a pixel at a distance d from it sees the other side for 1/2 - d / s of the time.
 
     The edge is where it stands in the middle of the exposure and belongs to the surface in front: its velocity counts.
     Unchanged where the edges or the velocity are not known. The mean over the exposure of a surface that moves
@@ -24,7 +24,7 @@ class MotionBlur(Effect):
     name: ClassVar[str] = "motion_blur"
     key: ClassVar[str] = "M1"
     formula: ClassVar[str] = (
-        "share across the edge = max(0, 1/2 - edge distance / (shutter image speed across the edge))"
+        "share across the edge = max(0, 1/2 - d / s), d = distance to the edge, s = shutter times its speed [px/s]"
     )
     variables: ClassVar[tuple[str, ...]] = ("velocity", "edge", "depth")
     not_undone: ClassVar[str] = "one depth image does not tell how fast an edge moves"

@@ -22,7 +22,9 @@ class PoseJitter(Effect):
 
     name: ClassVar[str] = "pose_jitter"
     key: ClassVar[str] = "M3"
-    formula: ClassVar[str] = "sigma_z = sqrt(sigma_m^2 + sigma_rad^2 |n x P|^2) / |n . ray|"
+    formula: ClassVar[str] = (
+        "sigma_z = sqrt(sigma_m^2 + sigma_rad^2 |n x P|^2) / |n . ray|, P the point seen, n its normal"
+    )
     variables: ClassVar[tuple[str, ...]] = ("depth", "incidence")
 
     sigma_m: float = parameter(

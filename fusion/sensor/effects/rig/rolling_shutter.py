@@ -20,7 +20,7 @@ class RollingShutter(Effect):
 
     name: ClassVar[str] = "rolling_shutter"
     key: ClassVar[str] = "M2"
-    formula: ClassVar[str] = "z_measured = z + n . velocity line_time (v - (height - 1) / 2) / (n . ray)"
+    formula: ClassVar[str] = "z_measured = z + t (n . velocity) / (n . ray), t = line_time (v - (height - 1) / 2)"
     variables: ClassVar[tuple[str, ...]] = ("velocity", "v", "incidence")
     not_undone: ClassVar[str] = "one depth image does not tell how fast a surface moves"
 

@@ -21,7 +21,7 @@ class TimestampOffset(Effect):
 
     name: ClassVar[str] = "timestamp_offset"
     key: ClassVar[str] = "M4"
-    formula: ClassVar[str] = "z_measured = z + n . velocity offset / (n . ray)"
+    formula: ClassVar[str] = "z_measured = z + offset (n . velocity) / (n . ray)"
     variables: ClassVar[tuple[str, ...]] = ("velocity", "incidence")
     not_undone: ClassVar[str] = "one depth image does not tell how fast a surface moves"
 

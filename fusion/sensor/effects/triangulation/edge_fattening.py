@@ -16,7 +16,9 @@ class EdgeFattening(Effect):
 
     name: ClassVar[str] = "edge_fattening"
     key: ClassVar[str] = "S2, S3"
-    formula: ClassVar[str] = "z_measured = z + clip(window / 2 - e + 0.5, 0, 1) (z_near - z), e [px] to the near thing"
+    formula: ClassVar[str] = (
+        "z_measured = z + clip(window_px / 2 - e + 0.5, 0, 1) (z_near - z), e = distance to the near thing [px]"
+    )
     variables: ClassVar[tuple[str, ...]] = ("edge",)
     principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
     not_undone: ClassVar[str] = "what the near thing hides of the background is not in the image"

@@ -15,16 +15,16 @@ REFERENCE = 25.0  # [degC] where the pattern was stored: guess
 
 @dataclass(frozen=True)
 class ProjectorThermalDrift(Effect):
-    """A dot leaves the projector at x_p = x - p / z, p the projector's place; it moves outwards by
+    """The grating scales the sine of each dot's angle, so dots move outwards and seem to belong to other depths.
 
-    dx = coefficient (T - 25 degC) x_p (1 + x_p^2 + y^2), because the grating scales the sine of its angle; the camera
-    then sees the dot that belongs to another depth: the disparity fx |p| / z changes by sign(p) fx dx.
+    With p the projector's place on the x axis, a dot leaves it at the slope x_p = x - p / z, which grows by
+    dx = coefficient (T - 25 degC) x_p (1 + x_p^2 + y^2); the disparity fx |p| / z changes by sign(p) fx dx.
     """
 
     name: ClassVar[str] = "projector_thermal_drift"
     key: ClassVar[str] = "S4"
     formula: ClassVar[str] = (
-        "d_measured = d +- fx coefficient (T - 25 degC) x_p (1 + x_p^2 + y^2), x_p = x - baseline / z"
+        "d_measured = d + sign(baseline) fx coefficient (T - 25 degC) x_p (1 + x_p^2 + y^2), x_p = x - baseline / z"
     )
     variables: ClassVar[tuple[str, ...]] = ("u", "temperature", "depth")
     principles: ClassVar[tuple[str, ...]] = ("structured_light",)

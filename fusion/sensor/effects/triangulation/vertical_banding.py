@@ -18,7 +18,10 @@ BANDS = 8  # jumps across the image of a unit whose columns are not known: guess
 
 @dataclass(frozen=True)
 class VerticalBanding(Effect):
-    """d_measured = d + the sum of the steps of all columns passed so far; the image's mean stays."""
+    """The disparity grows by the steps of all columns passed so far.
+
+    Jumps of which only the usual size is known leave the image's mean as it is.
+    """
 
     name: ClassVar[str] = "vertical_banding"
     key: ClassVar[str] = "N7"

@@ -1,0 +1,54 @@
+"""The pages about the sensor effects say what the effect objects say."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fusion.sensor.catalogue import IMPLEMENTED
+from fusion.sensor.effects import EFFECTS
+from fusion.sensor.entries import checked_entry, effect_of, missing_parameters
+
+PROJECT = Path(__file__).resolve().parents[2]
+TOOL = PROJECT / "tools" / "document_effects.py"
+LARGEST, LARGEST_FOLDER = 30_000, 1_200_000  # bytes: pages that load at once, a repository that stays small
+
+
+@pytest.fixture
+def pages(monkeypatch):
+    """The room of the tool, which is no part of the package."""
+    monkeypatch.syspath_prepend(TOOL.parent)
+    from effect_pages import text
+
+    return text
+
+
+def test_committed_texts_are_up_to_date():
+    done = subprocess.run([sys.executable, TOOL, "--check"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{done.stdout}{done.stderr}"
+
+
+def test_every_effect_has_a_small_picture():
+    sizes = {kind.name: (PROJECT / "docs" / "effects" / f"{kind.name}.svg").stat().st_size for kind in EFFECTS}
+    assert max(sizes.values()) < LARGEST and sum(sizes.values()) < LARGEST_FOLDER
+
+
+@pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
+def test_examples_can_be_read(pages, kind):
+    name, given = checked_entry(pages.example(kind), Path("sensor.json"))
+    assert isinstance(effect_of(name, given, Path("sensor.json")), IMPLEMENTED[kind.name])
+    assert not missing_parameters(name, given)
+
+
+@pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
+def test_every_law_shows_in_its_picture(pages, kind):
+    import numpy as np
+    from effect_pages.pictures import PICTURES
+
+    picture = PICTURES[kind.name]
+    for panel in picture.panels:
+        full, half = (np.asarray(panel.law(picture.effect(kind, panel, factor))) for factor in (1.0, 0.5))
+        assert np.isfinite(full).all()
+        # a law that is 0 everywhere, or does not follow its parameter, would be an empty picture
+        assert np.abs(full).max() > 0 and not np.allclose(full, half, rtol=0.01, atol=0)

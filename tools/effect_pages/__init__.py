@@ -1,0 +1,1 @@
+"""Pages about the sensor effects, made from the effect objects."""
