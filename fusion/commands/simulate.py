@@ -23,14 +23,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=int, default=0, help="of every random number (default: 0)")
     add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's own")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of a built-in scene; repeatable")
-    add("--list", action="store_true", help="print the built-in scenes and their settings")
+    add("--list", action="store_true", help="print the built-in scenes; with SCENE its settings")
     add("--json", action="store_true", help="print one JSON object")
 
 
 def run(options: argparse.Namespace) -> int | None:
     """Simulate and write the recording."""
     if options.list:
-        _list(options.json)
+        _list(options.scene, options.json)
         return None
     if options.scene is None or options.output is None:
         sys.stderr.write("fusion simulate: a scene and -o REC are needed (see --list and --help)\n")
@@ -89,20 +89,24 @@ def _scene(options: argparse.Namespace) -> "Scene":
     return scene if options.camera is None else replace(scene, camera=find_camera(options.camera))
 
 
-def _list(as_json: bool) -> None:
+def _list(name: str | None, as_json: bool) -> None:
+    """Every scene in one line; of one scene its settings too."""
     from fusion.simulation.scenes import SCENES, about, settings_of
 
+    if name is not None and name not in SCENES:
+        raise FusionError("no such scene", "--list", name, "one of " + ", ".join(SCENES))
+    names = list(SCENES) if name is None else [name]
     if as_json:
-        print(json.dumps({name: {"about": about(name), "settings": settings_of(name)} for name in SCENES}, indent=1))
+        print(json.dumps({name: {"about": about(name), "settings": settings_of(name)} for name in names}, indent=1))
         return
-    import textwrap
-
-    width = max(map(len, SCENES))
-    for name in SCENES:
-        print(f"{name:<{width}}  {about(name)}")
-        shown = ", ".join(f"{key}={_shown(value)}" for key, value in settings_of(name).items())
-        indent = " " * (width + 2)
-        print(textwrap.fill(shown, 110, initial_indent=indent, subsequent_indent=indent))
+    width = max(map(len, names))
+    for each in names:
+        print(f"{each:<{width}}  {about(each)}")
+    if name is None:
+        print("\nfusion simulate SCENE --list prints the settings of one of them")
+        return
+    for key, value in settings_of(name).items():
+        print(f"  --set {key}={_shown(value)}")
 
 
 def _shown(value: object) -> str:

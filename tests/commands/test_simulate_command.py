@@ -65,8 +65,11 @@ def test_a_scene_or_an_output_must_be_given(capsys):
 def test_the_list_names_every_scene_and_setting(capsys):
     assert main(["simulate", "--list"]) == 0
     told = capsys.readouterr().out
-    assert all(name in told for name in SCENES) and "distance_m=1" in told
+    assert [line.split()[0] for line in told.split("\n\n")[0].splitlines()] == list(SCENES)
     assert max(map(len, told.splitlines())) <= 120
+    assert main(["simulate", "wall", "--list"]) == 0
+    assert "--set distance_m=1\n" in capsys.readouterr().out
+    assert main(["simulate", "nowhere", "--list"]) == 1
     assert main(["simulate", "--list", "--json"]) == 0
     assert json.loads(capsys.readouterr().out).keys() == SCENES.keys()
 
