@@ -61,6 +61,7 @@ def steps_figure(turntable: dict[str, Any]) -> Figure:
         above.plot([], [], color=GREY, linewidth=1.4, label="its log" if source == "log" else f"median {usual:.2f} deg")
         above.legend(loc="upper center", bbox_to_anchor=(0.5, 1.2), ncols=3)
         _excess(below, turntable, slips, against)
+        below.xaxis.get_major_locator().set_params(integer=True)
         svg = to_svg(figure, "steps")
     caption = (
         "Gaps are rejected frames. A slip's mark stands at the first frame after it. Below: the same added up, so that "
