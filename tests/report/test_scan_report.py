@@ -66,7 +66,10 @@ BROKEN = {
 
 @pytest.mark.parametrize("change", BROKEN.values(), ids=BROKEN)
 def test_broken_data_still_makes_a_page(tmp_path, change):
-    report = replace(made_up_scan(), **({"mesh": bumpy_sphere(1)} | {"mesh_raw": None, "times_seen": None} | change))
+    report = replace(made_up_scan(), mesh=bumpy_sphere(1), mesh_raw=None, times_seen=None)
+    if change.keys() & {"mesh", "times_seen"}:  # plots take their time, and these do not look at the mesh
+        report = replace(report, turntable=None, residual=None, inlier_share=None, rejected={})
+    report = replace(report, **change)
     scan_report(tmp_path / "report.html", report)
     assert "How it was made" in headings(tmp_path / "report.html")
 
