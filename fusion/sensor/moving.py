@@ -21,7 +21,7 @@ from fusion.sensor.view import Image, View, stretch
 class CameraEffect(Effect):
     """The stated camera is wrong: every ray goes elsewhere."""
 
-    not_undone: ClassVar[str] = "it is undone by using the true camera instead of the stated one"
+    not_undone: ClassVar[str] = "use the true camera instead of the stated one"
 
     def true_camera(self, stated: Camera) -> Camera:
         """The camera that took the pictures, from the stated one."""

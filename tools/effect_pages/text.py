@@ -19,6 +19,7 @@ SENSORS = {
     ("structured_light",): "structured light",
     ("structured_light", "active_stereo"): "triangulation",
 }
+FROZEN = " (frozen: the bias repeats in every frame, the noise is how it spreads where it is not known)"
 KINDS = {
     "list": "; one value, or a list",
     "map": "; one value per pixel, as a `.npy` file",
@@ -41,7 +42,7 @@ def page(kind: type[Effect]) -> str:
         *about,
         f"![{kind.name}]({kind.name}.svg)",
         "Strong: at typical values. Pale: at half of them.",
-        "    " + "\n    ".join(kind.formula.split("; ")),
+        "    " + "\n    ".join(kind.formula.replace("`", "").split("; ")),
         _facts(kind),
         "## Parameters",
         _parameter_table(kind),
@@ -135,8 +136,7 @@ def _facts(kind: type[Effect]) -> str:
     depends = kind.variables if isinstance(kind.variables, tuple) else ()
     rows = {
         "depends on": ", ".join(depends).replace("_", " ") or ("what the table says" if settings(kind) else "nothing"),
-        "changes": channels(kind)
-        + (" (the same for as long as nothing moves or the unit stays)" if kind.frozen else ""),
+        "changes": channels(kind) + (FROZEN if kind.frozen else ""),
         "sensors": sensors(kind),
         "undone by the correction": undone(kind)[1],
     }

@@ -1,4 +1,4 @@
-"""Focal length error: the stated one is longer than the true one, so every ray is stated too near the axis."""
+"""Focal length error: the stated focal length is too long, so every ray is stated too near the axis."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar

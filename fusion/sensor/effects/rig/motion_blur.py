@@ -14,7 +14,7 @@ from fusion.sensor.view import Image, View
 
 @dataclass(frozen=True)
 class MotionBlur(Effect):
-    """While an edge moves by s, a pixel at a distance d from it sees the other side for 1/2 - d / s of the time.
+    """An edge moves by s in the exposure; a pixel at distance d from it sees the other side for 1/2 - d/s of the time.
 
     The edge is where it stands in the middle of the exposure and belongs to the surface in front: its velocity counts.
     Unchanged where the edges or the velocity are not known. The mean over the exposure of a surface that moves
