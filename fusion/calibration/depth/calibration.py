@@ -1,0 +1,240 @@
+"""Depth correction from walls: read, judge the candidate laws on walls they have not seen, fit the best."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, terms_for
+from fusion.calibration.depth.curve import POINTS, Curve, axis_terms, light_of, measured_offsets, span
+from fusion.calibration.depth.fitted import Fitted, Setting, finish
+from fusion.calibration.depth.information import evidence_of, information_of
+from fusion.calibration.depth.known import Start, start
+from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, level
+from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
+from fusion.calibration.depth.surface_sensor import with_surface
+from fusion.calibration.depth.terms import Term
+from fusion.calibration.depth.variance import with_variance
+from fusion.calibration.depth.visibility import Visibility, visibilities
+from fusion.calibration.depth.wall import Wall, read_wall
+from fusion.errors import FusionError
+from fusion.geometry.camera import Camera
+from fusion.recording.recording import Recording
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import stretch
+
+NODE = 0.04  # [m] a fifth of the shortest wave that matters: c / 2f over six at 120 MHz
+DISTANCE_STD = 0.001  # [m] of a stated distance: what makers of laser distance meters promise
+
+
+@dataclass(frozen=True)
+class DepthSettings:
+    """What a depth calibration may be told.
+
+    Attributes:
+        camera: calibrated camera; None takes that of the recordings.
+        sensor: what is already known of the sensor.
+        distance_std: standard deviation of the stated distances [m].
+        surface: False leaves maps and stacks out.
+        force: take recordings or models of another camera.
+    """
+
+    camera: Camera | None = None
+    sensor: Sensor | None = None
+    distance_std: float = DISTANCE_STD
+    surface: bool = True
+    force: bool = False
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.distance_std) and self.distance_std > 0):
+            raise FusionError(
+                "the deviation of the distances is not usable", "--distance-std", self.distance_std, "> 0 m"
+            )
+
+
+@dataclass(frozen=True)
+class DepthCalibration:
+    """A depth law with its evidence; w walls.
+
+    Attributes:
+        sensor: the model with the law's effects.
+        camera: that it belongs to.
+        walls: as they were read.
+        judged: every candidate with its errors on walls left out; `chosen` is the index of the one in use.
+        fitted: the law in the end.
+        stack: what is left per pixel, when the law has a surface.
+        curve: bias over distance on the axis; None when no distance is known.
+        offset, offset_std: (w,) error of each wall on the axis before the correction [m].
+        visibility: which numbers can be seen.
+        notes: ("ok", "warning" or "bad", sentence).
+    """
+
+    sensor: Sensor
+    camera: Camera
+    walls: list[Wall]
+    judged: list[Judged]
+    chosen: int
+    fitted: Fitted
+    stack: Stack | None
+    curve: Curve | None
+    offset: NDArray[np.floating]
+    offset_std: NDArray[np.floating]
+    visibility: list[Visibility]
+    notes: tuple[tuple[str, str], ...]
+
+    @property
+    def before(self) -> Judged:
+        """The errors without any correction."""
+        return self.judged[0]
+
+    @property
+    def best(self) -> Judged:
+        """The candidate in use."""
+        return self.judged[self.chosen]
+
+
+def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | None = None) -> DepthCalibration:
+    """Find the depth error of a camera from recordings of walls.
+
+    Args:
+        recordings: one per wall, its distance in `distance_m` of the telemetry where it is known.
+        settings: camera, known sensor and so on.
+    Raises:
+        FusionError: no recording, recordings of different cameras, no wall in view.
+    """
+    settings = settings or DepthSettings()
+    if not recordings:
+        raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
+    begin = start(recordings, settings.camera, settings.sensor, settings.force)
+    walls = [read_wall(r, begin.camera, begin.known, settings.distance_std) for r in recordings]
+    return calibrate_walls(walls, begin, settings.surface)
+
+
+def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
+    """The same from walls that are already reduced."""
+    camera, known = begin.camera, begin.known
+    nodes, light = _nodes(walls, begin), _ir_reference(walls)
+    have = {effect.name for effect in begin.uncorrected.effects}
+    terms = [term for term in terms_for(known.principle, nodes, light) if term.effect not in have]
+    problem, seen = _problem(walls, begin, terms)
+    judged = [judge(problem, c) for c in _candidates(known.principle, seen, walls)]
+    chosen = choose(judged)
+    if "radius^2" in judged[chosen].candidate.keys and "radius^4" in {v.term.key for v in seen if v.seen}:
+        judged.append(judge(problem, richer(judged[chosen].candidate)))
+        chosen = choose(judged)
+    setting = Setting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio)
+    units = [native(e, known) for e in problem.evidence]
+    if surface and len(walls) >= LEAST_WALLS:
+        base = judged[chosen]
+        for kind in ("map", "stack"):
+            effects = ("tabulated",) if kind == "stack" else ("disparity_distortion", "fixed_pattern")
+            # a sensor holds one table: a curve of straight pieces is one already
+            if not have & set(effects) and (kind == "map" or "curve" not in base.candidate.name):
+                judged.append(judge_surface(problem, base, units, kind))
+        chosen = choose(judged)
+    fitted = finish(problem, judged[chosen].law, terms, setting)
+    kind = judged[chosen].candidate.surface
+    stack = stack_of(fitted.evidence, units, kind) if kind else None
+    sensor = fitted.sensor if stack is None else with_surface(fitted.sensor, camera, stack)
+    sensor = _named(sensor, begin, walls, judged[chosen])
+    curve, offset, deviation = _curve(walls, judged, fitted, problem, setting)
+    notes = (*begin.notes, *_notes(seen, walls, judged, chosen, fitted))
+    return DepthCalibration(sensor, camera, walls, judged, chosen, fitted, stack, curve, offset, deviation, seen, notes)
+
+
+def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Problem, list[Visibility]]:
+    """The linear problems with their variances, and what can be seen."""
+    first = [evidence_of(wall, begin.camera, begin.known, terms) for wall in walls]
+    keys = tuple(term.key for term in terms)
+    rich = max(candidates_for(begin.known.principle, terms), key=lambda c: ("radius^2" in c.keys, c.numbers))
+    evidence = first
+    for _ in range(2):  # the first law weighs the tiles as their frames' noise says, the second as they really scatter
+        problem = Problem(keys, evidence, [information_of(e, terms) for e in evidence])
+        law = fit(problem, problem.total, rich)
+        columns = problem.columns(law.keys)
+        rests = [level(e, e.rest - e.terms[:, columns] @ law.numbers) for e in evidence]
+        evidence = [with_variance(e, r) for e, r in zip(first, rests, strict=True)]
+    problem = Problem(keys, evidence, [information_of(e, terms) for e in evidence])
+    measured = sum(bool(np.isfinite(wall.distance)) for wall in walls)
+    return problem, visibilities(terms, problem.total, measured, len(walls))
+
+
+def _candidates(principle: str, seen: list[Visibility], walls: list[Wall]) -> list[Candidate]:
+    """Those made of terms that can be seen, and not richer than the walls: half as many numbers over distance."""
+    left = [v.term for v in seen if v.seen]
+    enough = max(len(walls) // 2, 1)
+    flight = principle == "itof"  # a wall's range grows to its corners, so one wall tells a piece of the curve
+    return [c for c in candidates_for(principle, left) if flight or c.over_distance <= enough]
+
+
+def _nodes(walls: list[Wall], begin: Start) -> tuple[float, ...]:
+    """Nodes of the curve of straight pieces: one for two walls; for time of flight one every 8 cm of range."""
+    low, high = span(walls)
+    if begin.known.principle == "itof":
+        longest = float(np.percentile(stretch(begin.camera), 95))
+        count = int(np.clip((high * longest - low) / NODE, 2, 100))
+        return tuple(float(r) for r in np.linspace(low, high * longest, count))
+    count = int(np.clip(len(walls) // 2, 2, 12))
+    return tuple(float(z) for z in np.linspace(low, max(high, low + 0.01), count))
+
+
+def _ir_reference(walls: list[Wall]) -> float | None:
+    """Median amplitude over the walls [count]; None unless every frame has one, as the correction then needs it too."""
+    found = [float(np.median(w.ir[w.mask])) for w in walls if w.ir is not None and np.any(w.ir[w.mask] > 0)]
+    return float(np.median(found)) if len(found) == len(walls) and all(w.ir_everywhere for w in walls) else None
+
+
+def _curve(
+    walls: list[Wall], judged: list[Judged], fitted: Fitted, problem: Problem, setting: Setting
+) -> tuple[Curve | None, NDArray, NDArray]:
+    known = np.array([np.isfinite(w.distance) for w in walls])
+    if not known.any():
+        return None, np.full(len(walls), np.nan), np.full(len(walls), np.nan)
+    low, high = span(walls)
+    distance = np.linspace(low, high, POINTS)
+    light = light_of(walls)
+    numbers = np.array([fitted.numbers.value.get(t.key, 0.0) for t in fitted.terms])
+    rows = axis_terms(fitted.terms, distance, setting.camera, setting.known, light)
+    std = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, fitted.covariance, rows), 0.0))
+    at = axis_terms(
+        fitted.terms, np.array([w.true_plane.distance for w in walls]), setting.camera, setting.known, light
+    )
+    offset, deviation = measured_offsets(fitted.evidence, at @ numbers)
+    return Curve(distance, rows @ numbers, std), offset, deviation
+
+
+def _named(sensor: Sensor, begin: Start, walls: list[Wall], best: Judged) -> Sensor:
+    """The sensor bound to its camera, with the source of every new effect."""
+    low, high = span(walls)
+    said = f"fusion calibrate depth: {len(walls)} walls, {low:.2f} to {high:.2f} m, {best.candidate.name}; "
+    said += f"error on a wall left out {best.error * 1e3:.2f} mm rms"
+    before = {id(e) for e in begin.uncorrected.effects}
+    new = {e.name: said for e in sensor.effects if id(e) not in before}
+    return replace(sensor, sources=sensor.sources | new, sensor=begin.sensor, serial=begin.serial, left_out=())
+
+
+def _notes(
+    seen: list[Visibility], walls: list[Wall], judged: list[Judged], chosen: int, fitted: Fitted
+) -> list[tuple[str, str]]:
+    notes = []
+    hidden: dict[tuple[str, str], list[Visibility]] = {}
+    for one in seen:
+        if not one.seen:
+            hidden.setdefault((f"{one.term.effect}.{one.term.parameter}", one.record), []).append(one)
+    for (name, record), ones in hidden.items():
+        share = max(one.share for one in ones)
+        text = f"{name} cannot be seen in these recordings ({100 * share:.1f} % of it survives the walls' free "
+        notes.append(("warning", text + f"tilts and distances); to see it, record {record}"))
+    if fitted.widened > 1:
+        stated = walls[0].distance_std * 1e3
+        text = f"the walls scatter {fitted.widened:.1f} times as much about the law as distances with a deviation of "
+        notes.append(("warning", text + f"{stated:.1f} mm would; intervals are widened by that"))
+    if len(walls) < 5:
+        notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
+    better = judged[0].error - judged[chosen].error
+    if chosen == 0:
+        notes.append(("ok", "no correction holds on walls it has not seen: none is written"))
+    elif better < 0:
+        notes.append(("warning", "the law is better where the walls are sharp, but not in plain millimetres"))
+    return notes

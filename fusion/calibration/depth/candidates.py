@@ -1,0 +1,99 @@
+"""The candidate laws for each kind of sensor: what may be wrong with its depth, from nothing to a whole stack."""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from fusion.calibration.depth.terms import (
+    Term,
+    common_terms,
+    curve_terms,
+    flight_terms,
+    radial_terms,
+    triangulation_terms,
+    wave_terms,
+)
+
+# periods of the wiggling [m], 2 % apart: c / 2f over a number of phase steps, for modulations of 16 to 160 MHz with
+# their second harmonics; between two of them a wave of 0.2 m shifts by a third of a radian over 2 m
+PERIODS = tuple(float(p) for p in np.geomspace(0.16, 3.4, 155))
+MOST_WAVES = 8  # three modulations with two harmonics each, and two for what they make together
+TRIANGULATING = ("structured_light", "active_stereo")
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A law that may be chosen.
+
+    Attributes:
+        name: as it stands in the report.
+        keys: its terms.
+        waves: how many waves are added; their periods are searched.
+        surface: "", or "map" / "stack": what is left per pixel is taken too, the same at all distances or for each.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+    waves: int = 0
+    surface: str = ""
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers are fitted; the surface is not counted."""
+        return len(self.keys) + 3 * self.waves
+
+    @property
+    def over_distance(self) -> int:
+        """How many numbers its curve over distance has that only other walls can tell, not other pixels."""
+        return sum(key in ("offset", "scale", "disparity") or key.startswith("curve") for key in self.keys)
+
+
+def terms_for(principle: str, nodes: tuple[float, ...], ir_reference: float | None) -> list[Term]:
+    """All terms that a sensor of this principle can have; `nodes` [m] of the curve of straight pieces."""
+    terms = common_terms()
+    if principle in TRIANGULATING:
+        terms += triangulation_terms()
+    elif principle == "itof":
+        terms += flight_terms(ir_reference) + wave_terms(PERIODS)
+    else:
+        terms += radial_terms()
+    return terms + curve_terms(nodes)
+
+
+def candidates_for(principle: str, terms: list[Term]) -> list[Candidate]:
+    """Candidates made of the terms at hand, from simple to rich; "nothing" is the first."""
+    keys = {term.key for term in terms}
+    curves = [c for c in _curves(principle, terms) if set(c.keys) <= keys]
+    shapes: list[tuple[str, ...]] = [()]
+    shapes += [("radius^2",)] if "radius^2" in keys else []
+    return [
+        Candidate(" + ".join(filter(None, (c.name, *shape))) or "nothing", (*c.keys, *shape), c.waves)
+        for shape in shapes
+        for c in curves
+    ]
+
+
+def richer(candidate: Candidate) -> Candidate:
+    """The same with a radial term of the fourth power."""
+    return Candidate(f"{candidate.name}, ^4", (*candidate.keys, "radius^4"), candidate.waves)
+
+
+def _curves(principle: str, terms: list[Term]) -> list[Candidate]:
+    """Laws over the distance."""
+    simple = ("offset", "scale", *(["disparity"] if principle in TRIANGULATING else []))
+    found = [Candidate(" + ".join(some), some) for n in range(len(simple) + 1) for some in combinations(simple, n)]
+    if any(term.effect == "cyclic_error" for term in terms):
+        found += [Candidate(f"offset + {_waves(n)}", ("offset",), n) for n in range(1, MOST_WAVES + 1)]
+    if any(term.key == "amplitude" for term in terms):
+        found.append(Candidate("offset + amplitude", ("offset", "amplitude")))
+        waves = range(1, MOST_WAVES + 1)
+        found += [Candidate(f"offset + amplitude + {_waves(n)}", ("offset", "amplitude"), n) for n in waves]
+    pieces = tuple(term.key for term in terms if term.key.startswith("curve"))
+    if len(pieces) > 1:
+        found.append(Candidate("curve", pieces))
+    return found
+
+
+def _waves(number: int) -> str:
+    return "1 wave" if number == 1 else f"{number} waves"

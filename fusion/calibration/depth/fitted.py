@@ -1,0 +1,163 @@
+"""The chosen law, fitted to the end: periods of waves, the laser's true scatter, and the law's own curvature."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2 as chi2_law
+
+from fusion.calibration.depth.information import Evidence, Information, evidence_of, information_of
+from fusion.calibration.depth.law_sensor import Numbers, with_law
+from fusion.calibration.depth.samples import Samples
+from fusion.calibration.depth.selection import Law, Problem
+from fusion.calibration.depth.terms import Term, length, wave_terms
+from fusion.calibration.depth.wall import Wall
+from fusion.geometry.camera import Camera
+from fusion.sensor.sensor import Sensor
+
+ROUNDS = 5  # a law without waves is nearly linear: its second round changes a hundredth of the first
+LONGEST = 0.01  # share by which a period moves in a round: half a step of the grid it was found on
+UNLIKELY = 0.05
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A law with its final numbers.
+
+    Attributes:
+        terms: of the law (n,), first those of the curve's own numbers, last the derivatives to the periods.
+        numbers: by name, as effects want them.
+        covariance: (n, n) of the terms' numbers.
+        widened: factor by which the stated standard deviation of the distances was too small, 1 or more.
+        sensor: with the law's effects.
+        evidence: per wall, `rest` being what the law leaves over [m].
+    """
+
+    terms: tuple[Term, ...]
+    numbers: Numbers
+    covariance: NDArray[np.floating]
+    widened: float
+    sensor: Sensor
+    evidence: list[Evidence]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the final fit needs beside the law: camera, known sensor, and what `Numbers` holds that is not fitted."""
+
+    camera: Camera
+    known: Sensor
+    nodes: tuple[float, ...]
+    ir_reference: float
+    ratio: NDArray[np.floating] | None
+
+
+def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> Fitted:
+    """Fit a law to all walls, with its periods and at its own values."""
+    by_key = {term.key: term for term in terms}
+    chosen = [by_key[key] for key in law.keys]
+    value = dict(zip(law.keys, map(float, law.numbers), strict=True))
+    widened = 1.0
+    walls = [e.wall for e in problem.evidence]
+    variances = [e.variance for e in problem.evidence]
+    for _ in range(ROUNDS):
+        every, evidence, total = _system(walls, variances, chosen, value, setting, widened)
+        step = _step(total, every, value)
+        value = _stepped(value, every, step)
+        widened *= _widening(evidence, step, len(value) - sum(t.shape for t in chosen))
+    every, left, total = _system(walls, variances, chosen, value, setting, widened)
+    covariance = total.covariance(list(range(len(every)))) if every else np.zeros((0, 0))
+    std = {term.key: float(s) for term, s in zip(every, np.sqrt(np.diag(covariance)), strict=True)}
+    numbers = _numbers(value, std, setting)
+    sensor = with_law(setting.known, setting.camera, numbers)
+    return Fitted(tuple(every), numbers, covariance, widened, sensor, left)
+
+
+def _system(
+    walls: list[Wall], variances: list[NDArray], chosen: list[Term], value: dict, setting: Setting, widened: float
+) -> tuple[list[Term], list[Evidence], Information]:
+    """Terms at the present numbers, what these leave over on every wall, and the sums of that."""
+    every = _with_periods(chosen, value)
+    sensor = with_law(setting.known, setting.camera, _numbers(value, {}, setting))
+    evidence = [_at(w, every, sensor, setting, v, widened) for w, v in zip(walls, variances, strict=True)]
+    parts = [information_of(e, every) for e in evidence]
+    return every, evidence, sum(parts[1:], parts[0])
+
+
+def _numbers(value: dict[str, float], std: dict[str, float], setting: Setting) -> Numbers:
+    std = {key: std.get(key, 0.0) for key in value} | {k: s for k, s in std.items() if k.startswith("period")}
+    return Numbers(value, std, setting.nodes, setting.ir_reference, setting.ratio)
+
+
+def _at(wall: Wall, terms: list[Term], sensor: Sensor, setting: Setting, variance: NDArray, widened: float) -> Evidence:
+    """The wall's evidence with `rest` = measured less what the whole sensor model predicts."""
+    evidence = evidence_of(wall, setting.camera, setting.known, terms)
+    depth = wall.true_plane.depth(setting.camera)
+    predicted = sensor.predict(depth, wall.view(setting.camera, depth))
+    rest = evidence.tiles.mean(np.nan_to_num(np.where(wall.mask, wall.measured - predicted, 0.0)))
+    return replace(evidence, rest=rest, variance=variance, distance_std=evidence.distance_std * widened)
+
+
+def _with_periods(chosen: list[Term], value: dict[str, float]) -> list[Term]:
+    """The terms at the present periods, and those of the periods themselves."""
+    sines = [key for key in value if key.startswith("sin ")]
+    others = [term for term in chosen if term.effect != "cyclic_error"]
+    derivatives = [_period_term(key[4:], value[key], value["cos " + key[4:]]) for key in sines]
+    return others + wave_terms(tuple(float(key[4:]) for key in sines)) + derivatives
+
+
+def _period_term(name: str, s: float, c: float) -> Term:
+    """Change of the length per metre of period."""
+    period = float(name)
+
+    def law(at: Samples) -> NDArray:
+        r = at.depth * at.stretch
+        k = 2 * np.pi / period
+        return -(k / period) * r * (s * np.cos(k * r) - c * np.sin(k * r))
+
+    return Term(f"period {name}", "cyclic_error", "period", "m", length(law), 0.05, highest=LONGEST * period)
+
+
+def _step(total: Information, terms: list[Term], value: dict[str, float]) -> NDArray[np.floating]:
+    """(n,) change of the numbers; the prior draws the numbers themselves to 0, not their changes."""
+    if not terms:
+        return np.zeros(0)
+    now = np.array([value.get(term.key, 0.0) for term in terms])
+    drawn = replace(total, b=total.b - total.prior * now)
+    return drawn.fit(list(range(len(terms))))
+
+
+def _stepped(value: dict[str, float], terms: list[Term], step: NDArray) -> dict[str, float]:
+    """The numbers after a step; a wave whose period moves gets another name."""
+    new = dict(value)
+    moved = {}
+    for term, change in zip(terms, step, strict=True):
+        if term.key.startswith("period"):
+            old = float(term.key[7:])
+            # a period runs away where the wave is not seen
+            moved[term.key[7:]] = old * float(np.clip(1 + change / old, 1 - LONGEST, 1 + LONGEST))
+        else:
+            new[term.key] = new.get(term.key, 0.0) + float(change)
+    for old_name, period in moved.items():
+        for wave in ("sin ", "cos "):
+            new[f"{wave}{period:.6f}"] = new.pop(wave + old_name)
+    return new
+
+
+def _widening(evidence: list[Evidence], step: NDArray, curve_numbers: int) -> float:
+    """How much more the walls scatter about the law than their distances' deviation allows; 1 when it may be chance."""
+    total, known = 0.0, 0
+    for e in evidence:
+        if not np.isfinite(e.distance_std):
+            continue
+        rest = e.rest - e.terms @ step
+        w = 1 / np.sqrt(e.variance)
+        G = e.nuisances * w[:, None]
+        turn = np.linalg.lstsq(G, rest * w, rcond=None)[0]
+        own = np.linalg.inv(G.T @ G)[2, 2]
+        total += turn[2] ** 2 / (e.distance_std**2 + own)
+        known += 1
+    freedom = known - curve_numbers
+    if freedom < 2 or chi2_law.sf(total, freedom) > UNLIKELY:
+        return 1.0
+    return float(np.sqrt(total / freedom))

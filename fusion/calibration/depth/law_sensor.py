@@ -1,0 +1,151 @@
+"""A fitted law as effects of a sensor model."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.depth.candidates import TRIANGULATING
+from fusion.calibration.depth.samples import reach
+from fusion.geometry.camera import Camera
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
+from fusion.sensor.effects.phase.column_delay import ColumnDelay
+from fusion.sensor.effects.phase.cyclic_error import CyclicError
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.effects.readout.fixed_pattern import FixedPattern
+from fusion.sensor.effects.readout.tabulated import Tabulated
+from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
+from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+
+RADII = 33  # nodes of a radial table
+# what a calibration finds
+FITTED = (
+    "depth_offset", "depth_scale", "disparity_offset", "disparity_distortion", "cyclic_error", "amplitude_error",
+    "column_delay", "fixed_pattern", "tabulated",
+)  # fmt: skip
+Values = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Numbers of a law by term, their standard deviations, and what the terms need to become effects.
+
+    Attributes:
+        value, std: by the term's key.
+        nodes: of a curve of straight pieces [m].
+        ir_reference: of the amplitude error [count].
+    """
+
+    value: Values
+    std: Values
+    nodes: tuple[float, ...] = ()
+    ir_reference: float = 1000.0
+    ratio: NDArray[np.floating] | None = field(default=None, repr=False)
+
+
+def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
+    """The sensor with the law's effects added to what is known of it."""
+    effects: dict[str, Effect] = {}
+    std: dict[tuple[str, str], float | tuple[float, ...]] = {}
+    value, deviation = numbers.value, numbers.std
+    if "offset" in value:
+        effects["depth_offset"] = DepthOffset(value["offset"])
+        std["depth_offset", "offset"] = deviation["offset"]
+    if "scale" in value or numbers.ratio is not None:
+        scale: Any = value.get("scale", 0.0)
+        # the depth was computed along the stated rays: part of what turns a range into a depth, and exact
+        old = known.effect("depth_scale")
+        scale = (1 + scale) * (1 + np.asarray(old.scale)) - 1 if isinstance(old, DepthScale) else scale
+        whole = scale if numbers.ratio is None else (1 + scale) * np.asarray(numbers.ratio, float) - 1
+        effects["depth_scale"] = DepthScale(whole)
+        std["depth_scale", "scale"] = deviation.get("scale", 0.0)
+    if "disparity" in value:
+        effects["disparity_offset"] = DisparityOffset(value["disparity"])
+        std["disparity_offset", "offset"] = deviation["disparity"]
+    if "amplitude" in value:
+        effects["amplitude_error"] = AmplitudeError(value["amplitude"], 1.0, numbers.ir_reference)
+        std["amplitude_error", "coefficient"] = deviation["amplitude"]
+    if "delay u" in value:
+        effects["column_delay"] = ColumnDelay(value["delay u"], value.get("delay v", 0.0))
+        std["column_delay", "slope"] = deviation["delay u"]
+    _add_waves(numbers, effects, std)
+    _add_table(numbers, camera, known, effects, std)
+    sources = dict.fromkeys(effects, "")
+    kept = tuple(e for e in known.effects if e.name not in effects)
+    return replace(
+        known,
+        effects=(*kept, *effects.values()),
+        std={k: v for k, v in known.std.items() if k[0] not in effects} | std,
+        sources={k: v for k, v in known.sources.items() if k not in effects} | sources,
+        left_out=(),
+    )
+
+
+def waves(numbers: Numbers) -> list[tuple[float, float, float, float, float]]:
+    """(amplitude [m], period [m], phase [rad], std of amplitude, std of phase) of each wave.
+
+    The phase is given from pi to 3 pi: a phase near 0 would look as if it were not known.
+    """
+    found = []
+    for key in numbers.value:
+        if key.startswith("sin "):
+            period = key[4:]
+            s, c = numbers.value[key], numbers.value["cos " + period]
+            size = float(np.hypot(s, c))
+            std = max(numbers.std[key], numbers.std["cos " + period])
+            phase = float(np.arctan2(c, s)) % (2 * np.pi)
+            found.append((size, float(period), phase + 2 * np.pi * (phase < np.pi), std, std / max(size, 1e-9)))
+    return found
+
+
+def _add_waves(numbers: Numbers, effects: dict, std: dict) -> None:
+    found = waves(numbers)
+    if found:
+        size, period, phase, size_std, phase_std = (tuple(column) for column in zip(*found, strict=True))
+        effects["cyclic_error"] = CyclicError(np.array(size), np.array(period), np.array(phase))
+        periods = tuple(numbers.std.get(f"period {p:.6f}", 0.01 * p) for p in period)
+        std["cyclic_error", "amplitude"] = size_std
+        std["cyclic_error", "phase"] = phase_std
+        std["cyclic_error", "period"] = periods
+
+
+def _add_table(numbers: Numbers, camera: Camera, known: Sensor, effects: dict, std: dict) -> None:
+    """Radial terms, or the curve of straight pieces, as a table; a sensor has one, so beside a curve they are a map."""
+    value = numbers.value
+    radial = [key for key in value if key.startswith("radius")]
+    pieces = [key for key in value if key.startswith("curve")]
+    triangulating = known.principle in TRIANGULATING
+    if pieces:
+        over = "range" if known.principle == "itof" else "depth"
+        effects["tabulated"] = Tabulated((over,), (numbers.nodes,), np.array([value[key] for key in pieces]))
+        std["tabulated", "values"] = tuple(numbers.std[key] for key in pieces)
+    if radial and not pieces:
+        radii, bend, deviation = _radial_table(numbers, camera, radial)
+        name = "values_px" if triangulating else "values"
+        table: Any = {name: bend}
+        effects["tabulated"] = Tabulated(("radius",), (radii,), **table)
+        std["tabulated", name] = deviation
+    elif radial:
+        radii, bend, deviation = _radial_table(numbers, camera, radial)
+        field = np.interp(View(camera).radius, radii, bend)
+        effect = DisparityDistortion(map=field) if triangulating else FixedPattern(map=field)
+        effects[effect.name] = effect
+        std[effect.name, "map"] = deviation
+
+
+def _radial_table(
+    numbers: Numbers, camera: Camera, radial: list[str]
+) -> tuple[tuple[float, ...], NDArray[np.floating], float]:
+    """Radii [px], values and the largest standard deviation of the radial terms together."""
+    corners = np.array([[0, 0], [camera.width - 1, 0], [0, camera.height - 1], [camera.width - 1, camera.height - 1]])
+    largest = float(np.hypot(corners[:, 0] - camera.cx, corners[:, 1] - camera.cy).max())
+    radii = np.linspace(0, largest, RADII)
+    share = radii / reach(camera)
+    bend = sum((numbers.value[key] * share ** int(key[-1]) for key in radial), np.zeros(RADII))
+    deviation = max([numbers.std[key] for key in radial], default=0.0)
+    return tuple(float(r) for r in radii), bend, min(deviation, 0.5 * float(np.abs(bend).max(initial=0.0)))

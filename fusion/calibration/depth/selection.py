@@ -1,0 +1,175 @@
+"""Choosing a law by what it says about a wall that it has not seen."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.depth.candidates import Candidate
+from fusion.calibration.depth.information import Evidence, Information
+from fusion.calibration.depth.waves import search_waves
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """All walls as linear problems, with the names of the terms in the order of their columns.
+
+    `waves` remembers which were found: by fold and other terms, for 1, 2, ... waves.
+    """
+
+    keys: tuple[str, ...]
+    evidence: list[Evidence]
+    information: list[Information]
+    waves: dict[tuple[int, tuple[str, ...]], list[list[int]]] = field(default_factory=dict)
+
+    @property
+    def total(self) -> Information:
+        """The sums over all walls."""
+        return sum(self.information[1:], self.information[0])
+
+    def columns(self, alternative: tuple[str, ...]) -> list[int]:
+        """Columns of the named terms."""
+        return [self.keys.index(key) for key in alternative]
+
+
+@dataclass(frozen=True)
+class Law:
+    """A candidate with its numbers.
+
+    Attributes:
+        keys: terms (n,).
+        numbers: (n,).
+        covariance: (n, n).
+        chi2: weighted square of what is left over.
+    """
+
+    keys: tuple[str, ...]
+    numbers: Array
+    covariance: Array
+    chi2: float
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A candidate's errors on walls that were left out of its fit.
+
+    Attributes:
+        candidate: which.
+        law: fitted to all walls.
+        chi2: (w,) weighted square of what the fit to the others leaves over on each wall.
+        offset: (w,) the wall's error on the optical axis [m]; NaN where its distance is not known.
+        rms: (w,) of the tiles with that error, the tilt taken out [m].
+        residual: per wall (t,) the same, tile by tile [m].
+    """
+
+    candidate: Candidate
+    law: Law
+    chi2: Array
+    offset: Array
+    rms: Array
+    residual: tuple[Array, ...] = ()
+
+    @property
+    def error(self) -> float:
+        """Root mean square over the walls [m]."""
+        return float(np.sqrt(np.mean(self.rms**2)))
+
+
+def fit(problem: Problem, information: Information, candidate: Candidate, fold: int = -1) -> Law:
+    """The numbers of a candidate on the walls of `information`; `fold` names them, so that waves are searched once."""
+    keys = candidate.keys
+    if candidate.waves:
+        waves = np.array([i for i, key in enumerate(problem.keys) if key.startswith("sin ")])
+        known = problem.waves.setdefault((fold, keys), [])
+        if len(known) < candidate.waves:
+            fixed = problem.columns(keys)
+            for number in range(len(known) + 1, candidate.waves + 1):
+                begin = known[-1] if known else []
+                known.append(search_waves(information, fixed, waves, number, begin))
+        sines = known[candidate.waves - 1]
+        keys = (*keys, *(problem.keys[column] for sine in sines for column in (sine, sine + 1)))
+    chosen = problem.columns(keys)
+    numbers = information.fit(chosen)
+    return Law(keys, numbers, information.covariance(chosen), information.chi2(chosen, numbers))
+
+
+def judge(problem: Problem, candidate: Candidate) -> Judged:
+    """Leave every wall out once."""
+    total = problem.total
+    chi2, offset, rms, left = [], [], [], []
+    for which, (evidence, own) in enumerate(zip(problem.evidence, problem.information, strict=True)):
+        others = [i for n, i in enumerate(problem.information) if n != which]
+        # of a single wall nothing can be held out
+        law = fit(problem, sum(others[1:], others[0]), candidate, which) if others else fit(problem, total, candidate)
+        chosen = problem.columns(law.keys)
+        chi2.append(own.chi2(chosen, law.numbers))
+        rest = upright(evidence, evidence.rest - evidence.terms[:, chosen] @ law.numbers)
+        offset.append(on_axis(evidence, rest))
+        rms.append(float(np.sqrt(np.average(rest**2, weights=evidence.tiles.count))))
+        left.append(rest)
+    return Judged(
+        candidate, fit(problem, total, candidate), np.array(chi2), np.array(offset), np.array(rms), tuple(left)
+    )
+
+
+def upright(evidence: Evidence, rest: Array) -> Array:
+    """(t,) [m] what is left of `rest` without tilt; the distance is taken out only where it is not known."""
+    G = evidence.nuisances
+    turn = _nuisances(evidence, rest)
+    free = 3 if not np.isfinite(evidence.distance_std) else 2
+    return rest - G[:, :free] @ turn[:free]
+
+
+def level(evidence: Evidence, rest: Array) -> Array:
+    """(t,) [m] what is left of `rest` without tilt and distance."""
+    return rest - evidence.nuisances @ _nuisances(evidence, rest)
+
+
+def on_axis(evidence: Evidence, rest: Array) -> float:
+    """Error on the optical axis [m]; NaN where the distance is not known."""
+    return float(_nuisances(evidence, rest)[2]) if np.isfinite(evidence.distance_std) else float("nan")
+
+
+def _nuisances(evidence: Evidence, rest: Array) -> Array:
+    """Tilts and distance (3,) that explain `rest` best."""
+    w = 1 / np.sqrt(evidence.variance)
+    return np.linalg.lstsq(evidence.nuisances * w[:, None], rest * w, rcond=None)[0]
+
+
+def choose(judged: list[Judged]) -> int:
+    """The candidate to use: the least held-out error, or a simpler one that is as good within one standard error.
+
+    The error is the weighted one, chi2: a millimetre at 3 m weighs less than one at 0.7 m. A law of which one number
+    is smaller than its standard deviation is not taken: it is not established.
+    """
+    totals = np.array([j.chi2.sum() for j in judged])
+    allowed = [i for i, j in enumerate(judged) if established(j.law)]
+    best = min(allowed, key=lambda i: totals[i])
+    for i in sorted(allowed, key=lambda i: (complexity(judged[i]), totals[i])):
+        difference = judged[i].chi2 - judged[best].chi2
+        error = float(np.std(difference, ddof=1) * np.sqrt(len(difference))) if len(difference) > 1 else 0.0
+        if complexity(judged[i]) < complexity(judged[best]) and difference.sum() <= min(error, NEGLIGIBLE):
+            return i
+    return best
+
+
+NEGLIGIBLE = 4.0  # of chi2: what one number that means nothing is expected to gain is 1; two standard deviations, 4
+
+
+def complexity(judged: Judged) -> int:
+    """Numbers of the law; a surface is richer than any."""
+    return judged.candidate.numbers + 100 * bool(judged.candidate.surface)
+
+
+def established(law: Law) -> bool:
+    """True when every number (a wave by its amplitude, a curve or a radial term as a whole) exceeds its deviation."""
+    values: dict[str, tuple[float, float]] = {}
+    for key, number, variance in zip(law.keys, law.numbers, np.diag(law.covariance), strict=True):
+        head = key.split()[0]
+        name = {"sin": "wave " + key[4:], "cos": "wave " + key[4:]}.get(head, head if head == "curve" else key)
+        name = "radius" if name.startswith("radius") else name
+        size, deviation = values.get(name, (0.0, 0.0))
+        values[name] = max(size, abs(float(number))), max(deviation, float(np.sqrt(variance)))
+    return all(size > deviation for size, deviation in values.values())

@@ -1,0 +1,149 @@
+"""Terms: what one number of a depth law does to the depth of a wall, per unit of that number."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.depth.samples import Samples
+from fusion.sensor.disparity import depth_change
+
+STEP_PX = 1e-3  # small enough that a change of the depth is proportional to that of the disparity
+# [m] usual height of the wiggling (Fankhauser 2015: 6 mm), and of a curve about its straight line: both generous
+WAVE, CURVE = 0.01, 0.03
+DARKEST = 1e4  # reference over amplitude is held here, as the effect does
+Array = NDArray[np.floating]
+Law = Callable[[Samples], Array]
+
+
+@dataclass(frozen=True)
+class Term:
+    """One number of a law.
+
+    Attributes:
+        key: its name among the terms, such as "offset" or "sin 0.625000".
+        effect, parameter: where it goes in a sensor file.
+        unit: of the number.
+        change: change of the depth (n,) [m] per unit, at samples (n,).
+        typical: a size at which it would be plainly visible.
+        highest: standard deviation of the number over all sensors, where it keeps laws of many terms from running
+            away; inf where the walls alone decide.
+        shape: True when it is 0 at the middle of the image: no part of the one curve over distance.
+    """
+
+    key: str
+    effect: str
+    parameter: str
+    unit: str
+    change: Law
+    typical: float
+    shape: bool = False
+    highest: float = float("inf")
+
+    @property
+    def prior(self) -> float:
+        """1 / variance of the number before any wall is seen."""
+        return 1 / self.highest**2
+
+
+def length(law: Law) -> Law:
+    """A change of the length that the sensor measures: along the ray for time of flight."""
+    return lambda at: law(at) * at.along_ray
+
+
+def pixels(law: Law) -> Law:
+    """A change of the disparity."""
+
+    def change(at: Samples) -> Array:
+        view: Any = at  # all that is asked of a view is `focal_baseline`
+        return depth_change(at.depth, STEP_PX * law(at), view) / STEP_PX
+
+    return change
+
+
+def radial(power: int) -> Law:
+    """(r / reach)^power about the principal point."""
+    return lambda at: (np.hypot(at.u, at.v) / at.reach) ** power
+
+
+def hat(nodes: tuple[float, ...], which: int) -> Law:
+    """1 at a node, 0 at the others, linear between; held outside."""
+    values = np.eye(len(nodes))[which]
+    return lambda at: np.interp(at.distance, nodes, values)
+
+
+def wave(period: float, function: Callable[[Array], Array]) -> Law:
+    """A sine or cosine of the range."""
+    return lambda at: function(2 * np.pi / period * at.depth * at.stretch)
+
+
+def common_terms() -> list[Term]:
+    """Offset and scale, which every sensor can have."""
+    return [
+        Term("offset", "depth_offset", "offset", "m", length(_flat), 0.005),
+        Term("scale", "depth_scale", "scale", "1", lambda at: at.depth, 0.005),
+    ]
+
+
+def triangulation_terms() -> list[Term]:
+    """Of sensors that measure a disparity."""
+    return [
+        Term("disparity", "disparity_offset", "offset", "px", pixels(_flat), 0.1),
+        *(Term(f"radius^{n}", "tabulated", "values_px", "px", pixels(radial(n)), 0.1, True) for n in (2, 4)),
+    ]
+
+
+def radial_terms() -> list[Term]:
+    """An error of length that grows towards the image's corners."""
+    return [Term(f"radius^{n}", "tabulated", "values", "m", length(radial(n)), 0.005, True) for n in (2, 4)]
+
+
+def flight_terms(ir_reference: float | None) -> list[Term]:
+    """Of time-of-flight sensors: delays over the chip, and the amplitude where IR tells it."""
+    terms = [
+        *radial_terms(),
+        Term("delay u", "column_delay", "slope", "m/px", length(lambda at: at.u), 3e-5, True),
+        Term("delay v", "column_delay", "slope_v", "m/px", length(lambda at: at.v), 3e-5, True),
+    ]
+    if ir_reference is not None:
+        terms.append(Term("amplitude", "amplitude_error", "coefficient", "m", length(_dark(ir_reference)), 0.002))
+    return terms
+
+
+def wave_terms(periods: tuple[float, ...]) -> list[Term]:
+    """Sine and cosine of the range for each period [m]."""
+    return [
+        Term(
+            f"{name} {period:.6f}",
+            "cyclic_error",
+            "amplitude",
+            "m",
+            length(wave(period, function)),
+            0.005,
+            highest=WAVE,
+        )
+        for period in periods
+        for name, function in (("sin", np.sin), ("cos", np.cos))
+    ]
+
+
+def curve_terms(nodes: tuple[float, ...]) -> list[Term]:
+    """A curve of straight pieces over the distance."""
+    return [
+        Term(f"curve {i}", "tabulated", "values", "m", length(hat(nodes, i)), 0.005, highest=CURVE)
+        for i in range(len(nodes))
+    ]
+
+
+def _flat(at: Samples) -> Array:
+    return np.ones(len(at.depth))
+
+
+def _dark(reference: float) -> Law:
+    def law(at: Samples) -> Array:
+        ir = np.zeros(len(at.depth)) if at.ir is None else at.ir
+        return np.where(ir > 0, np.minimum(reference / np.where(ir > 0, ir, 1.0), DARKEST), 0.0)
+
+    return law

@@ -1,0 +1,55 @@
+"""Tiles of an image: neighbouring pixels share their errors, so a wall speaks through some hundred means."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ACROSS = 20  # tiles over the width of the image
+FULL = 0.25  # share of a tile's pixels that must be wall
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """Which tile each pixel belongs to.
+
+    Attributes:
+        label: (h, w) number of the tile, -1 outside.
+        count: (t,) pixels in each.
+        place: (t, 2) row and column in the grid of tiles.
+        grid: rows and columns of that grid.
+        side: edge of a tile [px].
+    """
+
+    label: NDArray[np.intp]
+    count: NDArray[np.int64]
+    place: NDArray[np.intp]
+    grid: tuple[int, int]
+    side: int
+
+    def mean(self, image: NDArray[np.floating]) -> NDArray[np.floating]:
+        """(t,) means of an image that broadcasts to (h, w)."""
+        image = np.broadcast_to(np.asarray(image, float), self.label.shape)
+        inside = self.label >= 0
+        return np.bincount(self.label[inside], image[inside], len(self.count)) / self.count
+
+    def image(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
+        """(rows, columns) of the grid from values (t,), NaN where there is no tile."""
+        out = np.full(self.grid, np.nan)
+        out[self.place[:, 0], self.place[:, 1]] = values
+        return out
+
+
+def tiles_of(mask: NDArray[np.bool_]) -> Tiles:
+    """Square tiles over the pixels of a mask (h, w); those that hold few of them are left out."""
+    height, width = mask.shape
+    side = max(1, round(width / ACROSS))
+    grid = -(-height // side), -(-width // side)
+    v, u = np.mgrid[0:height, 0:width] // side
+    flat = v * grid[1] + u
+    counts = np.bincount(flat[mask], minlength=grid[0] * grid[1])
+    kept = np.flatnonzero(counts >= max(FULL * side * side, 1))
+    number = np.full(grid[0] * grid[1], -1)
+    number[kept] = np.arange(len(kept))
+    label = np.where(mask, number[flat], -1)
+    return Tiles(label, counts[kept], np.column_stack([kept // grid[1], kept % grid[1]]), grid, side)

@@ -1,0 +1,57 @@
+"""Which numbers the walls can show at all, and what to record for those they cannot."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fusion.calibration.depth.information import Information
+from fusion.calibration.depth.terms import Term
+
+LEAST = 0.02  # share of a term that must survive tilts and distances: below, rounding and lens errors decide
+SURE = 5.0  # standard deviations from which an effect counts as found
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """What becomes of one term when every wall's tilt and distance are free as far as they are.
+
+    Attributes:
+        term: which.
+        share: of its norm that is left, 0 to 1.
+        smallest: number that would be found at five standard deviations if it were alone, in the term's unit.
+        seen: False when nothing can be said.
+        record: what to record to see it; empty when it is seen.
+    """
+
+    term: Term
+    share: float
+    smallest: float
+    seen: bool
+    record: str
+
+
+def visibilities(terms: list[Term], total: Information, measured: int, walls: int) -> list[Visibility]:
+    """For every term; `measured`: how many of the walls have a known distance."""
+    found = []
+    for i, term in enumerate(terms):
+        own, raw = float(total.M[i, i]), float(total.raw[i])
+        share = float(np.sqrt(max(own, 0.0) / raw)) if raw > 0 else 0.0
+        smallest = SURE / np.sqrt(own) if own > 0 and share > 1e-6 else float("inf")
+        # where distances are known, noise alone decides; where not, what survives the free poses
+        seen = smallest < 20 * term.typical and (share >= LEAST or measured >= 2)
+        found.append(Visibility(term, share, float(smallest), seen, "" if seen else _advice(term, measured, walls)))
+    return found
+
+
+def _advice(term: Term, measured: int, walls: int) -> str:
+    if term.effect == "amplitude_error":
+        return "walls with dark and bright patches, with IR images"
+    if term.effect == "column_delay":
+        return "a board whose corners tell the wall's tilt: a free tilt takes a delay that is linear in the image"
+    if walls < 3:
+        return "walls at three or more distances, with distance_m in telemetry.csv"
+    if measured < walls:
+        return (
+            "the distance of each wall (distance_m in telemetry.csv), or a board on it, or two walls a known step apart"
+        )
+    return "walls at more distances, tilted ones among them"

@@ -1,0 +1,157 @@
+"""One recording of a wall, reduced frame by frame to means: depth, noise, light, distance."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fusion.calibration.depth.plane import Plane, find_wall
+from fusion.calibration.series import PixelSeries
+from fusion.errors import FusionError, RecordingError
+from fusion.geometry.camera import Camera
+from fusion.recording.recording import Recording
+from fusion.sensor.moment import Moment
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View, incidence_of
+
+FAR_OFF = 0.15  # share: a wall that is this far from the stated distance is another wall
+
+
+@dataclass(frozen=True)
+class Wall:
+    """What the frames of one recording say about a wall.
+
+    Attributes:
+        name: of the recording's folder.
+        frames: number of frames.
+        measured: (h, w) mean depth as recorded [m], NaN where half of the frames or more have none.
+        depth: (h, w) the same after what is known of the sensor is undone [m].
+        std: (h, w) standard deviation of one frame [m].
+        mask: (h, w) pixels of the wall.
+        plane: through the wall.
+        distance: along the optical axis, as it was measured otherwise [m]; NaN when it was not.
+        distance_std: of that distance [m].
+        ir: (h, w) mean amplitude [count], or None.
+        moment: when it was recorded.
+        ir_everywhere: True when every frame has its IR image.
+    """
+
+    name: str
+    frames: int
+    measured: NDArray[np.floating]
+    depth: NDArray[np.floating]
+    std: NDArray[np.floating]
+    mask: NDArray[np.bool_]
+    plane: Plane
+    distance: float
+    distance_std: float
+    ir: NDArray[np.floating] | None = None
+    moment: Moment = field(default_factory=Moment)
+    ir_everywhere: bool = False
+
+    @property
+    def true_plane(self) -> Plane:
+        """The fitted tilt at the stated distance, or the fitted plane where none is stated."""
+        return replace(self.plane, distance=self.distance) if np.isfinite(self.distance) else self.plane
+
+    def view(self, camera: Camera, depth: NDArray[np.floating]) -> View:
+        """What the pixels look at when the wall is at `depth` (h, w) [m]."""
+        plane = self.plane
+        normal = -np.array([plane.a, plane.b, 1.0]) / np.sqrt(plane.a**2 + plane.b**2 + 1)
+        normals = np.broadcast_to(normal.astype(np.float32), (*camera.shape, 3))
+        ir = None if self.ir is None else np.nan_to_num(self.ir)
+        return View(camera, depth, incidence_of(normals, camera), normals, ir=ir, moment=self.moment)
+
+
+@dataclass(frozen=True)
+class Means:
+    """Means over the frames of a recording; see `Wall`."""
+
+    frames: int
+    measured: NDArray[np.floating]
+    std: NDArray[np.floating]
+    ir: NDArray[np.floating] | None
+    ir_everywhere: bool = False
+
+
+def frame_means(recording: Recording) -> Means:
+    """Per-pixel means of a recording, one frame in memory at a time. RecordingError when no frame can be read."""
+    depth, ir = PixelSeries(recording.camera.shape), PixelSeries(recording.camera.shape)
+    failed: RecordingError | None = None
+    for index in tqdm(range(len(recording)), desc=recording.path.name, unit="frame", disable=None, leave=False):
+        try:
+            frame = recording[index]
+        except RecordingError as error:  # one broken file is no reason to lose the others
+            failed = error
+            continue
+        depth.add(frame.depth)
+        if frame.ir is not None:
+            ir.add(frame.ir.astype(float))
+    if not depth.frames:
+        raise failed or RecordingError("the recording has no frames", recording.path, 0, "100 frames of a wall")
+    measured = np.where(depth.valid > 0.5, depth.mean, np.nan)
+    return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None, ir.frames == depth.frames)
+
+
+def read_wall(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> Wall:
+    """Reduce a recording of a wall.
+
+    Args:
+        recording: its telemetry's `distance_m`, where there is one, is the distance along the optical axis.
+        camera: the calibrated camera.
+        known: effects that are undone before anything is fitted.
+        distance_std: of `distance_m` [m].
+    Raises:
+        FusionError: no frames, no plane, or a plane far from the stated distance.
+    """
+    means = frame_means(recording)
+    column = recording.telemetry_at_frames("distance_m")
+    distance = float(np.mean(column)) if column is not None else float("nan")
+    return wall_of(means, camera, known, (recording.path.name, distance, distance_std), _moment(recording))
+
+
+def wall_of(
+    means: Means, camera: Camera, known: Sensor, stated: tuple[str, float, float], moment: Moment | None = None
+) -> Wall:
+    """The wall in means of frames; `stated`: name, distance [m] (NaN when not known) and its standard deviation."""
+    name, distance, distance_std = stated
+    if np.isfinite(distance) and not distance > 0:
+        raise FusionError("the stated distance is not usable", name, f"{distance:g} m", "a distance above 0")
+    moment = moment or Moment()
+    ir = None if means.ir is None else np.nan_to_num(means.ir)
+    depth = known.correct(means.measured, View(camera, means.measured, ir=ir, moment=moment))
+    try:
+        plane, mask = find_wall(depth, camera)
+    except FusionError as error:
+        raise FusionError(error.what, name, error.found, error.expected, error.do) from error
+    if np.isfinite(distance) and abs(plane.distance / distance - 1) > FAR_OFF:
+        raise FusionError(
+            "the wall is not where the log says",
+            name,
+            f"{plane.distance:.3f} m on the optical axis",
+            f"{distance:.3f} m (distance_m)",
+            "check the log, the depth unit and what fills the view",
+        )
+    return Wall(
+        name,
+        means.frames,
+        means.measured,
+        depth,
+        means.std,
+        mask,
+        plane,
+        distance,
+        distance_std,
+        means.ir,
+        moment,
+        means.ir_everywhere,
+    )
+
+
+def _moment(recording: Recording) -> Moment:
+    temperature = recording.telemetry_at_frames("temperature_c")
+    return Moment(
+        time=float(np.mean(recording.timestamps)),
+        temperature=float("nan") if temperature is None else float(np.mean(temperature)),
+    )
