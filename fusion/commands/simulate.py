@@ -52,6 +52,7 @@ def run(options: argparse.Namespace) -> int | None:
         simulation,
         lambda frames: tqdm(frames, total=total, desc="simulate", unit="frame", disable=None),
     )
+    sensor = simulation.sensor
     for text in sensor.warnings + tuple(t for t in sensor.left_out if "not computed" in t):
         sys.stderr.write(f"note: {text}\n")
     numbers: dict[str, object] = {"output": str(options.output), "scene": simulation.scene.name, "sensor": sensor.name}

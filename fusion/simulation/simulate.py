@@ -20,6 +20,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 from fusion.simulation.exposure import Exposures, whole_mesh
 from fusion.simulation.infrared import infrared
+from fusion.simulation.light_level import with_light_level
 from fusion.simulation.scene import Scene
 
 # every use of randomness has its own stream, so that none shifts another
@@ -122,6 +123,7 @@ def simulate(scene: Scene, sensor: Sensor, seed: int = 0) -> Simulation:
     """Plan a recording: true angles and stated poses are drawn now, frames when they are asked for."""
     course, table = scene.course, scene.course.turntable
     n = len(course)
+    sensor = with_light_level(sensor)
     camera = stated_camera(scene, sensor)
     telemetry = {"timestamp": course.timestamps, **scene.telemetry}
     if table is None:

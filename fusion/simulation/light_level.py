@@ -1,0 +1,47 @@
+"""How much light comes back, for a sensor model that does not say it: both of its noise laws must agree on it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.sensor import Sensor
+
+BRIGHT = 0.8  # reflectance of the walls on which noise is usually measured as c0 + c1 z + c2 z^2: guess
+DISTANCES = np.linspace(0.7, 3.0, 24)  # [m]
+
+
+def with_light_level(sensor: Sensor) -> Sensor:
+    """The sensor with `ir_at_1m` where it has noise by distance and by amplitude, but not the amplitude itself.
+
+    The noise of a bright wall is c0 + c1 z + c2 z^2 at each distance, and sqrt(shot^2 q + floor^2 q^2) with
+    q = ir_reference / amplitude: that tells the amplitude there, and amplitude times z^2 is the same for all z.
+    """
+    noise, lamp = sensor.effect("axial_noise"), sensor.effect("illumination_vignetting")
+    lamp = IlluminationVignetting() if lamp is None else lamp
+    if not isinstance(noise, AxialNoise) or not isinstance(lamp, IlluminationVignetting) or np.any(lamp.ir_at_1m):
+        return sensor
+    values = (noise.c0, noise.c1, noise.c2, noise.shot, noise.floor, noise.ir_reference)
+    c0, c1, c2, shot, floor, reference = (float(np.mean(value)) for value in values)
+    sigma = c0 + c1 * DISTANCES + c2 * DISTANCES**2
+    usable = sigma > 0
+    if not usable.any() or not reference or not (shot or floor):
+        return sensor
+    q = _darkness(sigma[usable], shot, floor)
+    level = float(np.median(reference / q * DISTANCES[usable] ** 2)) / BRIGHT
+    lamp = replace(lamp, ir_at_1m=min(level, 1e7))
+    others = tuple(effect for effect in sensor.effects if effect.name != lamp.name)
+    return replace(
+        sensor,
+        effects=(*others, lamp),
+        warnings=(*sensor.warnings, f"the light level is not given: {level:.0f} counts, where both noise laws agree"),
+    )
+
+
+def _darkness(sigma: np.ndarray, shot: float, floor: float) -> np.ndarray:
+    """q of shot^2 q + floor^2 q^2 = sigma^2."""
+    if floor == 0:
+        return sigma**2 / shot**2
+    # the root that is 0 without noise, in a form that does not cancel
+    return 2 * sigma**2 / (shot**2 + np.sqrt(shot**4 + 4 * floor**2 * sigma**2))
