@@ -17,6 +17,7 @@ COMMANDS = {
     "turntable": "the same for an object on a turntable, with axis and closed loop",
     "simulate": "a recording as a sensor would have made it; the same seed, the same bits",
     "sensor": "a sensor model as a table with units, intervals and sources; the models known by name",
+    "calibrate": "camera, depth or noise from recordings of boards and walls",
     "compare": "signed distances between a mesh and a reference",
 }
 

@@ -68,6 +68,7 @@ class DepthCalibration:
         offset, offset_std: (w,) error of each wall on the axis before the correction [m].
         visibility: which numbers can be seen.
         notes: ("ok", "warning" or "bad", sentence).
+        fitted_from: the model before the law was added.
     """
 
     sensor: Sensor
@@ -82,6 +83,7 @@ class DepthCalibration:
     offset_std: NDArray[np.floating]
     visibility: list[Visibility]
     notes: tuple[tuple[str, str], ...]
+    fitted_from: Sensor
 
     @property
     def before(self) -> Judged:
@@ -140,7 +142,8 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     sensor = _named(sensor, begin, walls, judged[chosen])
     curve, offset, deviation = _curve(walls, judged, fitted, problem, setting)
     notes = (*begin.notes, *_notes(seen, walls, judged, chosen, fitted))
-    return DepthCalibration(sensor, camera, walls, judged, chosen, fitted, stack, curve, offset, deviation, seen, notes)
+    evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
+    return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
 
 def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Problem, list[Visibility]]:

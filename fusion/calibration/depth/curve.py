@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from fusion.calibration.depth.information import Evidence
 from fusion.calibration.depth.samples import samples_on_axis
@@ -35,7 +35,7 @@ class Curve:
     @property
     def half_width(self) -> Array:
         """(n,) [m] half of the 90 % interval."""
-        return norm.ppf(0.5 + CONFIDENCE / 2) * self.std
+        return ndtri(0.5 + CONFIDENCE / 2) * self.std
 
 
 def axis_terms(terms: tuple[Term, ...], distance: Array, camera: Camera, sensor: Sensor, light: float) -> Array:

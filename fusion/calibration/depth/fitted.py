@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2 as chi2_law
+from scipy.special import chdtrc
 
 from fusion.calibration.depth.information import Evidence, Information, evidence_of, information_of
 from fusion.calibration.depth.law_sensor import Numbers, with_law
@@ -158,6 +158,6 @@ def _widening(evidence: list[Evidence], step: NDArray, curve_numbers: int) -> fl
         total += turn[2] ** 2 / (e.distance_std**2 + own)
         known += 1
     freedom = known - curve_numbers
-    if freedom < 2 or chi2_law.sf(total, freedom) > UNLIKELY:
+    if freedom < 2 or chdtrc(freedom, total) > UNLIKELY:
         return 1.0
     return float(np.sqrt(total / freedom))

@@ -1,0 +1,114 @@
+"""`fusion calibrate depth`: walls at known distances become a depth correction."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fusion.calibration.depth.calibration import DepthCalibration
+
+EXAMPLE = "fusion calibrate depth wall_* --camera camera.json -o calibrated"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    add = parser.add_argument
+    add("recordings", type=Path, nargs="+", metavar="REC", help="a wall each, its distance_m in telemetry.csv if known")
+    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for sensor.json and report.html")
+    add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
+    add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known")
+    add("--distance-std", type=float, default=0.001, metavar="M", help="standard deviation of distance_m [m]; 0.001")
+    add("--no-map", action="store_true", help="leave out maps of what is left per pixel")
+    add("--force", action="store_true", help="take recordings or models of another camera")
+    add("--json", action="store_true", help="print one JSON object")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Calibrate and write sensor.json and report.html."""
+    from fusion.calibration.depth.calibration import DepthSettings, calibrate_depth
+    from fusion.recording.camera_presets import find_camera
+    from fusion.recording.open import open_recording
+    from fusion.sensor.file import read_sensor
+
+    settings = DepthSettings(
+        camera=None if options.camera is None else find_camera(options.camera),
+        sensor=None if options.sensor is None else read_sensor(options.sensor),
+        distance_std=options.distance_std,
+        surface=not options.no_map,
+        force=options.force,
+    )
+    found = calibrate_depth([open_recording(path) for path in options.recordings], settings)
+    write(options.output, found, {"distance_std_m": options.distance_std, "camera": options.camera or "recordings'"})
+    numbers = summary(found)
+    if options.json:
+        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+    else:
+        print("\n".join(_lines(numbers, options.output)))
+
+
+def write(folder: Path, found: "DepthCalibration", settings: dict[str, Any]) -> None:
+    """sensor.json with its maps, and report.html, all or none."""
+    from fusion.output import output_folder
+    from fusion.report.depth_calibration import depth_report
+    from fusion.sensor.file import write_sensor
+
+    with output_folder(folder) as partial:
+        write_sensor(partial / "sensor.json", found.sensor)
+        depth_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
+
+
+def summary(found: "DepthCalibration") -> dict[str, Any]:
+    """The numbers that a caller wants first; lengths in metres."""
+    import numpy as np
+
+    walls = [
+        {
+            "recording": wall.name,
+            "distance_m": _number(wall.distance),
+            "error_m": _number(offset),
+            "error_std_m": _number(deviation),
+            "left_heldout_m": float(left),
+            "tilt_rad": wall.plane.tilt,
+            "share_of_image": float(wall.mask.mean()),
+        }
+        for wall, offset, deviation, left in zip(
+            found.walls, found.offset, found.offset_std, found.best.rms, strict=True
+        )
+    ]
+    curve = found.curve
+    return {
+        "law": found.best.candidate.name,
+        "heldout_before_m": found.before.error,
+        "heldout_after_m": found.best.error,
+        "heldout_axis_m": _number(float(np.sqrt(np.mean(found.best.offset**2)))),
+        "walls": walls,
+        "candidates": {j.candidate.name: j.error for j in found.judged},
+        "curve": None
+        if curve is None
+        else {
+            "distance_m": curve.distance.tolist(),
+            "error_m": curve.bias.tolist(),
+            "half_width_90_m": curve.half_width.tolist(),
+        },
+        "not_seen": sorted({f"{v.term.effect}.{v.term.parameter}" for v in found.visibility if not v.seen}),
+        "notes": [text for _, text in found.notes],
+    }
+
+
+def _number(value: float) -> float | None:
+    import math
+
+    return float(value) if math.isfinite(value) else None
+
+
+def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
+    low, high = numbers["heldout_before_m"] * 1e3, numbers["heldout_after_m"] * 1e3
+    return [
+        f"law       {numbers['law']}, of {len(numbers['candidates'])} candidates",
+        f"held out  {high:.2f} mm rms on a wall left out, {low:.2f} mm without correction",
+        *(f"note      {text}" for text in numbers["notes"]),
+        f"sensor    {folder / 'sensor.json'}",
+        f"report    {folder / 'report.html'}",
+    ]

@@ -1,0 +1,153 @@
+"""The report of a depth calibration: the curve, the maps, the candidates, what cannot be seen."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fusion.calibration.depth.calibration import DepthCalibration
+from fusion.report.figures.depth_bias import SHOWN, candidates_figure, curve_figure, maps_figure
+from fusion.report.judgement import level
+from fusion.report.page import Figure, Light, Number, Page, Section, write_page
+from fusion.report.tables import numbers_table
+from fusion.sensor.description import description
+
+SHARE_LEFT = (0.5, 0.9)  # of the error that a correction may leave over: good up to, a problem above (guesses)
+
+
+def depth_report(path: Path, found: DepthCalibration, command: str = "", settings: Mapping | None = None) -> None:
+    """Write `report.html` of a depth calibration."""
+    page = Page(
+        title="Depth calibration",
+        subtitle=f"{len(found.walls)} walls; {found.camera.principle}, {found.camera.width} x {found.camera.height} px",
+        summary=_summary(found),
+        numbers=_numbers(found),
+        sections=[
+            Section("Error over distance", figures=_curve(found), html=_walls(found)),
+            Section("Error over the image", figures=(_maps(found),)),
+            Section("Which law", figures=(_bars(found),), html=_candidates(found)),
+            Section("What was found", _lead(found), html=_parameters(found)),
+            Section("What these recordings can show", html=_visible(found)),
+        ],
+        warnings=[Light(severity, "", text) for severity, text in found.notes],
+        settings=settings,
+        command=command,
+    )
+    write_page(path, page)
+
+
+def _summary(found: DepthCalibration) -> list[Light]:
+    before, after = found.before.error, found.best.error
+    text = f"On walls that were left out the error falls from {before * 1e3:.2f} to {after * 1e3:.2f} mm rms."
+    lines = [Light(level(after / before if before else 1.0, SHARE_LEFT), "Correction", text)]
+    lines.append(Light("ok", "Law", f"Chosen of {len(found.judged)} candidates: {found.best.candidate.name}."))
+    hidden = sorted({v.term.effect for v in found.visibility if not v.seen})
+    if hidden:
+        lines.append(Light("warning", "Not seen", "These recordings say nothing about: " + ", ".join(hidden) + "."))
+    if found.fitted.widened > 1:
+        text = f"The walls scatter {found.fitted.widened:.1f} times as much as the stated distances would make them."
+        lines.append(Light("warning", "Distances", text))
+    return lines
+
+
+def _numbers(found: DepthCalibration) -> list[Number]:
+    numbers = [
+        Number("Walls", str(len(found.walls))),
+        Number("Frames", str(sum(wall.frames for wall in found.walls))),
+        Number("Error before", f"{found.before.error * 1e3:.2f}", "mm"),
+        Number("Error left, held out", f"{found.best.error * 1e3:.2f}", "mm"),
+    ]
+    if found.curve is not None:
+        widest = float(np.max(found.curve.half_width)) * 1e3
+        numbers.append(Number("Widest half of the 90 % interval", f"{widest:.2f}", "mm"))
+    return numbers
+
+
+def _curve(found: DepthCalibration) -> tuple[Figure, ...]:
+    if found.curve is None:
+        return ()
+    distance = np.array([wall.distance for wall in found.walls])
+    return (curve_figure(found.curve, distance, found.offset, found.offset_std),)
+
+
+def _walls(found: DepthCalibration) -> str:
+    rows = []
+    for wall, offset, after in zip(found.walls, found.offset, found.best.rms, strict=True):
+        stated = f"{wall.distance:.4f}" if np.isfinite(wall.distance) else "unknown"
+        off = f"{offset * 1e3:+.2f}" if np.isfinite(offset) else "unknown"
+        share = f"{100 * wall.mask.mean():.0f}"
+        rows.append([wall.name, str(wall.frames), stated, off, f"{np.degrees(wall.plane.tilt):.2f}", share,
+                     f"{after * 1e3:.2f}"])  # fmt: skip
+    head = ["wall", "frames", "distance [m]", "error on the axis [mm]", "tilt [deg]", "of the image [%]",
+            "left, held out [mm]"]  # fmt: skip
+    return numbers_table(head, rows)
+
+
+def _maps(found: DepthCalibration) -> Figure:
+    order = np.argsort([wall.true_plane.distance for wall in found.walls])
+    some = order[np.unique(np.linspace(0, len(order) - 1, SHOWN).round().astype(int))]
+    images = []
+    for i in some:
+        evidence = found.fitted.evidence[i]
+        name = f"{found.walls[i].true_plane.distance:.2f} m"
+        images.append((name, *(evidence.tiles.image(j.residual[i]) for j in (found.before, found.best))))
+    return maps_figure(images)
+
+
+def _bars(found: DepthCalibration) -> Figure:
+    errors = np.array([j.error for j in found.judged])
+    offsets = np.array([np.sqrt(np.mean(j.offset**2)) for j in found.judged])
+    return candidates_figure([j.candidate.name for j in found.judged], errors, offsets, found.chosen)
+
+
+def _candidates(found: DepthCalibration) -> str:
+    total = sum(len(e.rest) for e in found.fitted.evidence)
+    rows = [
+        [
+            j.candidate.name + (" (chosen)" if i == found.chosen else ""),
+            str(j.candidate.numbers),
+            f"{j.error * 1e3:.3f}",
+            f"{np.sqrt(np.mean(j.offset**2)) * 1e3:.3f}",
+            f"{j.chi2.sum() / total:.3f}",
+        ]
+        for i, j in enumerate(found.judged)
+    ]
+    return numbers_table(["law", "numbers", "held-out error [mm]", "on the axis [mm]", "weighted, per tile"], rows)
+
+
+def _lead(found: DepthCalibration) -> str:
+    bound = " ".join(filter(None, (found.sensor.sensor, found.sensor.serial and f"serial {found.sensor.serial}")))
+    return f"Bound to {bound}." if bound else "Bound to no unit: camera.json names neither sensor nor serial."
+
+
+def _parameters(found: DepthCalibration) -> str:
+    old = {id(effect) for effect in found.fitted_from.effects}
+    new = {effect.name for effect in found.sensor.effects if id(effect) not in old}
+    rows = []
+    for effect in description(found.sensor)["effects"]:
+        for name, row in effect["parameters"].items():
+            if effect["effect"] in new:
+                rows.append([f"{effect['effect']}.{name}", _short(row["value"]), _short(row["std"]), row["unit"]])
+    return numbers_table(["effect", "value", "standard deviation", "unit"], rows)
+
+
+def _short(value: object) -> str:
+    if value is None:
+        return "unknown"
+    if isinstance(value, dict):
+        return f"{' x '.join(map(str, value['shape']))} values, rms {value['rms']:.4g}"
+    if isinstance(value, list):
+        return ", ".join(map(_short, value)) if len(value) <= 8 else f"{len(value)} values"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _visible(found: DepthCalibration) -> str:
+    rows, waves = [], 0
+    for v in found.visibility:
+        if v.term.key.startswith(("sin", "cos", "curve")):
+            waves += not v.seen
+            continue
+        smallest = f"{v.smallest:.2g} {v.term.unit}" if np.isfinite(v.smallest) else "none"
+        rows.append([f"{v.term.effect}.{v.term.parameter} ({v.term.key})", f"{100 * v.share:.1f}", smallest,
+                     "yes" if v.seen else "no: record " + v.record])  # fmt: skip
+    return numbers_table(["number", "survives free tilts [%]", "found from, alone", "seen"], rows)
