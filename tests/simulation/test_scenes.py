@@ -125,7 +125,7 @@ def test_board_corners_lie_where_they_should(name):
     import cv2
 
     camera = Camera(640, 480, 580.0, 582.0, 322.3, 238.8, distortion=(0.08, -0.2, 0.001, -0.0005, 0.05))
-    simulation = simulate(replace(scene(name, frames=5), camera=camera), Sensor())
+    simulation = simulate(replace(scene(name, frames=3), camera=camera), Sensor())
     paint = simulation.scene.paints[0]
     errors = []
     for frame, T in zip(simulation.frames(), simulation.truth.poses, strict=True):
@@ -142,7 +142,7 @@ def test_board_corners_lie_where_they_should(name):
             if np.abs(error).max() > 5:  # a checkerboard may be found from its other end
                 error = corners[::-1] - expected
             errors.append(error)
-    assert len(errors) >= 8
+    assert len(errors) >= 4
     # measured: a mean of 0.002 to 0.02 px, and up to 0.18 px where the finder meets the lamp's falling light
     assert np.abs(np.concatenate(errors).mean(axis=0)).max() < 0.05
     assert max(np.median(np.linalg.norm(error, axis=1)) for error in errors) < 0.25

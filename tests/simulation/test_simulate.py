@@ -50,10 +50,11 @@ def test_the_background_stands_still_while_the_owl_turns(scene):
 def test_noise_is_that_of_the_sensor(scene):
     quiet = replace(scene, edge_lost=0.0, edge_mixed=0.0)
     true = [f.depth for f in simulate(quiet, Sensor(), 0).frames()]
-    seen = [f.depth for f in simulate(quiet, V2, 0).frames()]
+    noisy = Sensor(principle="itof", effects=(V2.effect("axial_noise"),))
+    seen = [f.depth for f in simulate(quiet, noisy, 0).frames()]
     wall = (slice(0, 20), slice(0, 160))  # the upper part of the image shows nothing but the wall
     error = np.array([(b - a)[wall] for a, b in zip(true, seen, strict=True)])
-    sigma = V2.sigma(true[0], None, SMALL)[wall]
+    sigma = noisy.sigma(true[0], None, SMALL)[wall]
     # the wall is seen at up to 40 degrees, where the angle term adds at most 5 %
     assert 0.97 < error.std() / np.sqrt((sigma**2).mean()) < 1.1
 
