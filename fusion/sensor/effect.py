@@ -5,7 +5,7 @@ through an effect: `light` changes the amplitude that arrives, `spread` the nois
 Neighbours, edges and history are arguments (the whole image, `View`), never hidden state.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -29,6 +29,7 @@ class Effect:
     variables: ClassVar[tuple[str, ...]] = ()  # what the law depends on, in the words of the verdict file
     principles: ClassVar[tuple[str, ...]] = ()  # sensors that can have it; empty = all
     not_undone: ClassVar[str] = ""  # why `correct` leaves it; empty when it is undone
+    per_frequency: ClassVar[bool] = False  # from the phase at one modulation: `change` is the mean over all of them
     frozen: ClassVar[bool] = False  # noise is the spread of its own bias: never drawn a second time
 
     def __init_subclass__(cls, **more: Any) -> None:
@@ -62,6 +63,17 @@ class Effect:
         """Change of the mean depth [m]."""
         return np.zeros((), depth.dtype)
 
+    def change(self, depth: Image, view: View) -> Image:
+        """The bias [m] as the sensor gives it: the mean over its modulations, where the phase of each has its own.
+
+        A range from several phases weighs each with the square of its frequency, as equal phase noise makes best.
+        """
+        if not (self.per_frequency and view.frequencies and view.time_of_flight):
+            return self.bias(depth, view)
+        total = sum(f**2 for f in view.frequencies)
+        parts = [f**2 / total * self.bias(depth, replace(view, modulation=f)) for f in view.frequencies]
+        return np.asarray(sum(parts), depth.dtype)
+
     def noise(self, depth: Image, view: View) -> Image:
         """Standard deviation of the depth [m] that this effect adds."""
         return np.zeros((), depth.dtype)
@@ -84,7 +96,7 @@ class Effect:
         What is frozen shows in the mean and not in the spread.
         """
         behind = sigma if self.frozen else self.spread(sigma, mean, view)
-        return mean + self.bias(mean, view), behind
+        return mean + self.change(mean, view), behind
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         """One draw (h, w) [m] with mean 0 and the standard deviation `noise`; normal unless overridden."""

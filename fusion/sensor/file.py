@@ -53,6 +53,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
         sensor=str(content.get("sensor") or ""),
         serial=str(content.get("serial") or ""),
         baseline=_baseline(content, path),
+        frequencies=_frequencies(content, path),
         std=std,
         sources={effect: source for effect, source in sources.items() if source},
         kept=tuple(kept),
@@ -71,6 +72,8 @@ def write_sensor(path: str | Path, sensor: Sensor) -> None:
     content: dict[str, Any] = {"format": FORMAT, "name": sensor.name, "principle": sensor.principle}
     content |= {key: value for key in ("sensor", "serial") if (value := getattr(sensor, key))}
     content["baseline_m"] = sensor.baseline
+    if sensor.frequencies:
+        content["modulation_hz"] = list(sensor.frequencies)
     content["effects"] = [*entries, *sensor.kept]
     with atomic_file(path) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n")
@@ -149,3 +152,12 @@ def _baseline(content: dict[str, Any], path: Path) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.001 < abs(value) < 10:
         raise SensorError("the baseline cannot be used", path, shown(value), "0.001 to 10 metres, negative to the left")
     return float(value)
+
+
+def _frequencies(content: dict[str, Any], path: Path) -> tuple[float, ...]:
+    """Modulations [Hz] of a time-of-flight sensor, empty where the file does not say."""
+    value = content.get("modulation_hz", [])
+    good = isinstance(value, list) and all(isinstance(f, int | float) and not isinstance(f, bool) for f in value)
+    if not good or not all(1e5 < f < 1e10 for f in value):
+        raise SensorError("the modulation cannot be used", path, shown(value), '"modulation_hz": a list of Hz')
+    return tuple(float(f) for f in value)

@@ -28,6 +28,7 @@ class Parameter:
             band; all lists of an effect have the same length), "map" (height, width) or "table" (one dimension per
             variable).
         label: the name in files and verdicts; two parameters may share it where the unit tells which is meant.
+        search: values that a search for an unknown effect goes through, for a shape that no linear fit can find.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Parameter:
     group: str = ""
     kind: str = "number"
     label: str = ""
+    search: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ def parameter(
     typical: float | None = None,
     kind: str = "number",
     label: str = "",
+    search: tuple[float, ...] = (),
 ) -> Any:
     """A dataclass field of an effect; its default is the neutral value.
 
@@ -76,7 +79,7 @@ def parameter(
     """
     usual = typical if typical is not None else (neutral or 0.1 * bounds[1])
     about = {"unit": unit, "neutral": neutral, "low": bounds[0], "high": bounds[1], "meaning": meaning}
-    about |= {"source": source, "typical": usual, "group": group, "kind": kind}
+    about |= {"source": source, "typical": usual, "group": group, "kind": kind, "search": search}
     return field(default=neutral, metadata={"about": (about, label)})
 
 

@@ -13,7 +13,7 @@ from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
 from fusion.sensor.moving import CameraEffect
 from fusion.sensor.parameter import parameters
-from fusion.sensor.view import BASELINE_M, Image, View
+from fusion.sensor.view import BASELINE_M, MODULATIONS_HZ, Image, View
 
 SMALLEST_SIGMA = 1e-5  # [m] weights stay finite for a sensor without noise
 CONVERGED = 1e-6  # [m] a tenth of what `correct` promises
@@ -29,6 +29,7 @@ class Sensor:
         principle: "structured_light", "itof", "active_stereo" or "unknown".
         effects: implemented effects, in light-path order.
         sensor, serial: name of the sensor and number of the unit ("" when not known).
+        frequencies: modulations of a time-of-flight sensor [Hz]; those of the Kinect v2 where empty.
         baseline: place of the projector on the camera's x axis [m], for triangulating sensors; negative to the left.
         std: (effect, parameter) to how well the value is known, in the parameter's unit; 0 exact; a list has one
             number for all its values or one for each.
@@ -44,6 +45,7 @@ class Sensor:
     sensor: str = ""
     serial: str = ""
     baseline: float = BASELINE_M
+    frequencies: tuple[float, ...] = ()
     std: dict[tuple[str, str], float | tuple[float, ...]] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     kept: tuple[dict[str, Any], ...] = ()
@@ -149,7 +151,7 @@ class Sensor:
         with np.errstate(all="ignore"):
             for effect in self.effects:
                 if effect.changes("bias") and effect.name not in view.done:
-                    depth = _valid(depth + effect.bias(depth, view)).astype(depth.dtype)
+                    depth = _valid(depth + effect.change(depth, view)).astype(depth.dtype)
         return depth
 
     def sample(
@@ -166,7 +168,9 @@ class Sensor:
                     continue
                 seen = seen * (1 - effect.dropout(depth, view)) if effect.changes("dropout") else seen
                 if effect.changes("bias") or effect.changes("noise"):
-                    depth = _valid(depth + effect.bias(depth, view) + effect.draw(depth, view, rng)).astype(depth.dtype)
+                    depth = _valid(depth + effect.change(depth, view) + effect.draw(depth, view, rng)).astype(
+                        depth.dtype
+                    )
         if seen.ndim:
             depth = np.where(rng.random(depth.shape, dtype=depth.dtype.type) < seen, depth, np.nan)
         return depth
@@ -199,6 +203,11 @@ class Sensor:
                 sigma = effect.spread(sigma, depth, view)
             return sigma.astype(depth.dtype)
 
+    def seen(self, view: View) -> View:
+        """A view with what this sensor adds to it: its baseline, principle, and its amplitude where none is known."""
+        assert view.depth is not None
+        return self._view(view, view.depth)
+
     def _view(self, view: View | Camera, depth: Image, incidence: Image | None = None) -> View:
         if isinstance(view, Camera):
             view = View(view, depth)
@@ -207,6 +216,7 @@ class Sensor:
             depth=depth if view.depth is None else view.depth,
             incidence=view.incidence if incidence is None else incidence,
             baseline=self.baseline,
+            frequencies=self.frequencies or (MODULATIONS_HZ if self.principle == "itof" else ()),
             principle=view.principle or (self.principle if self.principle != "unknown" else ""),
         )
         return view if view.ir is not None else replace(view, ir=self.amplitude(view))
@@ -229,7 +239,7 @@ def _undo(effect: Effect, measured: Image, view: View) -> Image:
     """Fixed point x <- measured - bias(x), for one effect."""
     x = measured
     for _ in range(MOST_STEPS):
-        better = (measured - effect.bias(x, view)).astype(measured.dtype)
+        better = (measured - effect.change(x, view)).astype(measured.dtype)
         change = np.abs(better - x)
         x = better
         # beyond 8 m a float32 cannot tell 1 micrometre apart

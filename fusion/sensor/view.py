@@ -13,7 +13,8 @@ Image = NDArray[np.floating]
 
 # Kinect v1: Pagliari 2014 states about 7.4 cm, github ankurhanda/simkinect uses 0.075
 BASELINE_M = 0.075
-# Kinect v2: 80, 16 and 120 MHz (libfreenect2 tables; from memory); the middle one stands for all
+# Kinect v2: libfreenect2 tables, from memory
+MODULATIONS_HZ = (80e6, 16e6, 120e6)
 MODULATION_HZ = 80e6
 LIGHT_SPEED = 299_792_458.0  # [m/s]
 
@@ -73,7 +74,8 @@ class View:
         turning: (h, w) True where the surface stands on the turntable.
         moment: time, temperature and the like.
         principle: of the sensor; the camera's where empty.
-        modulation: frequency of a time-of-flight sensor [Hz].
+        modulation: frequency of a time-of-flight sensor [Hz] at which effects of one phase are computed.
+        frequencies: all its modulations [Hz]; empty when it has that one only.
         done: names of effects that the image holds already, because the renderer moved rays or surfaces.
     """
 
@@ -93,6 +95,7 @@ class View:
     moment: Moment = field(default_factory=Moment)
     principle: str = ""
     modulation: float = MODULATION_HZ
+    frequencies: tuple[float, ...] = ()
     done: frozenset[str] = frozenset()
 
     @property

@@ -21,6 +21,7 @@ class Multipath(Effect):
         "range_measured = range + atan2(q sin D, 1 + q cos D) c / (4 pi f), q = strength A2 / A1, D = 4 pi f path / c"
     )
     variables: ClassVar[tuple[str, ...]] = ("neighbours", "range", "reflectance")
+    per_frequency: ClassVar[bool] = True
     principles: ClassVar[tuple[str, ...]] = ("itof",)
     not_undone: ClassVar[str] = "one depth image does not hold the light of the other surfaces, seen or not"
 

@@ -27,6 +27,7 @@ class StrayLight(Effect):
     key: ClassVar[str] = "I4"
     formula: ClassVar[str] = "S' = S + fraction (K conv S), S = IR exp(4 pi i f range / c), K a bell of `width`"
     variables: ClassVar[tuple[str, ...]] = ("amplitude", "range", "neighbours")
+    per_frequency: ClassVar[bool] = True
     principles: ClassVar[tuple[str, ...]] = ("itof",)
     not_undone: ClassVar[str] = "it needs the light of the whole scene, also from outside the image"
 
@@ -39,6 +40,7 @@ class StrayLight(Effect):
         "standard width of the spread; 0 = a third of the image width",
         "broad: Kavli et al., Schaefer et al. 2014; a third: guess",
         typical=60.0,
+        search=(0.0, 8.0, 24.0, 64.0),
     )
 
     def bias(self, depth: Image, view: View) -> Image:

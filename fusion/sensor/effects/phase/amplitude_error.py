@@ -26,7 +26,12 @@ class AmplitudeError(Effect):
         "m", (-0.1, 0.1), "error at the reference amplitude", "mm to cm: from memory", typical=0.002
     )
     exponent: Value = parameter(
-        "1", (0, 3), "power of the darkness", "1 is exact for a constant stray phasor, derived", neutral=1.0
+        "1",
+        (0, 3),
+        "power of the darkness",
+        "1 is exact for a constant stray phasor, derived",
+        neutral=1.0,
+        search=(0.5, 1.0, 2.0),
     )
     ir_reference: Value = parameter(
         "count", (1e-3, 1e7), "amplitude at which the coefficient is given", "definition", neutral=1000.0

@@ -34,6 +34,7 @@ class CyclicError(Effect):
         f"{LINDNER}; 80 MHz and four steps where not given: guess",
         neutral=0.46875,
         kind="list",
+        search=tuple(float(x) for x in np.geomspace(0.2, 4.0, 46)),
     )
     phase: Value = parameter("rad", (-20, 20), "of the wave at range 0", LINDNER, typical=0.5, kind="list")
 

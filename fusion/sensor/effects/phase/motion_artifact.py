@@ -26,6 +26,7 @@ class MotionArtifact(Effect):
     key: ClassVar[str] = "I9"
     formula: ClassVar[str] = "range_measured = range + v_radial duration / 8 cos(2 phase); both sides mixed at edges"
     variables: ClassVar[tuple[str, ...]] = ("velocity", "edge", "range")
+    per_frequency: ClassVar[bool] = True
     principles: ClassVar[tuple[str, ...]] = ("itof",)
     not_undone: ClassVar[str] = "one depth image does not tell velocities"
 

@@ -25,6 +25,7 @@ class PixelCrosstalk(Effect):
     key: ClassVar[str] = "I6"
     formula: ClassVar[str] = "S' = (1 - fraction) S + fraction / 4 sum of S of the four neighbours, S = IR exp(i phase)"
     variables: ClassVar[tuple[str, ...]] = ("edge", "amplitude", "range")
+    per_frequency: ClassVar[bool] = True
     principles: ClassVar[tuple[str, ...]] = ("itof",)
     not_undone: ClassVar[str] = "what a missing neighbour counted is not known, and next to it all is noise"
 

@@ -28,6 +28,7 @@ class SensorInterference(Effect):
         "sigma_range = 3 mm sqrt(fraction 1000 / IR)"
     )
     variables: ClassVar[tuple[str, ...]] = ("time", "amplitude")
+    per_frequency: ClassVar[bool] = True
     principles: ClassVar[tuple[str, ...]] = ("itof",)
     not_undone: ClassVar[str] = "the other sensor's clock is not known"
 

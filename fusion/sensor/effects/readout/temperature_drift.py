@@ -54,7 +54,13 @@ class TemperatureDrift(Effect):
         label="amplitude",
     )
     time_constant: Value = parameter(
-        "s", (1, 1e5), "time in which 63 % of the change happen", WARM_UP, "warm-up", neutral=900.0
+        "s",
+        (1, 1e5),
+        "time in which 63 % of the change happen",
+        WARM_UP,
+        "warm-up",
+        neutral=900.0,
+        search=(150.0, 400.0, 1000.0, 2500.0),
     )
 
     def bias(self, depth: Image, view: View) -> Image:

@@ -1,7 +1,8 @@
 """Disparity distortion: the stored pattern, or the rectification, is warped, so each pixel has its own offset."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from fusion.sensor.view import Image, View
 
 HERRERA = "Herrera et al. 2012 (form from memory); Raposo et al. 2013"
 SMOOTH = 0.12  # share of the image's width over which the frozen warp is smooth: guess, after the plots of Teichman
+
+TERMS = 12  # of the second to the fourth order
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,12 @@ class DisparityDistortion(Effect):
         kind="list",
     )
     decay: Value = parameter(
-        "1/px", (0, 1), "how fast the warp fades with the disparity", HERRERA, "decay", typical=0.01
+        "1/px",
+        (0, 1),
+        "how fast the warp fades with the disparity",
+        HERRERA,
+        "decay",
+        typical=0.01,
     )
 
     def bias(self, depth: Image, view: View) -> Image:
@@ -64,6 +72,24 @@ class DisparityDistortion(Effect):
 
     def _fade(self, depth: Image, view: View) -> Image | float:
         return np.exp(-np.asarray(self.decay, depth.dtype) * disparity(depth, view)) if np.any(self.decay) else 1.0
+
+    @staticmethod
+    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+        """Polynomials up to the fourth order: a smooth warp of the whole image."""
+        del shape
+        return [
+            {
+                "fixed": {"decay": decay},
+                "atoms": tuple({"coefficients": row} for row in 0.005 * np.eye(TERMS)),
+                "join": _added,
+            }
+            for decay in (0.0, 0.03, 0.1)
+        ]
+
+
+def _added(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+    rows = [weight * np.asarray(atom["coefficients"]) for atom, weight in zip(atoms, weights, strict=True)]
+    return {"coefficients": np.sum(rows, axis=0)}
 
 
 def _polynomial(coefficients: NDArray[np.floating], view: View) -> Image:

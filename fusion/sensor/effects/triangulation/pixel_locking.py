@@ -32,7 +32,13 @@ class PixelLocking(Effect):
         typical=0.05,
     )
     period: Value = parameter(
-        "px", (0.05, 20), "of disparity", "the pixel in which the sensor matches", neutral=1.0, typical=1.0
+        "px",
+        (0.05, 20),
+        "of disparity",
+        "the pixel in which the sensor matches",
+        neutral=1.0,
+        typical=1.0,
+        search=(0.25, 0.5, 1.0, 2.0),
     )
 
     def bias(self, depth: Image, view: View) -> Image:

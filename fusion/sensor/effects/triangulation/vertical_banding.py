@@ -1,8 +1,9 @@
 """Vertical banding: the chip corrects the pattern's drift in small jumps at some columns, seen as upright bands."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,17 @@ class VerticalBanding(Effect):
         x = (view.u + 0.5) / depth.shape[1]
         spread = np.sqrt(BANDS / 3 * (x**3 + (1 - x) ** 3))
         return np.abs(depth_change(depth, np.asarray(self.step) * spread, view))
+
+    @staticmethod
+    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+        """A step at every sixteenth column: any bands, as coarse as that."""
+        atoms = tuple({"columns": [float(c)], "steps": [0.002]} for c in range(16, shape[1], 16))
+        return [{"atoms": atoms, "join": _joined}]
+
+
+def _joined(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+    steps = [float(weight) * atom["steps"][0] for atom, weight in zip(atoms, weights, strict=True)]
+    return {"columns": [atom["columns"][0] for atom in atoms], "steps": steps}
 
 
 def _steps(columns: NDArray[np.floating], steps: NDArray[np.floating], u: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -1,0 +1,161 @@
+"""Look: one known scene seen for one stretch of time; what was measured there, and what stood before the camera."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.series import PixelSeries
+from fusion.errors import RecordingError
+from fusion.mesh.files import read_mesh
+from fusion.recording.recording import Recording
+from fusion.sensor.moment import Moment
+from fusion.sensor.view import Image, View
+from fusion.simulation.indirect import Bounce
+from fusion.simulation.render import Channels, RayCaster
+
+TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
+MOST_BLOCKS = 20  # a longer series is grouped
+NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobody measured
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What is known of the scene of one recording.
+
+    Attributes:
+        recording: with its poses.
+        place: 0, 1, ... in the order given.
+        caster: the mesh, ready to be seen; in the world frame.
+        sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis.
+        mesh_sigma_m: how far the real surface may be from the mesh.
+    """
+
+    recording: Recording
+    place: int
+    caster: RayCaster
+    sigma_m: float
+    sigma_rad: float
+    mesh_sigma_m: float
+
+
+@dataclass(frozen=True)
+class Look:
+    """Frames of one recording that are close in time, from one pose.
+
+    Attributes:
+        stage: whose frames.
+        frames: indices in the recording.
+        view: what stood before the camera, with the amplitude of the recording where there is one.
+        mean, std: (h, w) of the measured depth [m], NaN where no value (no second one) is.
+        count: (h, w) frames with a value.
+    """
+
+    stage: Stage
+    frames: tuple[int, ...]
+    view: View
+    mean: Image
+    std: Image
+    count: NDArray[np.int32]
+
+    @property
+    def place(self) -> int:
+        return self.stage.place
+
+
+def stage_of(recording: Recording, place: int) -> Stage:
+    """The known scene of a recording; RecordingError when mesh or poses are missing."""
+    mesh = recording.scene.get("mesh")
+    if not mesh:
+        raise RecordingError(
+            "the scene of the recording is not known",
+            recording.path,
+            "no scene.json with a mesh",
+            'scene.json with {"mesh": "scene.ply"}',
+            "add the mesh of what stood before the camera",
+        )
+    if recording.poses is None or not recording.poses.valid.any():
+        raise RecordingError(
+            "the poses of the recording are not known", recording.path, expected="groundtruth.txt", do="add the poses"
+        )
+    about = recording.scene.get("poses") or {}
+    return Stage(
+        recording,
+        place,
+        RayCaster(read_mesh(Path(recording.path) / str(mesh))),
+        float(about.get("sigma_m", NOMINAL[0])),
+        float(about.get("sigma_rad", NOMINAL[1])),
+        float(recording.scene.get("mesh_sigma_m", 0.0)),
+    )
+
+
+def looks_of(stage: Stage, channels: Channels) -> list[Look]:
+    """All stretches of a recording, in order."""
+    return [_look(stage, frames, channels) for frames in _blocks(stage.recording)]
+
+
+def wanted_channels(baseline: float | None, indirect: bool) -> Channels:
+    """What effects may ask of a view."""
+    return Channels(edges=True, lit=baseline, motion=True, indirect=Bounce() if indirect else None)
+
+
+def _blocks(recording: Recording) -> list[tuple[int, ...]]:
+    """Frame indices that belong together: close in time and with the same pose."""
+    poses = recording.poses
+    assert poses is not None
+    at_frames = poses.at(recording.timestamps)
+    blocks: list[list[int]] = []
+    for i, stamp in enumerate(recording.timestamps):
+        if not at_frames.valid[i]:
+            continue
+        last = blocks[-1] if blocks else None
+        if (
+            last
+            and stamp - recording.timestamps[last[0]] < TOGETHER_S
+            and np.allclose(at_frames.poses[i], at_frames.poses[last[0]], atol=1e-9)
+        ):
+            last.append(i)
+        else:
+            blocks.append([i])
+    size = -(-len(blocks) // MOST_BLOCKS)
+    same = all(np.allclose(at_frames.poses[b[0]], at_frames.poses[blocks[0][0]], atol=1e-9) for b in blocks)
+    if size > 1 and same:
+        blocks = [[i for block in blocks[k : k + size] for i in block] for k in range(0, len(blocks), size)]
+    return [tuple(block) for block in blocks]
+
+
+def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
+    recording = stage.recording
+    camera = recording.camera
+    assert recording.poses is not None
+    T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
+    series, ir = PixelSeries(camera.shape), None
+    for i in frames:
+        frame = recording[i]
+        series.add(frame.depth)
+        ir = frame.ir if ir is None else ir
+    view = stage.caster.view(camera, T_world_camera, channels)
+    if ir is None:
+        ir = _first_ir(recording)
+    amplitude = None if ir is None else np.asarray(ir, np.float32)
+    view = replace(view, ir=amplitude, moment=_moment(recording, frames))
+    return Look(stage, frames, view, series.mean, series.std, series.count)
+
+
+def _first_ir(recording: Recording) -> NDArray[np.uint16] | None:
+    """The infrared image of the first frame: recordings often hold one only."""
+    return recording[0].ir
+
+
+def _moment(recording: Recording, frames: tuple[int, ...]) -> Moment:
+    def mean_of(column: str, missing: float) -> float:
+        values = recording.telemetry_at_frames(column)
+        return missing if values is None else float(np.mean(values[list(frames)]))
+
+    return Moment(
+        time=float(np.mean(recording.timestamps[list(frames)])),
+        temperature=mean_of("temperature_c", float("nan")),
+        ambient=mean_of("ambient_lux", float(recording.scene.get("ambient_lux", 0.0))),
+        table_angle=float(np.deg2rad(mean_of("turntable_deg", 0.0))),
+    )

@@ -1,0 +1,128 @@
+"""Observations: what recordings show beyond the prediction of scene and sensor: tiles in native units."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from fusion.discrepancy.look import Look
+from fusion.discrepancy.tiles import SIDE_PX, Tiling, tiling
+from fusion.sensor.effect import Effect
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import Image, View
+
+EDGE_PX = 5.0  # nearer to a depth edge a tile would mix two questions
+STEEPEST = np.deg2rad(75.0)
+PRINT_EDGE = 0.25  # relative change of the amplitude to a neighbour: pixels there see two materials
+SERIES = 5  # looks of one recording from which on its tiles are larger, to keep the numbers few
+
+
+@dataclass(frozen=True)
+class Patch:
+    """One look, cut into tiles.
+
+    Attributes:
+        look: what was measured.
+        view: what stood there, as the sensor needs it.
+        predicted, sigma: (h, w) [m] of repeated frames by the sensor model.
+        native: (h, w) native units (m along the ray, or px of disparity) per metre of depth.
+        tiles: which pixels are used.
+    """
+
+    look: Look
+    view: View
+    predicted: Image
+    sigma: Image
+    native: Image
+    tiles: Tiling
+
+    @cached_property
+    def residual(self) -> NDArray[np.float64]:
+        """(n,) mean of measured less predicted, in native units."""
+        return self.tiles.mean((self.look.mean - self.predicted) * self.native)
+
+    @property
+    def depth(self) -> Image:
+        """(h, w) true depth [m]."""
+        assert self.view.depth is not None
+        return self.view.depth
+
+    def column(self, effect: Effect) -> NDArray[np.float64]:
+        """(n,) by how much an effect changes the tiles, to first order, in native units."""
+        with np.errstate(all="ignore"):
+            return self.tiles.mean(effect.change(self.depth, self.view) * self.native)
+
+    def covariate(self, image: Image) -> NDArray[np.float64]:
+        """(n,) mean of an image over the tiles."""
+        return self.tiles.mean(image)
+
+
+@dataclass(frozen=True)
+class Observations:
+    """All looks of all recordings under one sensor model.
+
+    Attributes:
+        sensor: the model that predicted.
+        patches: one per look.
+    """
+
+    sensor: Sensor
+    patches: tuple[Patch, ...]
+
+    @cached_property
+    def residual(self) -> NDArray[np.float64]:
+        return np.concatenate([patch.residual for patch in self.patches])
+
+    @cached_property
+    def place(self) -> NDArray[np.intp]:
+        """(n,) recording of each tile."""
+        return np.concatenate([np.full(len(patch.tiles), patch.look.place) for patch in self.patches])
+
+    def rows(self) -> Iterator[tuple[slice, Patch]]:
+        """Each patch and where its tiles stand in the vectors."""
+        start = 0
+        for patch in self.patches:
+            yield slice(start, start + len(patch.tiles)), patch
+            start += len(patch.tiles)
+
+    def columns(self, effects: Sequence[Effect]) -> NDArray[np.float64]:
+        """(n, k) what each effect changes."""
+        if not effects:
+            return np.zeros((len(self.residual), 0))
+        return np.concatenate([np.column_stack([p.column(effect) for effect in effects]) for p in self.patches])
+
+
+def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:
+    """Predict every look with a sensor model and cut it into tiles."""
+    many = {look.place for look in looks if sum(other.place == look.place for other in looks) > SERIES}
+    return Observations(sensor, tuple(_patch(sensor, look, 2 if look.place in many else 1) for look in looks))
+
+
+def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:
+    depth = look.view.depth
+    assert depth is not None
+    view = sensor.seen(look.view)
+    mean, sigma = sensor.repeated(depth, look.view)
+    with np.errstate(all="ignore"):
+        native = view.stretch if view.time_of_flight else -view.focal_baseline / mean**2
+    usable = np.isfinite(mean) & np.isfinite(look.mean) & (look.count >= max(1, len(look.frames) - 1))
+    if view.edges is not None:
+        usable &= view.edges.distance > EDGE_PX
+    if view.incidence is not None:
+        usable &= view.incidence < STEEPEST
+    if view.reflectance is not None:
+        usable &= ~_printed_edges(view.reflectance)
+    return Patch(look, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
+
+
+def _printed_edges(reflectance: Image) -> NDArray[np.bool_]:
+    """Pixels (h, w) that see, or whose neighbours see, two materials."""
+    r = np.nan_to_num(reflectance)
+    change = np.zeros(r.shape, bool)
+    for axis in (0, 1):
+        step = np.abs(np.diff(r, axis=axis)) > PRINT_EDGE * np.maximum(np.delete(r, 0, axis), 0.01)
+        change |= np.insert(step, 0, False, axis=axis) | np.insert(step, step.shape[axis], False, axis=axis)
+    return np.asarray(binary_dilation(change, iterations=2))

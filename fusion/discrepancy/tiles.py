@@ -1,0 +1,49 @@
+"""Tiles: an image cut into squares, each one number; pixels are not replicates, tiles nearly are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.sensor.view import Image
+
+SIDE_PX = 16
+LEAST_SHARE = 0.3  # of a tile's pixels that must be usable
+
+
+@dataclass(frozen=True)
+class Tiling:
+    """Which pixels make which tile of one look.
+
+    Attributes:
+        label: (h, w) number of the pixel's tile in this look, -1 where the pixel is not used.
+        pixels: (n,) pixels of each tile.
+        cell: (n, 2) row and column of each tile in the grid of squares.
+        side: of a square [px].
+    """
+
+    label: NDArray[np.intp]
+    pixels: NDArray[np.float64]
+    cell: NDArray[np.intp]
+    side: int
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def mean(self, image: Image) -> NDArray[np.float64]:
+        """(n,) mean of an image (h, w) over each tile; what is NaN counts as 0."""
+        used = self.label >= 0
+        values = np.nan_to_num(np.broadcast_to(image, self.label.shape)[used], posinf=0, neginf=0)
+        return np.bincount(self.label[used], values, minlength=len(self)) / self.pixels
+
+
+def tiling(usable: NDArray[np.bool_], side: int = SIDE_PX) -> Tiling:
+    """Squares of `side` px with enough usable pixels (h, w)."""
+    height, width = usable.shape
+    across = -(-width // side)
+    tile = (np.arange(height) // side)[:, None] * across + (np.arange(width) // side)[None, :]
+    count = np.bincount(tile[usable], minlength=int(tile.max()) + 1)
+    kept = count >= LEAST_SHARE * side**2
+    number = np.where(kept, np.cumsum(kept) - 1, -1)
+    cells = np.column_stack(np.divmod(np.flatnonzero(kept), across))
+    return Tiling(np.where(usable, number[tile], -1), count[kept].astype(float), cells, side)

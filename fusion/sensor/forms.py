@@ -1,0 +1,95 @@
+"""Forms: the shapes an effect can take, each spanned by a few instances, so that a linear fit finds its size."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import Parameter, parameters
+
+ANGLES = ("phase", "direction")  # a size at an angle is the sum of sizes at right angles
+SMALL = 0.05  # of a typical size: small enough to be linear, far above rounding
+
+
+@dataclass(frozen=True)
+class Form:
+    """One shape of an effect.
+
+    Attributes:
+        kind: the effect.
+        fixed: values of its shape parameters.
+        atoms: values of the other parameters of instances that span it.
+        map: name of the parameter that is a map (height, width), for a form that has one; atoms are then empty.
+        join: makes parameter values of atoms and their weights.
+    """
+
+    kind: type[Effect]
+    fixed: dict[str, Any] = field(default_factory=dict)
+    atoms: tuple[dict[str, Any], ...] = ()
+    map: str = ""
+    join: Callable[[Sequence[dict[str, Any]], Sequence[float]], dict[str, Any]] | None = None
+
+    def instances(self) -> tuple[Effect, ...]:
+        """The effects that span this form."""
+        return tuple(self.kind(**self.fixed, **atom) for atom in self.atoms)
+
+    def combined(self, weights: Sequence[float]) -> Effect:
+        """The effect that a linear fit with these weights of the atoms found; values are held inside their bounds."""
+        values = (self.join or _summed)(self.atoms, weights)
+        about = parameters(self.kind)
+        return self.kind(**self.fixed, **{name: _bounded(value, about[name]) for name, value in values.items()})
+
+
+def forms_of(kind: type[Effect], shape: tuple[int, int]) -> list[Form]:
+    """All shapes of an effect for images of `shape` (h, w); an effect may say them itself (`own_forms`)."""
+    own = getattr(kind, "own_forms", None)
+    if own is not None:
+        return [Form(kind, **form) for form in own(shape)]
+    about = parameters(kind)
+    searched = {p.name: p.search for p in about.values() if p.search}
+    out = []
+    for group in dict.fromkeys(p.group for p in about.values()):
+        members = [p for p in about.values() if p.group == group]
+        sizes = [p for p in members if p.neutral == 0 and p.name not in searched and p.name not in ANGLES]
+        for p in sizes:
+            if p.kind == "map":
+                out += [Form(kind, fixed, map=p.name) for fixed in _fixed(searched)]
+        numbers = [p for p in sizes if p.kind in ("number", "scalar", "list") and p.name != "rms"]
+        if not numbers:
+            continue
+        angle = next((p.name for p in members if p.name in ANGLES), None)
+        for fixed in _fixed(searched):
+            if angle:
+                height = {numbers[0].name: SMALL * numbers[0].typical}
+                out.append(Form(kind, fixed, ({**height, angle: 0.0}, {**height, angle: np.pi / 2}), join=_wave))
+            else:
+                out.append(Form(kind, fixed, tuple({p.name: SMALL * p.typical} for p in numbers)))
+    return out
+
+
+def _fixed(searched: dict[str, tuple[float, ...]]) -> list[dict[str, float]]:
+    return [dict(zip(searched, values, strict=True)) for values in product(*searched.values())]
+
+
+def _summed(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+    """Each atom is one parameter: its value times its weight."""
+    return {
+        name: float(weight) * value for atom, weight in zip(atoms, weights, strict=True) for name, value in atom.items()
+    }
+
+
+def _wave(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+    """A sine and a cosine are one wave with a phase."""
+    name = next(key for key in atoms[0] if key not in ANGLES)
+    angle = next(key for key in atoms[0] if key in ANGLES)
+    return {
+        name: float(np.hypot(weights[0], weights[1])) * atoms[0][name],
+        angle: float(np.arctan2(weights[1], weights[0])),
+    }
+
+
+def _bounded(value: Any, about: Parameter) -> Any:
+    return np.clip(value, about.low, about.high) if np.ndim(value) else float(np.clip(value, about.low, about.high))
