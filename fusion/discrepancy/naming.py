@@ -1,0 +1,189 @@
+"""Naming: which effects, added to the model, explain the residual; each must pay, replicate and fit."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
+
+from fusion.discrepancy.candidates import Candidate, candidates_of, map_of
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.look import Look
+from fusion.discrepancy.observations import Observations, observe
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import parameters
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+MOST_STEPS = 6  # waves of one effect count one by one
+FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
+MOST_NAMES = 3
+FALSE_ALARM = 1e-4  # of one step, over all names together
+REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
+ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
+
+
+@dataclass(frozen=True)
+class Step:
+    """One effect, or one more wave of it, that was added.
+
+    Attributes:
+        candidate: the form that was best.
+        effect: with fitted parameters.
+        gain: drop of the chi2.
+        held_out: drop of the chi2 in recordings left out in turn.
+        probability: that noise alone does this, over all names.
+        alike: names that this data cannot tell from it.
+        std: of the sizes of the atoms, as shares of the fitted size.
+    """
+
+    candidate: Candidate
+    effect: Effect
+    gain: float
+    held_out: float
+    probability: float
+    alike: tuple[str, ...]
+    std: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """What naming found.
+
+    Attributes:
+        steps: in the order of finding.
+        sensor: the model with all of them.
+        observations: under that model.
+        white: (n,) what is left, in units of the gauge.
+    """
+
+    steps: tuple[Step, ...]
+    sensor: Sensor
+    observations: Observations
+    white: Vector
+
+
+def name_effects(looks: list[Look], observations: Observations, gauge: Gauge) -> Named:
+    """Add effects one by one while they pass the tests."""
+    sensor, steps = observations.sensor, []
+    white = gauge.whiten(observations.residual)
+    for _ in range(MOST_STEPS):
+        step = _best(observations, gauge, white)
+        if step is None:
+            break
+        names = {s.effect.name for s in steps} | {step.effect.name}
+        if len(names) > MOST_NAMES:
+            break
+        known = sensor.effect(step.effect.name)
+        if known is not None and steps and step.gain < FAINT_WAVE * steps[0].gain:
+            break
+        larger = sensor.having(step.effect if known is None else joined(known, step.effect))
+        better = observe(larger, looks)
+        if len(better.residual) != len(white):
+            break
+        after = gauge.whiten(better.residual)
+        if after @ after > white @ white - 0.5 * step.gain:
+            break  # to first order it helped, in full it does not
+        sensor, observations, white = larger, better, after
+        steps.append(step)
+    return Named(tuple(steps), sensor, observations, white)
+
+
+def joined(own: Effect, more: Effect) -> Effect:
+    """Two effects of one kind as one: lists are continued, other sizes added up."""
+    about = parameters(own)
+    lists = [name for name, p in about.items() if p.kind == "list"]
+    values = {}
+    if lists and any(np.any(getattr(own, name)) for name in lists):
+        values = {name: np.concatenate([np.atleast_1d(getattr(e, name)) for e in (own, more)]) for name in lists}
+    for name, p in about.items():
+        if name not in values and p.neutral == 0 and name not in lists:
+            total = np.asarray(getattr(own, name)) + np.asarray(getattr(more, name))
+            values[name] = np.clip(total, p.low, p.high) if np.ndim(total) else float(np.clip(total, p.low, p.high))
+    return replace(own, **values)
+
+
+def _best(observations: Observations, gauge: Gauge, white: Vector) -> Step | None:
+    """The candidate that pays most for its columns, when it passes the tests; else None."""
+    candidates = candidates_of(observations, gauge)
+    scores = [_score(c, white) for c in candidates]
+    if not scores:
+        return None
+    best = int(np.argmax(scores))
+    chosen = _tuned(candidates[best], observations, gauge, white)
+    weights = np.linalg.lstsq(chosen.white, white, rcond=None)[0]
+    fitted = chosen.white @ weights
+    gain, k = float(fitted @ white), chosen.basis.shape[1]
+    inflated = max(1.0, _robust_variance(white - fitted))
+    names = len({c.name for c in candidates})
+    probability = float(min(1.0, names * chi2.sf(gain / inflated, k)))
+    held_out = _held_out(chosen, observations, white)
+    if probability > FALSE_ALARM or held_out < REPLICATED * gain:
+        return None
+    effect = map_of(observations, chosen.form, weights) if chosen.form.map else chosen.form.combined(list(weights))
+    alike = _alike(chosen, fitted, candidates, white)
+    return Step(chosen, effect, gain, held_out, probability, alike, float(np.sqrt(k * inflated / max(gain, 1e-9))))
+
+
+def _score(candidate: Candidate, white: Vector) -> float:
+    basis = candidate.basis
+    return float(((basis.T @ white) ** 2).sum()) - basis.shape[1] * float(np.log(len(white)))
+
+
+def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, white: Vector) -> Candidate:
+    """The candidate with its searched shape parameters between the values of the search."""
+    about = parameters(candidate.form.kind)
+    for name, value in candidate.form.fixed.items():
+        values = sorted(about[name].search)
+        place = values.index(value)
+        low, high = values[max(place - 1, 0)], values[min(place + 1, len(values) - 1)]
+        if not low < high or value <= 0:
+            continue
+
+        def loss(x: float, name: str = name, start: Candidate = candidate) -> float:
+            return -_score(_with(start, name, x, observations, gauge), white)
+
+        found = minimize_scalar(
+            loss, bounds=(low, high), method="bounded", options={"xatol": 1e-4 * value, "maxiter": 12}
+        )
+        if -found.fun > _score(candidate, white):
+            candidate = _with(candidate, name, float(found.x), observations, gauge)
+    return candidate
+
+
+def _with(candidate: Candidate, name: str, value: float, observations: Observations, gauge: Gauge) -> Candidate:
+    form = replace(candidate.form, fixed={**candidate.form.fixed, name: value})
+    columns = observations.columns(form.instances())
+    return Candidate(form, columns, gauge.whiten(columns))
+
+
+def _held_out(candidate: Candidate, observations: Observations, white: Vector) -> float:
+    """Drop of the chi2 in each recording, with weights fitted to the others."""
+    place, total = observations.place, 0.0
+    A = candidate.white
+    normal, moment = A.T @ A, A.T @ white
+    ridge = 1e-9 * np.trace(normal) / len(normal) * np.eye(len(normal))
+    for g in np.unique(place):
+        rows = place == g
+        weights = np.linalg.solve(normal - A[rows].T @ A[rows] + ridge, moment - A[rows].T @ white[rows])
+        total += float(white[rows] @ white[rows] - ((white[rows] - A[rows] @ weights) ** 2).sum())
+    return total
+
+
+def _alike(chosen: Candidate, fitted: Vector, candidates: list[Candidate], white: Vector) -> tuple[str, ...]:
+    """Names whose own fit to the same residual points the same way."""
+    out: dict[str, None] = {}
+    length = np.linalg.norm(fitted)
+    for other in candidates:
+        if other.name == chosen.name or other.basis.shape[1] > chosen.basis.shape[1] + 6:
+            continue
+        own = other.basis @ (other.basis.T @ white)
+        if own @ fitted > ALIKE * length * max(float(np.linalg.norm(own)), 1e-12):
+            out[other.name] = None
+    return tuple(out)
+
+
+def _robust_variance(white: Vector) -> float:
+    return float((np.median(np.abs(white)) / 0.6745) ** 2)

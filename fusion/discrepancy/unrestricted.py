@@ -1,0 +1,135 @@
+"""The unrestricted model: what smooth functions of everything known could explain, whatever the physics."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.observations import Observations
+
+Matrix = NDArray[np.float64]
+
+KNOTS = 6
+WORTH = 0.05  # of the gain of all groups: a group that brings less is not named
+
+
+@dataclass(frozen=True)
+class Group:
+    """Columns that depend on the same variables.
+
+    Attributes:
+        variables: names as in verdicts.
+        basis: (n, r) orthonormal, in units of the gauge.
+    """
+
+    variables: tuple[str, ...]
+    basis: Matrix
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the unrestricted model explains of a whitened vector.
+
+    Attributes:
+        gain: drop of the chi2 beyond what noise alone would give.
+        variables: of the groups that bring it, the most telling first.
+        fitted: (n,) the explained part, whitened.
+    """
+
+    gain: float
+    variables: tuple[str, ...]
+    fitted: NDArray[np.float64]
+
+
+def groups_of(observations: Observations, gauge: Gauge) -> list[Group]:
+    """Main effects of every covariate, and their products with the depth where a law of the image may scale with it."""
+    known = covariates(observations)
+    depth = known["depth"]
+    rows: list[tuple[tuple[str, ...], Matrix]] = []
+    for name, values in known.items():
+        own = _steps(values) if name in ("u", "v") else _hats(values)
+        if own.shape[1] > 1:
+            rows.append(((name,), own))
+            if name != "depth":
+                scaled = np.concatenate(
+                    [own * (depth / np.median(depth))[:, None] ** power for power in (1, 2)], axis=1
+                )
+                rows.append(((name, "depth"), scaled))
+    return [Group(variables, _orthonormal(gauge.whiten(columns))) for variables, columns in rows]
+
+
+def covariates(observations: Observations) -> dict[str, NDArray[np.float64]]:
+    """What is known of every tile (n,), by the names of the verdict."""
+    out: dict[str, list[NDArray[np.float64]]] = {}
+    for patch in observations.patches:
+        view, tiles = patch.view, patch.tiles
+        values = {
+            "depth": tiles.mean(patch.depth),
+            "u": tiles.mean(np.broadcast_to(view.u, view.camera.shape)),
+            "v": tiles.mean(np.broadcast_to(view.v, view.camera.shape)),
+            "radius": tiles.mean(view.radius),
+            "time": np.full(len(tiles), view.moment.time),
+        }
+        if view.incidence is not None:
+            values["incidence"] = tiles.mean(view.incidence)
+        if view.ir is not None:
+            values["amplitude"] = np.log(np.maximum(tiles.mean(np.asarray(view.ir, float)), 1.0))
+        if np.isfinite(view.moment.temperature):
+            values["temperature"] = np.full(len(tiles), view.moment.temperature)
+        for name, value in values.items():
+            out.setdefault(name, []).append(value)
+    whole = {name: np.concatenate(parts) for name, parts in out.items() if len(parts) == len(observations.patches)}
+    return {name: values for name, values in whole.items() if np.ptp(values) > 1e-9 * (1 + np.abs(values).max())}
+
+
+def explained(white: NDArray[np.float64], groups: list[Group], known: Matrix) -> Found:
+    """Forward choice of groups, each paying for its columns; `known` (n, k) is orthonormal and explained before."""
+    rest = white - known @ (known.T @ white)
+    chosen, used, total = known, [], 0.0
+    for _ in range(4):
+        best = None
+        for group in groups:
+            basis = _beyond(group.basis, chosen)
+            gain = float(((basis.T @ rest) ** 2).sum()) - basis.shape[1] * np.log(len(white))
+            if best is None or gain > best[0]:
+                best = (gain, group, basis)
+        if best is None or best[0] <= max(0.0, WORTH * total):
+            break
+        gain, group, basis = best
+        rest = rest - basis @ (basis.T @ rest)
+        chosen = np.concatenate([chosen, basis], axis=1)
+        used.append((gain, group.variables))
+        total += gain
+    names = dict.fromkeys(name for gain, variables in used if gain > WORTH * total for name in variables)
+    return Found(total, tuple(names), white - known @ (known.T @ white) - rest)
+
+
+def _hats(values: NDArray[np.float64]) -> Matrix:
+    """(n, k) piecewise linear functions with knots at quantiles."""
+    knots = np.unique(np.quantile(values, np.linspace(0, 1, KNOTS)))
+    if len(knots) < 2:
+        return np.zeros((len(values), 0))
+    return np.column_stack([np.interp(values, knots, row) for row in np.eye(len(knots))])
+
+
+def _steps(values: NDArray[np.float64]) -> Matrix:
+    """(n, k) one column per row or column of tiles."""
+    edges = np.arange(0.0, values.max() + 16, 16.0)
+    columns = [((values >= low) & (values < high)).astype(float) for low, high in pairwise([*edges, np.inf])]
+    return np.column_stack([column for column in columns if column.any()])
+
+
+def _orthonormal(columns: Matrix) -> Matrix:
+    left, values, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(left[:, values > 1e-6 * values.max()])
+
+
+def _beyond(basis: Matrix, known: Matrix) -> Matrix:
+    """What a basis spans beyond known orthonormal columns."""
+    if not known.shape[1]:
+        return basis
+    rest = basis - known @ (known.T @ basis)
+    left, values, _ = np.linalg.svd(rest, full_matrices=False)
+    return np.asarray(left[:, values > 0.05])
