@@ -41,12 +41,19 @@ def estimated_view(
         view = View(camera, depth, incidence_of(normals, camera), normals, ir=ir)
         view = replace(view, edges=edges_of(view))
         if ir is not None:
-            facing = np.maximum(np.cos(view.incidence), 0.1)  # beyond 84 deg the amplitude is mostly noise
-            view = replace(view, reflectance=ir * (depth * view.stretch) ** 2 / (IR_AT_1M * facing))
+            view = replace(view, reflectance=reflectance_of(view))
         if projector is not None:
             lit = 1.0 - shadowed(depth, projector, view)
             view = replace(view, baseline=projector, lit=np.where(np.isfinite(depth), lit, 1.0).astype(depth.dtype))
     return view if moment is None else replace(view, moment=moment)
+
+
+def reflectance_of(view: View) -> Image:
+    """Reflectance (h, w) [1] of a view that has amplitude, depth and incidence."""
+    assert view.ir is not None and view.depth is not None
+    # beyond 84 deg the amplitude is mostly noise
+    facing = 1.0 if view.incidence is None else np.maximum(np.cos(view.incidence), 0.1)
+    return np.asarray(view.ir * (view.depth * view.stretch) ** 2 / (IR_AT_1M * facing))
 
 
 def normals_of(depth: Image, camera: Camera) -> Image:

@@ -75,6 +75,10 @@ class Sensor:
         """Why the correction leaves an effect of this sensor; empty when it undoes it."""
         if not effect.changes("bias") or effect.left():
             return effect.left()
+        return self.usual(effect)
+
+    def usual(self, effect: Effect) -> str:
+        """Why an effect of this sensor is not known for this very unit; empty when it is."""
         for name in parameters(effect):
             size = float(np.abs(getattr(effect, name)).max())
             # undoing what is known no better than its own size makes things worse on most units

@@ -23,7 +23,7 @@ def realsense_d435() -> Sensor:
             EdgeFattening(window_px=7.0),
             PixelLocking(amplitude=0.03, period=1.0),
             LateralNoise(sigma_px=0.8),
-            AxialNoise(sigma_px=0.08, correlation_px=2.0),
+            AxialNoise(sigma_px=0.08, correlation_px=7.0),
             DepthQuantization(step=0.001),
         ),
         sensor="RealSense D435",

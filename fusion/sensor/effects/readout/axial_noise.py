@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect, normal
-from fusion.sensor.fields import correlated
+from fusion.sensor.fields import windowed
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
@@ -64,7 +64,7 @@ class AxialNoise(Effect):
     correlation_px: Value = parameter(
         "px",
         (0, 50),
-        "standard width over which neighbours share their noise",
+        "side of the window over which neighbours share their noise",
         "matching windows: simkinect",
         "disparity",
         typical=2.0,
@@ -81,7 +81,7 @@ class AxialNoise(Effect):
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         width = float(np.mean(self.correlation_px))
-        white = correlated(rng, depth.shape, width) if width > 0 else normal(rng, depth)
+        white = windowed(rng, depth.shape, width) if width > 0 else normal(rng, depth)
         return self.noise(depth, view) * white
 
     def _shape(self, z: Image, view: View) -> Image:

@@ -28,16 +28,16 @@ class SpeckleNoise(Effect):
     correlation_px: Value = parameter(
         "px",
         (0, 50),
-        "standard width over which neighbours share their error",
+        "side of the window over which neighbours share their error",
         "matching window: 9 x 9 px in github ankurhanda/simkinect",
-        neutral=2.0,
+        neutral=5.0,
     )
 
     def bias(self, depth: Image, view: View) -> Image:
         if view.moment.placement is None or not np.any(self.sigma_px):
             return np.zeros((), depth.dtype)
         width = float(np.mean(self.correlation_px))
-        grain = frozen_field(depth.shape, width, self.name, view.moment.placement)
+        grain = frozen_field(depth.shape, width, self.name, view.moment.placement, window=True)
         return depth_change(depth, np.asarray(self.sigma_px, depth.dtype) * grain, view)
 
     def noise(self, depth: Image, view: View) -> Image:
