@@ -7,6 +7,7 @@ EXAMPLE = "fusion calibrate depth wall_* --camera camera.json -o calibrated"
 
 # what: its module in fusion.commands, and what it does
 PARTS = {
+    "intrinsics": ("calibrate_intrinsics", "a camera from pictures of a board, IR or colour or both"),
     "depth": ("calibrate_depth", "depth correction from walls at known distances"),
 }
 

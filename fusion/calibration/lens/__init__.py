@@ -1,0 +1,1 @@
+"""The camera's own geometry from pictures of a board, and how well it is known."""

@@ -1,0 +1,153 @@
+"""A camera from pictures of a board: corners, fit, outliers, and how well it is known."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.outliers import Judged, judge
+from fusion.calibration.lens.pair import Pair, place_color
+from fusion.calibration.lens.pictures import Pictures, find_pictures, thinned
+from fusion.calibration.lens.pitch import check_pitch, row_pitch
+from fusion.calibration.lens.search import Search, search
+from fusion.calibration.lens.solve import NAMES
+from fusion.calibration.lens.spread import Spread, spread
+from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projection_uncertainty
+from fusion.calibration.lens.views import View, covered
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+
+
+@dataclass(frozen=True)
+class LensSettings:
+    """What a user may choose.
+
+    Attributes:
+        keep_outliers: name views that do not fit, but use them.
+        distance: working distance [m]; None: the middle distance of the boards.
+        most: pictures looked at, evenly over the recording.
+        progress: wraps the walk over the pictures.
+    """
+
+    keep_outliers: bool = False
+    distance: float | None = None
+    most: int = 200
+    progress: Callable = lambda some: some
+
+
+@dataclass(frozen=True)
+class CameraFit:
+    """One camera, and all that is known about how good it is.
+
+    Attributes:
+        camera: with `std` of every parameter.
+        judged: views used, outliers, solution.
+        spread: covariance, jackknife, influence of every view.
+        uncertainty: of the projection over the picture.
+        coverage: share of the picture in which corners were seen.
+        pitch: (ratio, std) of the rows' over the columns' pitch as the views tell it.
+    """
+
+    camera: Camera
+    judged: Judged
+    spread: Spread
+    uncertainty: ProjectionUncertainty
+    coverage: float
+    pitch: tuple[float, float]
+
+    @property
+    def most_influential(self) -> tuple[str, float]:
+        """The view without which the camera would change most, and by how many standard deviations at most."""
+        with np.errstate(invalid="ignore"):
+            sigmas = np.nanmax(np.abs(self.spread.shifts) / self.spread.std, axis=1)
+        worst = int(np.nanargmax(sigmas))
+        return self.judged.views[worst].name, float(sigmas[worst])
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """The result for a recording.
+
+    Attributes:
+        camera: the IR (or only) camera, with the colour camera and its place where both were given.
+        board: that was looked for.
+        searches, fits: of the cameras, "ir" first where there is one.
+        pair: how the colour camera stands, or None.
+        warnings: one sentence each.
+    """
+
+    camera: Camera
+    board: Board
+    searches: dict[str, Search]
+    fits: dict[str, CameraFit]
+    pair: Pair | None = None
+    warnings: list[str] = field(default_factory=list)
+
+
+def calibrate_intrinsics(path: Path, board: Board, settings: LensSettings | None = None) -> Intrinsics:
+    """Calibrate the camera or cameras of a recording, or of a plain folder of pictures.
+
+    Raises:
+        RecordingError: no pictures, too few views, another board, uneven squares, or views that leave the camera open.
+    """
+    settings = settings or LensSettings()
+    pictures = find_pictures(path)
+    searches, fits, warnings = {}, {}, []
+    for name, files in (("ir", pictures.ir), ("color", pictures.color)):
+        if not files:
+            continue
+        try:
+            searches[name] = search(thinned(files, settings.most), board, settings.progress)
+            fits[name] = fit_camera(searches[name].views, searches[name].size, settings)
+        except RecordingError as error:
+            if name == "ir" or not fits:
+                raise
+            warnings.append(f"the colour camera was left out: {error}")
+    pair = None
+    if len(fits) == 2:
+        try:
+            ir, color = fits["ir"], fits["color"]
+            pair = place_color(ir.judged.views, color.judged.views, ir.camera, color.camera)
+        except RecordingError as error:
+            warnings.append(f"the colour camera's place stays unknown: {error}")
+    camera = _joined(pictures, fits, pair, warnings)
+    return Intrinsics(camera, board, searches, fits, pair, warnings)
+
+
+def fit_camera(views: Sequence[View], size: tuple[int, int], settings: LensSettings | None = None) -> CameraFit:
+    """One camera from views of a board; size is (width, height) [px].
+
+    Raises:
+        RecordingError: too few views, contradicting ones, uneven squares, or a parameter that stays open.
+    """
+    settings = settings or LensSettings()
+    judged = judge(views, size, settings.keep_outliers)
+    pitch = row_pitch(judged.views, size)
+    check_pitch(*pitch)
+    known = spread(judged.views, judged.solution)
+    std = {name: float(value) for name, value in zip(NAMES, known.std, strict=True)}
+    camera = replace(judged.solution.camera(size), std=std)
+    distance = settings.distance or float(np.median(np.linalg.norm(judged.solution.poses[:, 3:], axis=1)))
+    uncertainty = projection_uncertainty(camera, known.covariance, distance)
+    return CameraFit(camera, judged, known, uncertainty, covered(judged.views, size), pitch)
+
+
+def _joined(pictures: Pictures, fits: dict[str, CameraFit], pair: Pair | None, warnings: list[str]) -> Camera:
+    """The camera with what `camera.json` already said about the sensor, and the colour camera inside."""
+    main, *_ = fits.values()
+    camera, before = main.camera, pictures.camera
+    if before is not None:
+        camera = replace(camera, depth_scale=before.depth_scale, principle=before.principle, sensor=before.sensor,
+                         serial=before.serial)  # fmt: skip
+        if before.shape != camera.shape:
+            warnings.append(
+                f"the pictures are {camera.width} x {camera.height} px, camera.json says "
+                f"{before.width} x {before.height}: the new camera is that of the pictures"
+            )
+    if pair is not None:
+        camera = replace(camera, color=fits["color"].camera, T_color_depth=pair.T_color_depth)
+    elif len(fits) == 1 and "color" in fits:
+        warnings.append("only colour pictures were found: this is the colour camera's geometry")
+    return camera

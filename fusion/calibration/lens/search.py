@@ -1,0 +1,103 @@
+"""The board in all pictures of one camera, and why it was not found."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.charuco import find_charuco
+from fusion.calibration.lens.detect import find_checkerboard, largest_board
+from fusion.calibration.lens.pictures import read_picture, usual_size
+from fusion.calibration.lens.views import View, view_of
+from fusion.errors import RecordingError
+
+EARLY = 6  # misses without a find, after which it is asked whether the board is another one
+ASKED = 4  # pictures that are searched for a board of any size
+
+
+@dataclass(frozen=True)
+class Search:
+    """What was found in the pictures of one camera.
+
+    Attributes:
+        views: one per picture in which the board was found; their names are the pictures' keys.
+        size: (width, height) [px].
+        missed: keys of the pictures without the board.
+        unread: key to reason, of pictures that are damaged or have another size.
+        pictures: key to file, of all.
+    """
+
+    views: list[View]
+    size: tuple[int, int]
+    missed: list[str] = field(default_factory=list)
+    unread: dict[str, str] = field(default_factory=dict)
+    pictures: dict[str, Path] = field(default_factory=dict)
+
+
+def search(
+    pictures: dict[str, Path], board: Board, progress: Callable[[dict[str, Path]], object] = lambda some: some
+) -> Search:
+    """Find the board in pictures of one camera; damaged ones are listed, not fatal.
+
+    Args:
+        pictures: key to file.
+        board: what to look for.
+        progress: wraps the walk over the pictures, to show it.
+
+    Raises:
+        RecordingError: none can be read, or another board than the stated one is in them.
+    """
+    find = find_charuco if board.is_charuco else find_checkerboard
+    views: list[View] = []
+    sizes, missed, unread = {}, [], {}
+    for key in progress(pictures):  # type: ignore[attr-defined]
+        try:
+            image = read_picture(pictures[key])
+        except RecordingError as error:
+            unread[key] = f"{error.what}: {error.found}"
+            continue
+        sizes[key] = (image.shape[1], image.shape[0])
+        found = find(image, board)
+        if found is None:
+            missed.append(key)
+            if len(missed) == EARLY and not views and not board.is_charuco:  # every further miss takes seconds
+                _check_counts(Search([], (0, 0), missed, unread, pictures), board, final=False)
+        else:
+            views.append(view_of(key, found.pixels, board, found.ids, found.how))
+    if not sizes:
+        first = next(iter(unread.values()), "no picture")
+        raise RecordingError("no picture can be read", next(iter(pictures.values()), ""), first, "PNG or JPEG files")
+    size = usual_size(sizes)
+    other = {key: f"{s[0]} x {s[1]} px, the others {size[0]} x {size[1]}" for key, s in sizes.items() if s != size}
+    kept = [view for view in views if view.name not in other]
+    result = Search(kept, size, [k for k in missed if k not in other], unread | other, pictures)
+    if not board.is_charuco:
+        _check_counts(result, board)
+    return result
+
+
+def _check_counts(result: Search, board: Board, final: bool = True) -> None:
+    """Refuse a board with other numbers of corners than stated: part of a larger one, or one that is never found."""
+    few = len(result.views) < 3
+    keys = result.missed if few else [view.name for view in result.views]
+    asked = [keys[i] for i in np.unique(np.linspace(0, len(keys) - 1, min(ASKED, len(keys))).astype(int))]
+    seen = [largest_board(read_picture(result.pictures[key])) for key in asked]
+    stated = tuple(sorted((board.columns, board.rows)))
+    others = [tuple(sorted(s)) for s in seen if s is not None and tuple(sorted(s)) != stated]
+    if not few:  # the stated one is found: only a larger one around it, seen twice alike, is worth a word
+        others = [s for s in others if s[0] >= stated[0] and s[1] >= stated[1]]
+    usual = max(set(others), key=others.count) if others else None
+    if usual is not None and (others.count(usual) >= 2 or (few and len(asked) == 1)):
+        found = f"{usual[1]} x {usual[0]} inner corners in {others.count(usual)} of {len(asked)} pictures looked at"
+        do = "correct columns and rows: inner corners, one less than the squares"
+        raise RecordingError(
+            "another board is in the pictures", "board.json", found, f"{board.columns} x {board.rows}", do
+        )
+    if few and final:
+        total = len(result.views) + len(result.missed)
+        found = f"found in {len(result.views)} of {total} pictures"
+        do = "check columns and rows (inner corners), light and focus; the whole board must be in view"
+        raise RecordingError("the board is hardly seen", next(iter(result.pictures.values())).parent, found,
+                             f"{board.columns} x {board.rows} inner corners in 3 pictures or more", do)  # fmt: skip

@@ -1,0 +1,109 @@
+"""The camera that explains the views best, and what every view says about it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from fusion.calibration.lens.views import View
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array
+
+# in the order of OpenCV's distortion behind the camera matrix
+NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-10)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Least squares over all corners of some views.
+
+    Attributes:
+        parameters: (9,) in the order of NAMES, [px] and OpenCV's distortion.
+        poses: (views, 6) rotation vector and translation [m] of the board in the camera.
+        residuals: per view (n, 2) seen minus predicted [px].
+    """
+
+    parameters: Array
+    poses: Array
+    residuals: list[Array]
+
+    @property
+    def matrix(self) -> Array:
+        """(3, 3) camera matrix [px]."""
+        return matrix(self.parameters)
+
+    @property
+    def view_rms(self) -> Array:
+        """(views,) root mean square distance [px] of the corners from their prediction."""
+        return np.array([np.sqrt((r**2).sum(axis=1).mean()) for r in self.residuals])
+
+    @property
+    def rms(self) -> float:
+        """Root mean square distance [px] over all corners, as OpenCV counts it."""
+        return float(np.sqrt((np.concatenate(self.residuals) ** 2).sum(axis=1).mean()))
+
+    def camera(self, size: tuple[int, int]) -> Camera:
+        """The camera with these parameters; size is (width, height) [px]."""
+        fx, fy, cx, cy, *distortion = map(float, self.parameters)
+        return Camera(size[0], size[1], fx, fy, cx, cy, tuple(distortion))
+
+
+def matrix(parameters: Array) -> Array:
+    """(3, 3) camera matrix of parameters (9,)."""
+    fx, fy, cx, cy = parameters[:4]
+    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
+
+
+def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = None) -> Solution:
+    """Fit one camera and a pose per view.
+
+    Args:
+        views: at least three.
+        size: (width, height) [px].
+        start: parameters (9,) to start from.
+
+    Raises:
+        RecordingError: too few views, or no camera explains them.
+    """
+    if len(views) < 3:
+        do = "record 10 or more pictures with the board tilted in several directions"
+        raise RecordingError("too few views of the board", found=len(views), expected="3 or more", do=do)
+    points = [np.ascontiguousarray(view.points, np.float32) for view in views]
+    pixels = [np.ascontiguousarray(view.pixels.reshape(-1, 1, 2), np.float32) for view in views]
+    K: Any = None
+    lens: Any = None
+    flags = 0
+    if start is not None:
+        K, lens, flags = matrix(start), start[4:].copy(), cv2.CALIB_USE_INTRINSIC_GUESS
+    try:
+        _, K, lens, turns, shifts = cv2.calibrateCamera(points, pixels, size, K, lens, flags=flags, criteria=STOP)
+    except cv2.error as error:
+        do = "tilt the board in several directions, and check board.json"
+        raise RecordingError("no camera explains the views", found=f"{len(views)} views", do=do) from error
+    parameters = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *np.ravel(lens)[:5]], np.float64)
+    poses = np.array([np.concatenate([r.ravel(), t.ravel()]) for r, t in zip(turns, shifts, strict=True)])
+    if not (np.isfinite(parameters).all() and np.isfinite(poses).all()):
+        raise RecordingError(
+            "no camera explains the views", found="a solution that is not finite", do="check the pictures"
+        )
+    return Solution(parameters, poses, [residual(v, p, parameters) for v, p in zip(views, poses, strict=True)])
+
+
+def residual(view: View, pose: Array, parameters: Array) -> Array:
+    """(n, 2) seen minus predicted [px] of a view with its pose (6,)."""
+    predicted, _ = cv2.projectPoints(view.points, pose[:3], pose[3:], matrix(parameters), parameters[4:])
+    return view.pixels - predicted.reshape(-1, 2)
+
+
+def placed(view: View, parameters: Array) -> Array | None:
+    """Pose (6,) of the board in a view for a known camera, or None."""
+    try:
+        ok, turn, shift = cv2.solvePnP(view.points, view.pixels, matrix(parameters), parameters[4:])
+    except cv2.error:
+        return None
+    pose = np.concatenate([np.ravel(turn), np.ravel(shift)])
+    return pose if ok and np.isfinite(pose).all() and pose[5] > 0 else None
