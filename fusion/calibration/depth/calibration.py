@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.depth.axis_curve import axis_curve
 from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, terms_for
-from fusion.calibration.depth.curve import POINTS, Curve, axis_terms, light_of, measured_offsets, span
+from fusion.calibration.depth.curve import Curve, span
 from fusion.calibration.depth.fitted import Fitted, Setting, finish
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
+from fusion.calibration.depth.notes import notes_on
 from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, level
 from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
@@ -140,8 +142,8 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     stack = stack_of(fitted.evidence, units, kind) if kind else None
     sensor = fitted.sensor if stack is None else with_surface(fitted.sensor, camera, stack)
     sensor = _named(sensor, begin, walls, judged[chosen])
-    curve, offset, deviation = _curve(walls, judged, fitted, problem, setting)
-    notes = (*begin.notes, *_notes(seen, walls, judged, chosen, fitted))
+    curve, offset, deviation = axis_curve(walls, (judged, chosen, terms), fitted, setting)
+    notes = (*begin.notes, *notes_on(seen, walls, (judged[0], judged[chosen]), fitted))
     evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
@@ -188,25 +190,6 @@ def _ir_reference(walls: list[Wall]) -> float | None:
     return float(np.median(found)) if len(found) == len(walls) and all(w.ir_everywhere for w in walls) else None
 
 
-def _curve(
-    walls: list[Wall], judged: list[Judged], fitted: Fitted, problem: Problem, setting: Setting
-) -> tuple[Curve | None, NDArray, NDArray]:
-    known = np.array([np.isfinite(w.distance) for w in walls])
-    if not known.any():
-        return None, np.full(len(walls), np.nan), np.full(len(walls), np.nan)
-    low, high = span(walls)
-    distance = np.linspace(low, high, POINTS)
-    light = light_of(walls)
-    numbers = np.array([fitted.numbers.value.get(t.key, 0.0) for t in fitted.terms])
-    rows = axis_terms(fitted.terms, distance, setting.camera, setting.known, light)
-    std = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, fitted.covariance, rows), 0.0))
-    at = axis_terms(
-        fitted.terms, np.array([w.true_plane.distance for w in walls]), setting.camera, setting.known, light
-    )
-    offset, deviation = measured_offsets(fitted.evidence, at @ numbers)
-    return Curve(distance, rows @ numbers, std), offset, deviation
-
-
 def _named(sensor: Sensor, begin: Start, walls: list[Wall], best: Judged) -> Sensor:
     """The sensor bound to its camera, with the source of every new effect."""
     low, high = span(walls)
@@ -215,29 +198,3 @@ def _named(sensor: Sensor, begin: Start, walls: list[Wall], best: Judged) -> Sen
     before = {id(e) for e in begin.uncorrected.effects}
     new = {e.name: said for e in sensor.effects if id(e) not in before}
     return replace(sensor, sources=sensor.sources | new, sensor=begin.sensor, serial=begin.serial, left_out=())
-
-
-def _notes(
-    seen: list[Visibility], walls: list[Wall], judged: list[Judged], chosen: int, fitted: Fitted
-) -> list[tuple[str, str]]:
-    notes = []
-    hidden: dict[tuple[str, str], list[Visibility]] = {}
-    for one in seen:
-        if not one.seen:
-            hidden.setdefault((f"{one.term.effect}.{one.term.parameter}", one.record), []).append(one)
-    for (name, record), ones in hidden.items():
-        share = max(one.share for one in ones)
-        text = f"{name} cannot be seen in these recordings ({100 * share:.1f} % of it survives the walls' free "
-        notes.append(("warning", text + f"tilts and distances); to see it, record {record}"))
-    if fitted.widened > 1:
-        stated = walls[0].distance_std * 1e3
-        text = f"the walls scatter {fitted.widened:.1f} times as much about the law as distances with a deviation of "
-        notes.append(("warning", text + f"{stated:.1f} mm would; intervals are widened by that"))
-    if len(walls) < 5:
-        notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
-    better = judged[0].error - judged[chosen].error
-    if chosen == 0:
-        notes.append(("ok", "no correction holds on walls it has not seen: none is written"))
-    elif better < 0:
-        notes.append(("warning", "the law is better where the walls are sharp, but not in plain millimetres"))
-    return notes

@@ -38,6 +38,36 @@ class Curve:
         return ndtri(0.5 + CONFIDENCE / 2) * self.std
 
 
+@dataclass(frozen=True)
+class Rival:
+    """Another law that the walls do not rule out: terms (k,), numbers (k,), covariance, weight to the chosen's 1."""
+
+    terms: tuple[Term, ...]
+    numbers: Array
+    covariance: Array
+    weight: float
+
+
+def deviation_of(rows: Array, covariance: Array) -> Array:
+    """(n,) standard deviation of rows (n, k) times numbers of this covariance."""
+    return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, covariance, rows), 0.0))
+
+
+def among_rivals(bias: Array, std: Array, rivals: list[tuple[Rival, Array]]) -> Array:
+    """(n,) standard deviation when it is not sure which law holds (Buckland, Burnham, Augustin 1997).
+
+    Args:
+        bias, std: (n,) of the chosen law [m].
+        rivals: each with its terms on the axis (n, k).
+    """
+    total, weights = std.copy(), 1.0
+    for rival, rows in rivals:
+        off = rows @ rival.numbers - bias
+        total = total + rival.weight * np.hypot(deviation_of(rows, rival.covariance), off)
+        weights += rival.weight
+    return total / weights
+
+
 def axis_terms(terms: tuple[Term, ...], distance: Array, camera: Camera, sensor: Sensor, light: float) -> Array:
     """(n, k) change of the depth per unit of each term at depths (n,) [m] on the axis; `light`: IR times z^2."""
     samples = samples_on_axis(distance, camera, sensor, light)

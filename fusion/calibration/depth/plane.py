@@ -90,7 +90,8 @@ def _least_squares(basis: NDArray, z: NDArray) -> NDArray[np.floating]:
     """The noise is in z: a row of 1 / z weighs z^2 less."""
     step = max(1, len(z) // 40000)
     A = basis[::step] * z[::step, None]
-    return np.linalg.lstsq(A, np.ones(len(A)), rcond=None)[0]
+    # normal equations: three columns of one size, and some thirty times as fast as a decomposition
+    return np.linalg.solve(A.T @ A, A.sum(axis=0))
 
 
 def _smooth_part(depth: Image, c: NDArray, basis: NDArray, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -103,7 +104,8 @@ def _smooth_part(depth: Image, c: NDArray, basis: NDArray, near: NDArray[np.bool
     for _ in range(4):
         v, u = np.nonzero(keep)
         step = max(1, len(v) // SAMPLE)
-        coefficients = np.linalg.lstsq(bend[v[::step], u[::step]], off[v[::step], u[::step]], rcond=None)[0]
+        A = bend[v[::step], u[::step]]
+        coefficients = np.linalg.lstsq(A.T @ A, A.T @ off[v[::step], u[::step]], rcond=1e-12)[0]
         rest = off - bend @ coefficients
         spread = 1.4826 * float(np.median(np.abs(rest[keep])))
         limit = max(CLOSER * spread, CLOSEST * float(c[0]))

@@ -10,7 +10,7 @@ from fusion.report.page import Figure
 from fusion.report.palette import BLUE, DIVERGING, GREY, INK, ORANGE, new_figure, styled, to_svg
 
 SHOWN = 5  # maps in a row
-BARS = 24  # candidates shown; the others stand in the table
+BARS = 16  # candidates shown; the others stand in the table
 Array = NDArray[np.floating]
 
 
@@ -83,7 +83,7 @@ def maps_figure(images: Sequence[tuple[str, Array, Array]]) -> Figure:
 def candidates_figure(names: Sequence[str], errors: Array, offsets: Array, chosen: int) -> Figure:
     """Held-out error (n,) [m] of every candidate as bars, the part of it on the axis, the chosen one marked.
 
-    With more than 24 candidates the first, the chosen and those with the least errors are shown.
+    With more than 16 candidates the first, the chosen and those with the least errors are shown.
     """
     order = np.argsort(errors)[:BARS]
     shown = np.array(sorted({0, chosen, *map(int, order)}, key=lambda i: -errors[i]))
@@ -105,7 +105,7 @@ def candidates_figure(names: Sequence[str], errors: Array, offsets: Array, chose
         ax.set_xlabel("error on a wall that was left out [mm rms]")
         ax.margins(x=0.08, y=0.01)
         if np.isfinite(offsets[shown]).any():
-            ax.legend(loc="lower right")
+            ax.legend(loc="upper right")
         svg = to_svg(figure, "candidates")
     caption = "The choice weighs every wall by its noise, and takes a simpler law where it is as good; so the shortest "
     return Figure(title, svg, title + ".", caption + "bar in plain millimetres is not always the chosen one.")

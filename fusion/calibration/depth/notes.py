@@ -1,0 +1,34 @@
+"""What a person should know about a depth calibration, in sentences."""
+
+from fusion.calibration.depth.fitted import Fitted
+from fusion.calibration.depth.selection import Judged
+from fusion.calibration.depth.visibility import Visibility
+from fusion.calibration.depth.wall import Wall
+
+
+def notes_on(
+    seen: list[Visibility], walls: list[Wall], judged: tuple[Judged, Judged], fitted: Fitted
+) -> list[tuple[str, str]]:
+    """("ok", "warning" or "bad", sentence) of each; `judged`: no correction at all, and the law in use."""
+    before, best = judged
+    notes = []
+    hidden: dict[tuple[str, str], list[Visibility]] = {}
+    for one in seen:
+        if not one.seen:
+            hidden.setdefault((f"{one.term.effect}.{one.term.parameter}", one.record), []).append(one)
+    for (name, record), ones in hidden.items():
+        share = max(one.share for one in ones)
+        text = f"{name} cannot be seen in these recordings ({100 * share:.1f} % of it survives the walls' free "
+        notes.append(("warning", text + f"tilts and distances); to see it, record {record}"))
+    if fitted.widened > 1:
+        stated = walls[0].distance_std * 1e3
+        text = f"the walls scatter {fitted.widened:.1f} times as much about the law as distances with a deviation of "
+        notes.append(("warning", text + f"{stated:.1f} mm would; intervals are widened by that"))
+    if len(walls) < 5:
+        notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
+    better = before.error - best.error
+    if best is before:
+        notes.append(("ok", "no correction holds on walls it has not seen: none is written"))
+    elif better < 0:
+        notes.append(("warning", "the law is better where the walls are sharp, but not in plain millimetres"))
+    return notes
