@@ -1,7 +1,7 @@
 """The pipeline for a moving camera: correct, track, integrate; a recording becomes a mesh."""
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,13 @@ from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame, Recording
+from fusion.sensor.corrected_recording import corrected_recording
+from fusion.sensor.moment import Moment
+from fusion.sensor.moments import moments_of
 from fusion.sensor.presets import default_sensor
+from fusion.sensor.rating import rated
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.told import Told
 from fusion.sensor.view import View
 from fusion.tracking.tracker import Tracked, Tracker, TrackerSettings
 from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
@@ -92,7 +97,7 @@ class Reconstruction:
 
 @dataclass(frozen=True)
 class Prepared:
-    """A frame ready for tracking and fusion: corrected depth [m], its surface, and the weight of each pixel."""
+    """A corrected frame ready for tracking and fusion: depth [m], its surface, and the weight of each pixel."""
 
     depth: NDArray[np.float32]
     surface: PointMap
@@ -110,13 +115,16 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     """
     settings = settings or ReconstructSettings()
     sensor = settings.sensor or default_sensor(recording.camera)
+    recording, told = corrected_recording(recording, sensor)
+    moments = moments_of(recording)
     volume_settings, notes = plan(recording, settings, sensor)
+    notes += told.notes
     volume = Volume(volume_settings)
     placed = _Placer(recording, settings, volume)
     results: list[Tracked] = []
     for index in tqdm(range(len(recording)), desc="frames", unit="frame", disable=None):
         try:
-            frame = prepare(recording[index], recording.camera, sensor, settings.max_depth)
+            frame = prepare(recording[index], recording.camera, sensor, moments[index], settings.max_depth)
         except RecordingError as error:  # one broken file is no reason to lose the others
             results.append(placed.skip(str(error)))
             continue
@@ -128,18 +136,19 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     if not len(mesh.faces):
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     notes += _judge(results)
-    return _result(recording, results, mesh, volume, (settings, sensor, notes))
+    return _result(recording, results, mesh, volume, (settings, sensor, notes, told))
 
 
-def prepare(frame: Frame, camera: Camera, sensor: Sensor, max_depth: float | None = None) -> Prepared:
-    """Undo what the sensor does to the depth, and say how good each pixel is."""
-    depth = sensor.correct(frame.depth, View(camera, frame.depth, ir=frame.ir, baseline=sensor.baseline))
-    depth = depth.astype(np.float32)
+def prepare(
+    frame: Frame, camera: Camera, sensor: Sensor, moment: Moment | None = None, max_depth: float | None = None
+) -> Prepared:
+    """The surface of a corrected frame, and how good each pixel is."""
+    depth = frame.depth.astype(np.float32)
     if max_depth is not None:
         depth[depth > max_depth] = np.nan
-    surface = point_map(depth, camera, sensor.sigma(depth, None, camera, frame.ir))
-    weight = sensor.weight(depth, surface.incidence, camera, frame.ir).astype(np.float32)
-    return Prepared(depth, surface, weight, frame)
+    view = View(camera, depth, ir=frame.ir, moment=moment or Moment())
+    surface = point_map(depth, camera, rated(sensor, view)[0])
+    return Prepared(depth, surface, rated(sensor, replace(view, incidence=surface.incidence))[1], frame)
 
 
 def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:
@@ -196,7 +205,7 @@ def _probe(recording: Recording, settings: ReconstructSettings, sensor: Sensor) 
     found, broken = [], None
     for index in np.unique(np.linspace(0, len(recording) - 1, PROBES).round().astype(int)):
         try:
-            prepared = prepare(recording[int(index)], recording.camera, sensor, settings.max_depth)
+            prepared = prepare(recording[int(index)], recording.camera, sensor, max_depth=settings.max_depth)
         except RecordingError as error:
             broken = error
             continue
@@ -267,10 +276,12 @@ def _judge(results: list[Tracked]) -> list[tuple[str, str]]:
 
 def _result(
     recording: Recording, results: list[Tracked], mesh: Mesh, volume: Volume,
-    how: tuple[ReconstructSettings, Sensor, list[tuple[str, str]]],
+    how: tuple[ReconstructSettings, Sensor, list[tuple[str, str]], Told],
 ) -> Reconstruction:  # fmt: skip
-    settings, sensor, notes = how
+    settings, sensor, notes, told_of = how
     told = {
+        "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
+        "correction": told_of.values(),
         "voxel_m": volume.settings.voxel,
         "truncation_m": volume.settings.truncation,
         "room": settings.room,

@@ -2,6 +2,11 @@
 
     python tools/turntable_challenge.py                    both cases, true camera
     python tools/turntable_challenge.py --camera nominal --refine-camera
+    python tools/turntable_challenge.py --poses true --voxel 0.003 --correction true
+    python tools/turntable_challenge.py --camera CALIBRATED.json --correction SENSOR.json
+
+Correction: `raw` is the case's noise model alone; `true` undoes what truth.json holds; a file is a calibrated one.
+With `--poses true` nothing is tracked: the figures are those of depth and volume alone.
 
 Per case: time, angle errors against the true angles up to one constant, the slip, the focal length the scan asks for,
 and the distances of the mesh to the true object, beside those of a mesh that the same volume makes of the same depth
@@ -16,19 +21,29 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from challenge_truth import true_sensor
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
+from fusion.mesh.cleanup import largest_part
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
+from fusion.reconstruct import fuse, prepare
 from fusion.recording.camera_file import camera_from_dict, camera_to_dict
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.recording.trajectory_file import read_trajectory
+from fusion.scan.object import CLEAR_OF_PLATE
 from fusion.scan.pipeline import mesh_at, scan_turntable
 from fusion.scan.settings import ScanSettings
+from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.file import read_sensor
+from fusion.sensor.sensor import Sensor
+from fusion.turntable.plate import above_plate
+from fusion.volume.forecast import choose_truncation
+from fusion.volume.volume import Volume, VolumeSettings
 
 CASES = ("turntable_v1_statue", "turntable_v2_bricks")
 
@@ -38,7 +53,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--shared", type=Path, default=Path(os.environ.get("FUSION_SHARED", "../shared")))
     parser.add_argument("--case", choices=CASES, action="append", help="default: both")
-    parser.add_argument("--camera", choices=("true", "nominal"), default="true")
+    parser.add_argument("--camera", default="true", help="true, nominal, or a camera.json")
+    parser.add_argument("--correction", default="raw", help="raw, true, or a sensor.json")
+    parser.add_argument("--poses", choices=("own", "true"), default="own")
+    parser.add_argument("--voxel", type=float, help="[m]; default: as the scan chooses")
     parser.add_argument("--refine-camera", action="store_true")
     parser.add_argument("--unknown-angles", action="store_true", help="do not use the table's log")
     parser.add_argument("--json", action="store_true")
@@ -55,17 +73,62 @@ def measure(challenges: Path, case: str, options: argparse.Namespace) -> dict[st
     """All figures of one case."""
     truth_folder = challenges / "turntable_truth" / case
     truth = json.loads((truth_folder / "truth.json").read_text())
-    recording = open_recording(challenges / "turntable" / case / "scan")
+    stated = open_recording(challenges / "turntable" / case / "scan")
+    recording = stated
     if options.camera == "true":
         recording = _with_camera(recording, truth["camera"])
+    elif options.camera != "nominal":
+        recording = open_recording(recording.path, options.camera)
+    sensor = read_sensor(challenges / "turntable" / case / "sensor.json")
+    if options.correction == "true":
+        sensor = true_sensor(sensor, truth, stated.camera, recording.camera)
+    elif options.correction != "raw":
+        sensor = read_sensor(options.correction)
+    begin = time.monotonic()
+    found = (with_true_poses if options.poses == "true" else with_own_poses)(
+        (recording, sensor), (truth_folder, truth), options
+    )
+    case = f"{case}, camera {options.camera}{', refined' if options.refine_camera else ''}"
+    return {"case": f"{case}, correction {options.correction}", "seconds": round(time.monotonic() - begin, 1)} | found
+
+
+def with_true_poses(
+    given: tuple[Recording, Sensor], truth: tuple[Path, dict[str, Any]], options: argparse.Namespace
+) -> dict[str, Any]:
+    """Depth and volume alone: every frame integrated where it truly was taken."""
+    recording, told = corrected_recording(*given)
+    poses = read_trajectory(truth[0] / "poses.txt").poses
+    reference = read_mesh(truth[0] / "truth.ply")
+    low, high = reference.vertices.min(axis=0) - 0.03, reference.vertices.max(axis=0) + 0.03
+    frames = [prepare(frame, recording.camera, given[1]) for frame in recording]
+    voxel = options.voxel or 0.003
+    sigma = float(np.nanmedian(frames[0].surface.sigma))
+    volume = Volume(VolumeSettings(voxel, choose_truncation(voxel, sigma), False, (tuple(low), tuple(high))))
+    for frame, T in zip(frames, poses, strict=True):
+        fuse(volume, frame, T)
+    mesh = volume.surface()
+    mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE))
+    mesh = largest_part(mesh)
+    return {
+        "corrected": told.line,
+        "left": "; ".join((*told.left, *told.doubtful)),
+        "truncation": f"{volume.settings.truncation * 1e3:.1f} mm",
+        "distances, true poses": _line(_distances(mesh, reference, np.eye(4))),
+    }
+
+
+def with_own_poses(
+    given: tuple[Recording, Sensor], truth_of: tuple[Path, dict[str, Any]], options: argparse.Namespace
+) -> dict[str, Any]:
+    """The whole scan, and the same frames with the true poses."""
+    (recording, sensor), (truth_folder, truth) = given, truth_of
     settings = ScanSettings(
-        sensor=read_sensor(challenges / "turntable" / case / "sensor.json"),
+        sensor=sensor,
         refine_camera=options.refine_camera,
         use_log=not options.unknown_angles,
+        voxel=options.voxel,
     )
-    begin = time.monotonic()
     scan = scan_turntable(recording, settings)
-    seconds = time.monotonic() - begin
     T_table_camera = read_trajectory(truth_folder / "poses.txt").poses
     T_table_object = T_table_camera[0] @ pose.inverse(scan.trajectory.poses[0])
     posed = mesh_at(recording, settings, scan, pose.inverse(T_table_object) @ T_table_camera)
@@ -76,8 +139,7 @@ def measure(challenges: Path, case: str, options: argparse.Namespace) -> dict[st
     fx = float(recording.camera.fx * np.exp(0 if options.refine_camera else scan.motion.focal_check.values[0]))
     fx = scan.camera.fx if options.refine_camera else fx
     return {
-        "case": f"{case}, {options.camera} camera{', refined' if options.refine_camera else ''}",
-        "seconds": round(seconds, 1),
+        "corrected": scan.settings["correction"]["text"],
         "frames placed": f"{int(scan.trajectory.valid.sum())} of {len(recording)}",
         "angle error largest / rms": f"{np.nanmax(np.abs(error)):.3f} / {np.nanstd(error):.3f} deg",
         "slip true": f"frame {truth['slip']['frame']}, {np.rad2deg(truth['slip']['angle_rad']):+.2f} deg",
@@ -110,7 +172,7 @@ def angle_errors(angles: NDArray[np.float64], true: NDArray[np.float64]) -> NDAr
 
 
 def _distances(mesh: Mesh, reference: Mesh, T_reference_mesh: NDArray[np.float64]) -> dict[str, float]:
-    """Signed distances after a rigid alignment that starts from the known pose."""
+    """Signed distances after a rigid alignment that starts from the known pose, and the scale that would fit best."""
     import open3d as o3d
 
     scene = o3d.t.geometry.RaycastingScene()
@@ -120,23 +182,34 @@ def _distances(mesh: Mesh, reference: Mesh, T_reference_mesh: NDArray[np.float64
     )
     few = np.random.default_rng(0).permutation(len(mesh.vertices))[:60_000]
     points = pose.transform(T_reference_mesh, mesh.vertices[few])
-    for reach in [0.02] * 10 + [0.01] * 15:  # point to plane, each point to its nearest triangle
+    scale = 1.0
+    for step, reach in enumerate([0.02] * 10 + [0.01] * 25):  # point to plane, each point to its nearest triangle
+        if step == 25:
+            rigid = points
         answer = scene.compute_closest_points(o3d.core.Tensor.from_numpy(points.astype(np.float32)))
         nearest = answer["points"].numpy().astype(float)
         normal = answer["primitive_normals"].numpy().astype(float)
         near = np.linalg.norm(points - nearest, axis=1) < reach
         p, n = points[near], normal[near]
         J = np.hstack([np.cross(p, n), n])
+        if step >= 25:  # the scale joins
+            J = np.hstack([J, np.einsum("ij,ij->i", n, p)[:, None]])
         residual = np.einsum("ij,ij->i", n, p - nearest[near])
-        points = pose.transform(pose.exp(np.linalg.lstsq(J, -residual, rcond=None)[0]), points)
+        x = np.linalg.lstsq(J, -residual, rcond=None)[0]
+        points = pose.transform(pose.exp(x[:6]), points)
+        if step >= 25:
+            points, scale = points * (1 + x[6]), scale * (1 + x[6])
+    points = rigid
     d = scene.compute_signed_distance(o3d.core.Tensor.from_numpy(points.astype(np.float32))).numpy().astype(float)
     shares = {f"within {t} mm": float((np.abs(d) < t / 1e3).mean()) for t in (1, 2, 5)}
+    shares["scale when freed"] = scale
     return {"mean": float(d.mean()), "std": float(d.std()), "rms": float(np.sqrt((d**2).mean())), **shares}
 
 
 def _line(numbers: dict[str, float]) -> str:
-    lengths = ", ".join(f"{k} {v * 1e3:.3f} mm" for k, v in numbers.items() if not k.startswith("within"))
-    return lengths + ", " + ", ".join(f"{k} {v:.1%}" for k, v in numbers.items() if k.startswith("within"))
+    lengths = ", ".join(f"{k} {numbers[k] * 1e3:.3f} mm" for k in ("mean", "std", "rms"))
+    within = ", ".join(f"{k} {v:.1%}" for k, v in numbers.items() if k.startswith("within"))
+    return f"{lengths}, scale {numbers['scale when freed']:.4f}, {within}"
 
 
 def _gap(gap: tuple[float, float] | None) -> str:

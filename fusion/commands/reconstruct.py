@@ -80,7 +80,7 @@ def write(folder: Path, recording: "Recording", result: "Reconstruction") -> Non
             "recording": str(recording.path),
             "frames": len(recording),
             "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
-            "warnings": [text for _, text in result.warnings],
+            "warnings": [text for level, text in result.warnings if level != "ok"],
         }
         (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         scan_report(partial / "report.html", _report(recording, result))
@@ -125,13 +125,14 @@ def summary(recording: "Recording", result: "Reconstruction") -> dict[str, Any]:
         "frames": len(recording),
         "placed": int(result.trajectory.valid.sum()),
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
+        "correction": result.settings["correction"],
         "residual_rms_m": float(np.sqrt(np.mean(residual**2))) if len(residual) else None,
         "voxel_m": result.settings["voxel_m"],
         "truncation_m": result.settings["truncation_m"],
         "vertices": len(result.mesh.vertices),
         "triangles": len(result.mesh.faces),
         "size_m": [float(x) for x in size],
-        "warnings": [text for _, text in result.warnings],
+        "warnings": [text for level, text in result.warnings if level != "ok"],
     }
 
 
@@ -144,6 +145,7 @@ def _lines(numbers: dict[str, Any], result: "Reconstruction", folder: Path) -> l
         f"frames    {numbers['placed']} of {numbers['frames']} placed{reason}",
         "residual  " + ("poses as given" if rms is None else f"{rms * 1e3:.2f} mm rms to the model"),
         f"mesh      {numbers['triangles']:,} triangles, {size} m, voxel {numbers['voxel_m'] * 1e3:g} mm",
+        f"corrected {numbers['correction']['text']}",
         f"warnings  {'; '.join(numbers['warnings']) or 'none'}",
         f"report    {folder / 'report.html'}",
     ]

@@ -81,7 +81,7 @@ def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = 
         content = scan.settings | {
             "recording": str(recording.path),
             "frames": len(recording),
-            "warnings": [text for _, text in scan.warnings],
+            "warnings": [text for level, text in scan.warnings if level != "ok"],
         }
         (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         if scan.settings["refine_camera"]:
@@ -136,6 +136,7 @@ def summary(recording: "Recording", scan: "Scan") -> dict[str, Any]:
         "step_std_deg": float(np.rad2deg(scan.steps.std)),
         "closure_m": {"before": table["closure_raw"]["distance"], "after": table["closure"]["distance"]},
         "slips": table["slips"],
+        "correction": scan.settings["correction"],
         "voxel_m": scan.settings["voxel_m"],
         "triangles": len(scan.mesh.faces),
         "size_m": [float(x) for x in np.ptp(scan.mesh.vertices, axis=0)],
@@ -156,5 +157,6 @@ def lines(numbers: dict[str, Any]) -> list[str]:
         f"frames    {numbers['placed']} of {numbers['frames']} placed",
         f"table     {numbers['step_mean_deg']:.2f} deg a frame (std {numbers['step_std_deg']:.2f}), {slips}; {closing}",
         f"mesh      {numbers['triangles']:,} triangles, {size} mm, voxel {numbers['voxel_m'] * 1e3:g} mm",
+        f"corrected {numbers['correction']['text']}",
         f"warnings  {'; '.join(numbers['warnings']) or 'none'}",
     ]

@@ -1,4 +1,4 @@
-"""The frames of a scan: where the object is, every frame corrected and cut to it, what the table was told."""
+"""The frames of a scan: where the object is, every frame cut to it and rated, what the table was told."""
 
 from dataclasses import replace
 
@@ -13,7 +13,9 @@ from fusion.reconstruct import Prepared, prepare
 from fusion.recording.masks import Masks
 from fusion.recording.recording import Recording
 from fusion.scan.settings import ScanSettings
+from fusion.sensor.moments import moments_of
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.window import of_window
 from fusion.turntable.moving import find_moving
 from fusion.turntable.views import Region, crop
 
@@ -68,12 +70,16 @@ def _shown(depths: NDArray[np.float32], camera: Camera, settings: ScanSettings) 
 def load(
     recording: Recording, sensor: Sensor, region: Region, masks: Masks | None = None
 ) -> tuple[list[Prepared | None], dict[int, str]]:
-    """All frames, corrected and cut to the window that shows the object; unreadable ones with the reason.
+    """All frames, cut to the window that shows the object and rated; unreadable ones with the reason.
+
+    Args:
+        recording: with corrected depth, and the camera that belongs to it.
 
     Outside a mask a frame keeps its points, which say where the object is not, but no normals and no depth to fuse.
     """
     camera = recording.camera
     window = region.window(camera)
+    moments, sensor = moments_of(recording), of_window(sensor, camera.shape, window)
     frames: list[Prepared | None] = []
     broken = {}
     for index in tqdm(range(len(recording)), desc="loading", unit="frame", disable=None):
@@ -90,7 +96,7 @@ def load(
             color=None if frame.color is None else np.ascontiguousarray(frame.color[window]),
             ir=None if frame.ir is None else np.ascontiguousarray(frame.ir[window]),
         )
-        prepared = prepare(cut, crop(camera, window), sensor)
+        prepared = prepare(cut, crop(camera, window), sensor, moments[index])
         frames.append(prepared if mask is None else _masked(prepared, mask))
     return frames, broken
 

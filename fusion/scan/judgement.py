@@ -5,6 +5,7 @@ import numpy as np
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.told import Told
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps
 
@@ -18,10 +19,10 @@ def focal_is_wrong(relative: float, std: float) -> bool:
 
 
 def warnings_of(
-    recording: Recording, sensor: Sensor, found: tuple[Motion, Steps, Trajectory]
+    recording: Recording, sensor: Sensor, told: Told, found: tuple[Motion, Steps, Trajectory]
 ) -> tuple[tuple[str, str], ...]:
     motion, steps, raw = found
-    out = [("warning", text) for text in (*recording.warnings, *sensor.warnings, *sensor.left_out, *steps.warnings)]
+    out = [("warning", text) for text in (*recording.warnings, *sensor.warnings, *steps.warnings)] + told.notes
     focal = float(np.expm1(motion.focal_check.values[0]))
     if focal_is_wrong(focal, motion.focal_std):
         stated, right = recording.camera.fx, recording.camera.fx * (1 + focal)

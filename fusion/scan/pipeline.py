@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from fusion.errors import FusionError, TrackingError
+from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.reconstruct import Prepared, fuse
@@ -15,16 +15,19 @@ from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, told_angles
 from fusion.scan.judgement import warnings_of
+from fusion.scan.motion import find_motion
 from fusion.scan.object import choose_volume, clean
 from fusion.scan.poses import align_directly, constrained, gap_of, track_freely, wobble
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
+from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.told import Told
 from fusion.turntable.circle import fit_circle, onto_circle
-from fusion.turntable.motion import Motion, estimate_motion
+from fusion.turntable.motion import Motion
 from fusion.turntable.steps import closing_pair, judge_steps
-from fusion.turntable.views import Region, View, view
+from fusion.turntable.views import Region
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -42,20 +45,21 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     if settings.strength not in ("axis", "circle"):
         raise FusionError("unknown strength of the post-pass", "--strength", settings.strength, "axis or circle")
     sensor = settings.sensor or default_sensor(recording.camera)
+    recording, told = corrected_recording(recording, sensor)
     camera = recording.camera
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     region = find_region(recording, sensor, settings, masks)
     frames, broken = load(recording, sensor, region, masks)
     commanded = told_angles(recording, settings)
-    motion = _motion(frames, camera, region, commanded)
+    motion = find_motion(frames, (camera, settings), region, commanded)
     if settings.refine_camera:
         camera = _refined(camera, motion)
         recording = replace(recording, camera=camera)
         region = find_region(recording, sensor, settings, masks)
         frames, broken = load(recording, sensor, region, masks)
-        motion = _motion(frames, camera, region, commanded)
+        motion = find_motion(frames, (camera, settings), region, commanded)
     motion = replace(motion, rejected={**motion.rejected, **broken})
-    return _finish(recording, settings, sensor, (frames, region, motion, commanded))
+    return _finish(recording, settings, (sensor, told), (frames, region, motion, commanded))
 
 
 def _refined(camera: Camera, motion: Motion) -> Camera:
@@ -68,29 +72,15 @@ def _refined(camera: Camera, motion: Motion) -> Camera:
     return motion.focal_check.only("focal").camera(camera)
 
 
-def _motion(frames: list[Prepared | None], camera: Camera, region: Region, commanded: Array | None) -> Motion:
-    still = None if region.still is None else region.still[region.window(camera)]
-    cut = replace(region, still=still)
-    views = [view(f.surface, cut) if f is not None else _nothing(frames) for f in frames]
-    return estimate_motion(views, region, commanded)
-
-
-def _nothing(frames: list[Prepared | None]) -> View:
-    first = next((f for f in frames if f is not None), None)
-    if first is None:
-        raise TrackingError("no frame of the recording can be read")
-    none = np.zeros((0, 3), np.float32)
-    return View(first.surface, none, none, np.zeros(0, np.float32))
-
-
 def _finish(
     recording: Recording,
     settings: ScanSettings,
-    sensor: Sensor,
+    how: tuple[Sensor, Told],
     found: tuple[list[Prepared | None], Region, Motion, Array | None],
 ) -> Scan:
     """Volumes, trajectories, closure and warnings from a known motion."""
     frames, region, motion, commanded = found
+    sensor, told = how
     volume_settings = choose_volume(settings, recording.camera, (frames, region, motion))
     corrected = constrained(recording, motion)
     raw, residual, share, rough = track_freely(frames, region, corrected, volume_settings)
@@ -110,6 +100,7 @@ def _finish(
     chosen: dict[str, Any] = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
     chosen |= {
         "sensor": sensor.name,
+        "correction": told.values(),
         "mask": None if settings.mask is None else str(settings.mask),
         "voxel_m": volume_settings.voxel,
         "truncation_m": volume_settings.truncation,
@@ -120,14 +111,14 @@ def _finish(
     return Scan(
         clean(volume.surface(), settings, motion), clean(rough.surface(), settings, motion),
         corrected, raw, motion, steps, circle, gaps[0], gaps[1], residual, share, wobble(raw, motion),
-        recording.camera, chosen, warnings_of(recording, sensor, (motion, steps, raw)), commanded,
+        recording.camera, chosen, warnings_of(recording, sensor, told, (motion, steps, raw)), commanded,
     )  # fmt: skip
 
 
 def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_camera: Array) -> Mesh:
     """The object from the same frames and volume as a scan, but with other poses (n, 4, 4) in its object frame."""
     sensor = settings.sensor or default_sensor(recording.camera)
-    recording = replace(recording, camera=scan.camera)
+    recording = replace(corrected_recording(recording, sensor)[0], camera=scan.camera)
     region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     frames, _ = load(recording, sensor, region, masks)
