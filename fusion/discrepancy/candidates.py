@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import Form, forms_of
+from fusion.sensor.parameter import parameters
 
 Matrix = NDArray[np.float64]
 
@@ -43,10 +44,6 @@ class Candidate:
         kept = self.white[:, lengths > 0] / lengths[lengths > 0]
         left, values, _ = np.linalg.svd(kept, full_matrices=False)
         return np.asarray(left[:, values > FAINT * np.max(values, initial=0.0)])
-
-    def visible(self, gauge_free: Matrix) -> float:
-        """Share of the signature's norm that survives the nuisances; `gauge_free` is it without them."""
-        return float(np.linalg.norm(self.white) / max(np.linalg.norm(gauge_free), 1e-300))
 
 
 def candidates_of(observations: Observations, gauge: Gauge) -> list[Candidate]:
@@ -96,8 +93,6 @@ def _mapped(observations: Observations, form: Form) -> Matrix:
 
 def unit_of(form: Form) -> float:
     """Height of a map's squares: a millimetre, or a hundredth of a pixel."""
-    from fusion.sensor.parameter import parameters
-
     return 1e-3 if parameters(form.kind)[form.map].unit == "m" else 1e-2
 
 
@@ -108,6 +103,3 @@ def map_of(observations: Observations, form: Form, weights: NDArray[np.float64])
     squares = np.asarray(weights).reshape(-(-shape[0] // side), -1) * unit_of(form)
     full = np.repeat(np.repeat(squares, side, axis=0), side, axis=1)[: shape[0], : shape[1]]
     return form.kind(**form.fixed, **{form.map: full})
-
-
-__all__ = ["Candidate", "Patch", "candidates_of", "map_of"]

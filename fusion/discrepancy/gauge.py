@@ -26,13 +26,20 @@ class Gauge:
 
     Attributes:
         root: (n, n) lower Cholesky factor of the covariance.
+        bare: the same without poses and known parameters: what a perfect setting would leave.
     """
 
     root: NDArray[np.float64]
+    bare: NDArray[np.float64]
 
     def whiten(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Vectors (n,) or (n, k) as independent numbers of unit spread."""
         return np.asarray(solve_triangular(self.root, values, lower=True, check_finite=False))
+
+    def visible(self, values: NDArray[np.float64]) -> float:
+        """Share of the norm of a vector (n,) that poses and known parameters leave to be seen."""
+        free = solve_triangular(self.bare, values, lower=True, check_finite=False)
+        return float(np.linalg.norm(self.whiten(values)) / max(np.linalg.norm(free), 1e-300))
 
 
 def gauge_of(observations: Observations) -> Gauge:
@@ -47,9 +54,10 @@ def gauge_of(observations: Observations) -> Gauge:
                 if other.look.place == patch.look.place:
                     alike = grain(patch.tiles.cell, other.tiles.cell, patch.tiles.side, float(speckle.correlation_px))
                     total[rows, others] += float(np.mean(speckle.sigma_px)) ** 2 * alike
+    bare = cholesky(total, lower=True, check_finite=False)
     common = np.column_stack([*_poses(observations), *_known(observations)])
     total += common @ common.T
-    return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False))
+    return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare)
 
 
 def _noise(observations: Observations, patch: Patch) -> NDArray[np.float64]:

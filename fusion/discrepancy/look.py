@@ -17,6 +17,7 @@ from fusion.simulation.render import Channels, RayCaster
 
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
+HELD_OUT = 3  # one frame in three takes no part in the fit
 NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobody measured
 
 
@@ -50,6 +51,7 @@ class Look:
         view: what stood before the camera, with the amplitude of the recording where there is one.
         mean, std: (h, w) of the measured depth [m], NaN where no value (no second one) is.
         count: (h, w) frames with a value.
+        held: the same pose and time in frames that take no part in any fit; None where there are too few.
     """
 
     stage: Stage
@@ -58,6 +60,7 @@ class Look:
     mean: Image
     std: Image
     count: NDArray[np.int32]
+    held: "Look | None" = None
 
     @property
     def place(self) -> int:
@@ -130,16 +133,19 @@ def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
     camera = recording.camera
     assert recording.poses is not None
     T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
-    series, ir = PixelSeries(camera.shape), None
-    for i in frames:
-        frame = recording[i]
-        series.add(frame.depth)
-        ir = frame.ir if ir is None else ir
+    ir = _first_ir(recording)
     view = stage.caster.view(camera, T_world_camera, channels)
-    if ir is None:
-        ir = _first_ir(recording)
     amplitude = None if ir is None else np.asarray(ir, np.float32)
     view = replace(view, ir=amplitude, moment=_moment(recording, frames))
+    kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
+    look = _measured(stage, frames[:kept], view)
+    return look if kept == len(frames) else replace(look, held=_measured(stage, frames[kept:], view))
+
+
+def _measured(stage: Stage, frames: tuple[int, ...], view: View) -> Look:
+    series = PixelSeries(view.camera.shape)
+    for i in frames:
+        series.add(stage.recording[i].depth)
     return Look(stage, frames, view, series.mean, series.std, series.count)
 
 

@@ -1,6 +1,8 @@
 """Naming: which effects, added to the model, explain the residual; each must pay, replicate and fit."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +38,9 @@ class Step:
         held_out: drop of the chi2 in recordings left out in turn.
         probability: that noise alone does this, over all names.
         alike: names that this data cannot tell from it.
-        std: of the sizes of the atoms, as shares of the fitted size.
+        std: of its size, as a share of it.
+        weights, weights_std: (k,) of the atoms.
+        white_before: (n,) what it had to explain, in units of the gauge.
     """
 
     candidate: Candidate
@@ -46,6 +50,14 @@ class Step:
     probability: float
     alike: tuple[str, ...]
     std: float
+    weights: Vector
+    weights_std: Vector
+    white_before: Vector
+
+    @property
+    def footprint(self) -> Vector:
+        """(n,) what it changes, in units of the gauge."""
+        return np.asarray(self.candidate.white @ self.weights)
 
 
 @dataclass(frozen=True)
@@ -65,12 +77,15 @@ class Named:
     white: Vector
 
 
-def name_effects(looks: list[Look], observations: Observations, gauge: Gauge) -> Named:
-    """Add effects one by one while they pass the tests."""
-    sensor, steps = observations.sensor, []
+def name_effects(
+    looks: Sequence[Look], observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]
+) -> Named:
+    """Add effects one by one while they pass the tests; `candidates` are those of the given model."""
+    sensor = observations.sensor
+    steps: list[Step] = []
     white = gauge.whiten(observations.residual)
     for _ in range(MOST_STEPS):
-        step = _best(observations, gauge, white)
+        step = best_step(candidates if not steps else candidates_of(observations, gauge), observations, gauge, white)
         if step is None:
             break
         names = {s.effect.name for s in steps} | {step.effect.name}
@@ -95,7 +110,7 @@ def joined(own: Effect, more: Effect) -> Effect:
     """Two effects of one kind as one: lists are continued, other sizes added up."""
     about = parameters(own)
     lists = [name for name, p in about.items() if p.kind == "list"]
-    values = {}
+    values: dict[str, Any] = {}
     if lists and any(np.any(getattr(own, name)) for name in lists):
         values = {name: np.concatenate([np.atleast_1d(getattr(e, name)) for e in (own, more)]) for name in lists}
     for name, p in about.items():
@@ -105,9 +120,8 @@ def joined(own: Effect, more: Effect) -> Effect:
     return replace(own, **values)
 
 
-def _best(observations: Observations, gauge: Gauge, white: Vector) -> Step | None:
+def best_step(candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, white: Vector) -> Step | None:
     """The candidate that pays most for its columns, when it passes the tests; else None."""
-    candidates = candidates_of(observations, gauge)
     scores = [_score(c, white) for c in candidates]
     if not scores:
         return None
@@ -124,7 +138,9 @@ def _best(observations: Observations, gauge: Gauge, white: Vector) -> Step | Non
         return None
     effect = map_of(observations, chosen.form, weights) if chosen.form.map else chosen.form.combined(list(weights))
     alike = _alike(chosen, fitted, candidates, white)
-    return Step(chosen, effect, gain, held_out, probability, alike, float(np.sqrt(k * inflated / max(gain, 1e-9))))
+    std = float(np.sqrt(inflated / max(gain, 1e-9)))
+    spread = np.sqrt(inflated * np.diag(np.linalg.pinv(chosen.white.T @ chosen.white)))
+    return Step(chosen, effect, gain, held_out, probability, alike, std, weights, spread, white)
 
 
 def _score(candidate: Candidate, white: Vector) -> float:
@@ -172,7 +188,7 @@ def _held_out(candidate: Candidate, observations: Observations, white: Vector) -
     return total
 
 
-def _alike(chosen: Candidate, fitted: Vector, candidates: list[Candidate], white: Vector) -> tuple[str, ...]:
+def _alike(chosen: Candidate, fitted: Vector, candidates: Sequence[Candidate], white: Vector) -> tuple[str, ...]:
     """Names whose own fit to the same residual points the same way."""
     out: dict[str, None] = {}
     length = np.linalg.norm(fitted)

@@ -116,14 +116,14 @@ def _hats(values: NDArray[np.float64]) -> Matrix:
 
 def _steps(values: NDArray[np.float64]) -> Matrix:
     """(n, k) one column per row or column of tiles."""
-    edges = np.arange(0.0, values.max() + 16, 16.0)
+    edges = np.arange(0.0, float(np.max(values)) + 16, 16.0)
     columns = [((values >= low) & (values < high)).astype(float) for low, high in pairwise([*edges, np.inf])]
     return np.column_stack([column for column in columns if column.any()])
 
 
 def _orthonormal(columns: Matrix) -> Matrix:
     left, values, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(left[:, values > 1e-6 * values.max()])
+    return np.asarray(left[:, values > 1e-6 * np.max(values)])
 
 
 def _beyond(basis: Matrix, known: Matrix) -> Matrix:

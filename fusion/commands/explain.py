@@ -1,0 +1,56 @@
+"""`fusion explain`: where simulation and recording differ, which physics is missing, and the better model."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+EXAMPLE = "fusion explain case/rec_* --sensor case/sensor.json -o out"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    add = parser.add_argument
+    add(
+        "recordings",
+        type=Path,
+        nargs="+",
+        metavar="REC",
+        help="recordings of known scenes: scene.json with mesh, poses",
+    )
+    add("--sensor", required=True, metavar="S", help="what is known of the sensor: sensor.json or a preset's name")
+    add(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="OUT",
+        help="folder for verdict.json, sensor.json, report.html",
+    )
+    add("--camera", type=Path, metavar="FILE", help="camera.json instead of the recordings' own")
+    add("--json", action="store_true", help="print the verdict as one JSON object")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Explain and write the results."""
+    from fusion.discrepancy.explain import explain
+    from fusion.discrepancy.verdict import sentence, verdict_of
+    from fusion.output import output_folder
+    from fusion.recording.open import open_recording
+    from fusion.report.explanation import explanation_report
+    from fusion.sensor.file import read_sensor, write_sensor
+
+    sensor = read_sensor(options.sensor)
+    recordings = [open_recording(path, options.camera) for path in options.recordings]
+    found = explain(recordings, sensor, _told if sys.stderr.isatty() else lambda text: None)
+    verdict = verdict_of(found)
+    with output_folder(options.output) as partial:
+        explanation_report(partial, found, verdict)
+        (partial / "verdict.json").write_text(json.dumps(verdict, indent=1) + "\n")
+        write_sensor(partial / "sensor.json", found.named.sensor)
+    print(json.dumps(verdict) if options.json else f"{sentence(verdict)}\n{options.output / 'report.html'}")
+
+
+def _told(text: str) -> None:
+    sys.stderr.write(f"\r\033[K{text} ...")
+    sys.stderr.flush()

@@ -1,0 +1,137 @@
+"""Explain: recordings of known scenes against a sensor model, from frames to what is missing."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.candidates import Candidate, candidates_of
+from fusion.discrepancy.gauge import Gauge, gauge_of
+from fusion.discrepancy.look import Look, looks_of, stage_of, wanted_channels
+from fusion.discrepancy.naming import Named, name_effects
+from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.unrestricted import Found, covariates, explained, groups_of
+from fusion.errors import FusionError
+from fusion.recording.recording import Recording
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+UNKNOWN_GAIN = 40.0  # beyond what the columns cost: below, it may be chance
+UNKNOWN_SHARE = 0.3  # of all that could be explained: a leftover of less is the form of a named effect
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """All that was found.
+
+    Attributes:
+        looks: what was measured.
+        before: observations under the given model.
+        gauge: how far tiles may be off for known reasons.
+        white: (n,) residual before, in units of the gauge.
+        named: effects that were added, and the model with them.
+        possible: what smooth functions of all variables could explain before.
+        left: the same, of what the named effects leave.
+        candidates: all forms that change anything here, under the given model.
+        held_out: chi2 per degree of freedom and rms [m] of held-out frames, before and after; NaN without such frames.
+    """
+
+    looks: tuple[Look, ...]
+    before: Observations
+    gauge: Gauge
+    white: Vector
+    named: Named
+    possible: Found
+    left: Found
+    candidates: tuple[Candidate, ...]
+    held_out: dict[str, float]
+
+    @property
+    def unknown(self) -> bool:
+        """True when something is missing that no effect of the catalogue explains."""
+        named = sum(step.gain for step in self.named.steps)
+        whole = max(self.possible.gain, named + self.left.gain)
+        return self.left.gain > UNKNOWN_GAIN and self.left.gain > UNKNOWN_SHARE * whole
+
+
+def explain(
+    recordings: Sequence[Recording], sensor: Sensor, progress: Callable[[str], None] = lambda text: None
+) -> Explanation:
+    """Compare recordings of known scenes with a sensor model, and add what is missing.
+
+    Args:
+        recordings: with `scene.json`, mesh and poses.
+        sensor: what is already known.
+        progress: is told what happens.
+    Raises:
+        FusionError: a scene or pose is not known, cameras differ, or no tile is left.
+    """
+    _same_cameras(recordings)
+    baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
+    looks: list[Look] = []
+    for place, recording in enumerate(recordings):
+        progress(f"looking at {recording.path.name}")
+        looks += looks_of(stage_of(recording, place), wanted_channels(baseline, sensor.principle == "itof"))
+    progress("comparing with the prediction")
+    before = observe(sensor, looks)
+    if len(before.residual) < 20:
+        raise FusionError(
+            "too little of the scene is seen to compare anything",
+            found=f"{len(before.residual)} tiles with a depth and a prediction",
+            expected="20 or more",
+            do="check the poses, the mesh and its unit with fusion info",
+        )
+    gauge = gauge_of(before)
+    white = gauge.whiten(before.residual)
+    progress("asking what could be explained at all")
+    groups, nothing = groups_of(before, gauge), np.zeros((len(white), 0))
+    possible = explained(white, groups, nothing)
+    progress("trying every effect of the catalogue")
+    candidates = candidates_of(before, gauge)
+    named = name_effects(looks, before, gauge, candidates)
+    left = explained(named.white, groups, nothing)
+    progress("judging frames that took no part")
+    held_out = _held_out([look.held for look in looks if look.held is not None], sensor, named.sensor)
+    return Explanation(tuple(looks), before, gauge, white, named, possible, left, tuple(candidates), held_out)
+
+
+def variables_of(observations: Observations) -> dict[str, Vector]:
+    """Covariates of the tiles in the units of verdicts."""
+    known = covariates(observations)
+    if "amplitude" in known:
+        known["amplitude"] = np.exp(known["amplitude"])
+    return known
+
+
+def _same_cameras(recordings: Sequence[Recording]) -> None:
+    if not recordings:
+        raise FusionError("nothing to explain", found="no recordings", expected="one or more, better ten")
+    first = recordings[0].camera
+    for recording in recordings[1:]:
+        if recording.camera.shape != first.shape or recording.camera.principle != first.principle:
+            raise FusionError(
+                "the recordings are not of one camera",
+                recording.path,
+                f"{recording.camera.width} x {recording.camera.height}, {recording.camera.principle}",
+                f"{first.width} x {first.height}, {first.principle}",
+                "explain one camera at a time",
+            )
+
+
+def _held_out(held: list[Look], sensor: Sensor, better: Sensor) -> dict[str, float]:
+    out = dict.fromkeys(("chi2_per_dof_before", "chi2_per_dof_after", "rms_before_m", "rms_after_m"), float("nan"))
+    if not held:
+        return out
+    first = observe(sensor, held)
+    gauge = gauge_of(first)
+    for when, model in (("before", sensor), ("after", better)):
+        observations = first if when == "before" else observe(model, held)
+        if len(observations.residual) != len(first.residual):
+            continue
+        white = gauge.whiten(observations.residual)
+        metres = np.concatenate([p.tiles.mean(p.look.mean - p.predicted) for p in observations.patches])
+        out[f"chi2_per_dof_{when}"] = float(white @ white / len(white))
+        out[f"rms_{when}_m"] = float(np.sqrt(np.mean(metres**2)))
+    return out
