@@ -1,0 +1,141 @@
+"""The part of the page about one claim: curve, mask picture, parameters, look-alikes, what to record next."""
+
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.explain import Explanation
+from fusion.report.evidence import Claim, cleaned, inside, spread, variables_here
+from fusion.report.figures.explanation import Curve, Unit, claim_figure
+from fusion.report.page import Figure, Section
+from fusion.report.tables import numbers_table
+from fusion.sensor.effects import EFFECTS
+from fusion.sensor.parameter import parameters
+
+Vector = NDArray[np.float64]
+
+BINS = 24
+FEWEST = 4  # tiles of a bin: fewer tell nothing
+SHOWN = 2  # variables of a law; that of the region comes on top
+CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
+
+
+def claim_section(found: Explanation, claim: Claim, mask: NDArray[Any], unit: Unit) -> Section:
+    """Everything about one claim, the plain sentence first."""
+    entry = claim.entry
+    title = f"{'Also missing' if claim.number else 'Missing'}: {plain(entry['effect'])}"
+    curves = [_curve(found, claim, name, unit) for name in _variables(found, entry)]
+    curves = [curve for curve in curves if len(curve.at) > 1]
+    strongest = max((float(np.ptp(curve.model)) for curve in curves), default=0.0)
+    text = Figure(
+        f"It shifts tiles by up to {strongest:.2g} {unit.text} along its variables",
+        f"claim-{claim.number}",
+        f"Recorded residuals with the fitted {plain(entry['effect'])} over {', '.join(c.variable for c in curves)}.",
+        "Points: means of what this claim has to explain, other claims and likely pose errors taken out; whiskers are "
+        "one standard deviation of the noise. Line: the fitted effect. Below: what stays. Bright pixels of the picture "
+        "are those that tell most for the claim.",
+    )
+    figures = (claim_figure(curves, mask, unit, text),) if curves else ()
+    return Section(title, _lead(entry), figures, html=_parameters(entry) + _questions(entry))
+
+
+def plain(name: str) -> str:
+    """An effect's name as words."""
+    return name.replace("_", " ")
+
+
+def chance(probability: float) -> str:
+    """A false alarm probability in words."""
+    if probability <= CERTAIN:
+        return "Noise alone would practically never do this."
+    if probability < 0.1:
+        digits = max(1, 10 ** (len(str(round(1 / probability))) - 1))
+        return f"Noise alone would do this about once in {round(1 / probability / digits) * digits:,} such data sets."
+    return f"Noise alone would do this in {100 * probability:.0f} of 100 such data sets."
+
+
+def quantity(value: Any, std: float | None, unit: str) -> tuple[str, str, str]:
+    """Value, standard deviation and unit as text; small lengths in millimetres."""
+    values = np.atleast_1d(np.asarray(value, float))
+    if unit.split("/")[0] == "m" and np.abs(values).max(initial=0) < 0.1:
+        values, std, unit = values * 1e3, None if std is None else std * 1e3, "m" + unit
+    known = std is not None and std > 0
+    places = int(np.clip(1 - np.floor(np.log10(std)), 0, 9)) if known and std is not None else -1
+    said = [f"{v:.{places}f}" if known and abs(v) < 1e6 else f"{v:.4g}" for v in values[:8]]
+    text = ", ".join(said) + (" ..." if len(values) > 8 else "")
+    return text, f"{std:.2g}" if known else ("exact" if std == 0 else "not given"), "" if unit == "1" else unit
+
+
+def _lead(entry: dict[str, Any]) -> str:
+    evidence = entry["evidence"]
+    said = entry["where"]["text"]
+    gain = f"It explains {evidence['heldout_gain']:.0%} of the mismatch in recordings that took no part in its fit."
+    share = f"Pose errors could hide {1 - evidence['visible_share']:.0%} of its trace."
+    return f"{said[:1].upper()}{said[1:]}. {gain} {chance(evidence['false_alarm_probability'])} {share}"
+
+
+def _variables(found: Explanation, entry: dict[str, Any]) -> list[str]:
+    """The law's own variables that tiles have, at most two, and that of the region."""
+    known = variables_here(found)
+    kinds = {kind.name: kind for kind in EFFECTS}
+    kind = kinds.get(entry["effect"])
+    own = [*(kind.variables if kind else ()), *entry["where"]["variables"], "depth"]
+    names = [name for name in dict.fromkeys(own) if name in known and np.ptp(known[name]) > 0]
+    shown = names[:SHOWN]
+    if len(shown) == SHOWN and set(shown) in ({"range", "depth"}, {"disparity", "depth"}):
+        shown = shown[:1]
+    regions = [bound["variable"] for bound in entry["where"]["region"] if bound["variable"] in known]
+    return list(dict.fromkeys([*shown, *regions]))
+
+
+def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve:
+    """Weighted means over bins of the variable, outside the claim's other bounds left out."""
+    values = variables_here(found)[variable]
+    model, rest = (cleaned(found.gauge, white) for white in (claim.white, claim.left))
+    regions = {b["variable"]: (b["low"], b["high"]) for b in claim.entry["where"]["region"]}
+    others = {
+        **claim.entry["where"],
+        "region": [b for b in claim.entry["where"]["region"] if b["variable"] != variable],
+    }
+    used = inside(found, {"where": others})
+    weights = 1 / spread(found.gauge) ** 2
+    edges = np.unique(np.quantile(values[used], np.linspace(0, 1, BINS + 1)))
+    number = np.searchsorted(edges[1:-1], values, side="right")
+    rows = []
+    for k in range(max(len(edges) - 1, 1)):
+        inner = used & (number == k)
+        if inner.sum() < FEWEST:
+            continue
+        share = np.where(inner, weights, 0) / weights[inner].sum()
+        noise = float(np.linalg.norm(found.gauge.bare.T @ share))
+        rows.append([share @ values, share @ (model + rest), noise, share @ model])
+    at, data, std, law = np.array(rows).reshape(-1, 4).T
+    return Curve(variable, at, data * unit.factor, std * unit.factor, law * unit.factor, regions.get(variable))
+
+
+def _parameters(entry: dict[str, Any]) -> str:
+    kinds = {kind.name: kind for kind in EFFECTS}
+    kind = kinds.get(entry["effect"])
+    meanings = {about.label: about.meaning for about in parameters(kind).values()} if kind else {}
+    rows = []
+    for name, known in entry["parameters"].items():
+        value, std, unit = quantity(known["value"], known["std"], known["unit"])
+        rows.append([name + (f": {meanings[name]}" if meanings.get(name) else ""), value, std, unit])
+    return numbers_table(["parameter", "value", "+- one standard deviation", "unit"], rows) if rows else ""
+
+
+def _questions(entry: dict[str, Any]) -> str:
+    alike = [plain(name) for name in entry["indistinguishable_from"]]
+    other = (
+        f"In this data it looks the same as: {', '.join(alike)}. Which of them it is stays open; the correction fits "
+        "either way."
+        if alike
+        else "No other effect of the catalogue looks like it in this data."
+    )
+    if entry["effect"] == "unknown":
+        other = "No effect of the catalogue has this form. Its variables are what is known of it."
+    following = entry["record_next"] or "Nothing more is needed to tell it from others."
+    parts = (("What else it could be", other), ("What to record next", following[:1].upper() + following[1:]))
+    return "".join(f"<h3>{escape(title)}</h3><p>{escape(text.rstrip('.'))}.</p>" for title, text in parts)

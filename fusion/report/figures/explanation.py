@@ -1,0 +1,122 @@
+"""Where and how a claim shows: residual maps before and after, and the law as a curve through the data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.report.page import Figure
+from fusion.report.palette import BLUE, DIVERGING, GREY, INK, ORANGE, SEQUENTIAL, SKY, new_figure, styled, to_svg
+
+Array = NDArray[Any]
+
+AXES = {
+    "depth": "depth [m]", "range": "range along the ray [m]", "disparity": "disparity [px]", "u": "column u [px]",
+    "v": "row v [px]", "radius": "distance from the image centre [px]", "incidence": "angle of incidence [rad]",
+    "amplitude": "amplitude of the infrared image [count]", "reflectance": "reflectance", "time": "time [s]",
+    "temperature": "temperature [deg C]", "table_angle": "angle of the turntable [rad]",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Unit:
+    """How residuals are shown: factor from native units, the unit's text, what is compared."""
+
+    factor: float
+    text: str
+    quantity: str
+
+
+LENGTH = Unit(1e3, "mm", "measured less predicted, along the ray")
+DISPARITY = Unit(1.0, "px", "measured less predicted disparity")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Means over bins of one variable, in shown units.
+
+    Attributes:
+        variable: name as in verdicts.
+        at: (k,) of the bins.
+        data, std: (k,) what the claim has to explain, and its standard deviation.
+        model: (k,) what it explains.
+        region: bounds in this variable, or None.
+    """
+
+    variable: str
+    at: Array
+    data: Array
+    std: Array
+    model: Array
+    region: tuple[float, float] | None
+
+
+def maps_figure(
+    columns: Sequence[tuple[str, Sequence[Array]]], rows: Sequence[str], unit: Unit, text: Figure
+) -> Figure:
+    """Residual maps (h, w) with one colour scale: a column per recording, a row per model."""
+    known = np.abs(np.concatenate([np.ravel(image) for _, images in columns for image in images]))
+    known = known[np.isfinite(known)]
+    half = max(float(np.percentile(known, 98)) if len(known) else 1.0, 1e-6)
+    with styled():
+        figure = new_figure(11.0, 0.5 + 2.1 * len(rows))
+        axes = figure.subplots(len(rows), len(columns), squeeze=False)
+        for i, (name, images) in enumerate(columns):
+            for j, image in enumerate(images):
+                ax = axes[j, i]
+                drawn = _image(ax, image, cmap=DIVERGING, vmin=-half, vmax=half)
+                if j == 0:
+                    ax.set_title(name)
+                if i == 0:
+                    ax.set_ylabel(rows[j])
+        figure.colorbar(drawn, ax=axes, label=f"{unit.quantity} [{unit.text}]", shrink=0.8, extend="both")
+        return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
+
+
+def claim_figure(curves: Sequence[Curve], mask: Array, unit: Unit, text: Figure) -> Figure:
+    """Data, law and leftover over one to three variables, and the picture of where the claim shows."""
+    with styled():
+        figure = new_figure(11.0, 4.4)
+        grid = figure.add_gridspec(2, len(curves) + 1, height_ratios=(2.4, 1))
+        for column, curve in enumerate(curves):
+            top, low = (figure.add_subplot(grid[row, column]) for row in (0, 1))
+            _curve(top, low, curve, legend=column == 0)
+            if column == 0:
+                top.set_ylabel(f"{unit.quantity} [{unit.text}]")
+                low.set_ylabel(f"left over [{unit.text}]")
+        ax = figure.add_subplot(grid[:, -1])
+        drawn = _image(ax, mask / 2.55, cmap=SEQUENTIAL, vmin=0, vmax=100)
+        ax.set_title("Where in the image it shows")
+        figure.colorbar(drawn, ax=ax, label="share of the strongest pixel [%]", shrink=0.6, orientation="horizontal")
+        return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
+
+
+def _curve(top: Any, low: Any, curve: Curve, legend: bool) -> None:
+    if curve.region is not None:
+        ends = np.clip(curve.region, curve.at[0], curve.at[-1])
+        for ax in (top, low):
+            ax.axvspan(*ends, color=SKY, alpha=0.15, linewidth=0, label="region of the claim")
+    whiskers: Any = {"fmt": "o", "markersize": 3.5, "capsize": 2, "linewidth": 1}
+    for ax in (top, low):
+        ax.axhline(0, color=INK, linewidth=0.8)
+    top.errorbar(curve.at, curve.data, curve.std, color=ORANGE, label="recorded", **whiskers)
+    top.plot(curve.at, curve.model, color=BLUE, label="the missing effect, fitted")
+    low.errorbar(curve.at, curve.data - curve.model, curve.std, color=GREY, **whiskers)
+    largest = 1.15 * float(np.max(np.abs(curve.data) + curve.std))
+    low.set_ylim(-largest / 2.4, largest / 2.4)
+    low.set_xlabel(AXES.get(curve.variable, curve.variable))
+    top.tick_params(labelbottom=False)
+    if curve.variable == "amplitude" and curve.at[0] > 0 and curve.at[-1] > 5 * curve.at[0]:
+        top.set_xscale("log")
+        low.set_xscale("log")
+    if legend:
+        top.legend(loc="best")
+
+
+def _image(ax: Any, image: Array, **how: Any) -> Any:
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.grid(visible=False)
+    return ax.imshow(image, interpolation="nearest", **how)
