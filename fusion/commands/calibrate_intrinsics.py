@@ -64,6 +64,7 @@ def _lines(result: "Intrinsics", content: dict[str, Any]) -> list[str]:
         values, std = fit["parameters"], fit["std"]
         lines.append(f"{name}: board found in {fit['found']} of {fit['pictures']} pictures, {fit['used']} used")
         lines += [f"  {key:<3}{value:>12.5f} +- {std[key]:.5f}" for key, value in values.items()]
+        lines += ["  k3 is not established by these views: held at 0"] if fit["k3_held"] else []
         at = fit["uncertainty"]
         lines.append(f"  reprojection {fit['rms_px']:.3f} px rms; board in {fit['coverage']:.0%} of the picture")
         lines.append(

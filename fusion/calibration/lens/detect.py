@@ -128,13 +128,17 @@ DETECTORS: dict[str, Callable[[Grey, tuple[int, int]], tuple[bool, NDArray]]] = 
 
 def largest_board(image: NDArray) -> tuple[int, int] | None:
     """(columns, rows) of the largest checkerboard in a picture, whatever its size; None where there is none."""
-    grey: Any = stretched(image)
-    if max(grey.shape) > LARGEST_SEARCH:
-        scale = LARGEST_SEARCH / max(grey.shape)
-        grey = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_LARGER
-    try:
-        ok, _, meta = cv2.findChessboardCornersSBWithMeta(grey, (3, 3), flags=flags)
-    except cv2.error:
-        return None
-    return (int(meta.shape[1]), int(meta.shape[0])) if ok and meta is not None else None
+    grey = stretched(image)
+    for scale in (1.0, 2.0, 3.0):
+        # small squares are missed at their own size; squares of a large picture need no enlarging
+        scale = min(scale, LARGEST_SEARCH / max(grey.shape))
+        how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+        picture = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)
+        flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_LARGER
+        try:
+            ok, _, meta = cv2.findChessboardCornersSBWithMeta(picture, (3, 3), flags=flags)
+        except cv2.error:
+            return None
+        if ok and meta is not None and meta.size > 9:  # three by three is found in much that is no board
+            return int(meta.shape[1]), int(meta.shape[0])
+    return None

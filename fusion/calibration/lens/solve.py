@@ -58,13 +58,14 @@ def matrix(parameters: Array) -> Array:
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
 
 
-def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = None) -> Solution:
+def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = None, hold_k3: bool = False) -> Solution:
     """Fit one camera and a pose per view.
 
     Args:
         views: at least three.
         size: (width, height) [px].
         start: parameters (9,) to start from.
+        hold_k3: leave k3 where `start` has it, or at 0.
 
     Raises:
         RecordingError: too few views, or no camera explains them.
@@ -76,9 +77,9 @@ def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = No
     pixels = [np.ascontiguousarray(view.pixels.reshape(-1, 1, 2), np.float32) for view in views]
     K: Any = None
     lens: Any = None
-    flags = 0
+    flags = cv2.CALIB_FIX_K3 if hold_k3 else 0
     if start is not None:
-        K, lens, flags = matrix(start), start[4:].copy(), cv2.CALIB_USE_INTRINSIC_GUESS
+        K, lens, flags = matrix(start), start[4:].copy(), flags | cv2.CALIB_USE_INTRINSIC_GUESS
     try:
         _, K, lens, turns, shifts = cv2.calibrateCamera(points, pixels, size, K, lens, flags=flags, criteria=STOP)
     except cv2.error as error:

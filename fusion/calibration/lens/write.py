@@ -57,6 +57,7 @@ def _fit(fit: CameraFit, search: Search) -> dict[str, Any]:
         "most_influential": {"view": view, "sigmas": sigmas},
         "uncertainty": fit.uncertainty.numbers(),
         "coverage": fit.coverage,
+        "k3_held": fit.k3_held,
         "row_pitch": {"ratio": fit.pitch[0], "std": _number(fit.pitch[1])},
     }
 

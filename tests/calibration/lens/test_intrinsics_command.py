@@ -1,0 +1,152 @@
+"""From pictures in a folder to camera.json and a report, and what is said when that cannot be."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from rendered_boards import SIZE, TRUTH, picture
+
+from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.pictures import find_pictures, thinned
+from fusion.commands.main import main
+from fusion.errors import FusionError
+from fusion.recording.camera_file import read_camera
+
+BOARD = Board(8, 5, 0.05)
+# near, so that squares are large and quickly found; tilted in all directions
+POSES = [
+    np.array([a, b, c, -0.17 + dx, -0.1 + dy, z])
+    for a, b, c, dx, dy, z in [
+        (0.4, 0.0, 0.0, 0.0, 0.0, 0.55),
+        (-0.4, 0.1, 0.1, 0.05, 0.02, 0.6),
+        (0.1, 0.45, -0.1, -0.05, 0.0, 0.55),
+        (0.0, -0.45, 0.0, 0.03, -0.02, 0.65),
+        (0.3, 0.3, 0.2, 0.08, -0.06, 0.6),
+        (-0.3, -0.3, -0.2, -0.06, 0.06, 0.65),
+    ]
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Six pictures of the board, one blank, one damaged, one of another size, and a depth picture to be left alone."""
+    path = tmp_path_factory.mktemp("boards")
+    for i, pose in enumerate(POSES):
+        cv2.imwrite(str(path / f"{i:02d}_ir.png"), picture(BOARD, pose, seed=i))
+    cv2.imwrite(str(path / "06_ir.png"), np.zeros(SIZE[::-1], np.uint16))
+    cv2.imwrite(str(path / "07_ir.png"), np.zeros((50, 60), np.uint16))
+    (path / "08_ir.png").write_bytes((path / "00_ir.png").read_bytes()[:5000])
+    cv2.imwrite(str(path / "00_depth.png"), np.ones(SIZE[::-1], np.uint16))
+    return path
+
+
+def board_file(tmp_path, **change):
+    path = tmp_path / "board.json"
+    path.write_text(json.dumps(BOARD.to_dict() | change))
+    return path
+
+
+def test_a_folder_becomes_a_camera_and_a_report(folder, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["calibrate", "intrinsics", str(folder), "--board", str(board_file(tmp_path)), "-o", str(out), "--json"]
+    assert main(arguments) == 0
+    told = json.loads(capsys.readouterr().out)
+    fit = told["cameras"]["ir"]
+    assert fit["found"] == 6
+    assert fit["missed"] == ["06"]
+    assert set(fit["unread"]) == {"07", "08"}
+    camera = read_camera(out / "camera.json")
+    assert (camera.width, camera.height) == SIZE
+    for name, true in zip(("fx", "fy", "cx", "cy"), TRUTH, strict=False):
+        # six views: 5 standard deviations, because these are themselves uncertain to a third
+        assert abs(getattr(camera, name) - true) < 5 * camera.std[name]
+        assert camera.std[name] < 5
+    assert np.array(fit["correlation"]["matrix"]).shape == (9, 9)
+    assert fit["uncertainty"]["distance_m"] == pytest.approx(0.6, abs=0.1)
+    page = (out / "report.html").read_text()
+    assert "Traceback" not in page
+    for part in ("IR camera", "corners", "correlation", "Rays are known"):
+        assert part in page
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"columns": 6, "rows": 4}, "8 x 5 inner corners"),
+        ({"square_m": 50}, "millimetres"),
+        ({"columns": 1}, "3 inner"),
+    ],
+)
+def test_a_wrong_board_is_told_in_one_line(folder, tmp_path, capsys, change, said):
+    out = tmp_path / "out"
+    board = board_file(tmp_path, **change)
+    assert main(["calibrate", "intrinsics", str(folder), "--board", str(board), "-o", str(out)]) == 1
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+    assert not out.exists()
+
+
+def test_blank_pictures_are_told_in_one_line(tmp_path, capsys):
+    for i in range(3):
+        cv2.imwrite(str(tmp_path / f"{i}.png"), np.full((100, 120), 7, np.uint8))
+    arguments = [
+        "calibrate",
+        "intrinsics",
+        str(tmp_path),
+        "--board",
+        str(board_file(tmp_path)),
+        "-o",
+        str(tmp_path / "o"),
+    ]
+    assert main(arguments) == 1
+    told = capsys.readouterr().err
+    assert "found in 0 of 3 pictures" in told
+    assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"columns": 9}', '{"columns": 9, "rows": 6, "square_m": 1e999}'])
+def test_a_broken_board_file_is_told_in_one_line(folder, tmp_path, capsys, text):
+    (tmp_path / "board.json").write_text(text)
+    arguments = [
+        "calibrate",
+        "intrinsics",
+        str(folder),
+        "--board",
+        str(tmp_path / "board.json"),
+        "-o",
+        str(tmp_path / "o"),
+    ]
+    assert main(arguments) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_pictures_are_told_apart_by_their_names(tmp_path):
+    for name in ("0001_ir.png", "0001_color.png", "0001_depth.png", "0001_grey_ir.png", "ir-2.png", "color-2.jpg"):
+        (tmp_path / name).write_bytes(b"")
+    pictures = find_pictures(tmp_path)
+    assert {key: path.name for key, path in pictures.ir.items()} == {"0001": "0001_ir.png", "2": "ir-2.png"}
+    assert {key: path.name for key, path in pictures.color.items()} == {"0001": "0001_color.png", "2": "color-2.jpg"}
+
+
+def test_a_recording_is_read_by_its_lists_and_pairs_by_time(tmp_path):
+    (tmp_path / "ir.txt").write_text("1.0 ir/a.png\n2.0 ir/b.png\n")
+    (tmp_path / "rgb.txt").write_text("1.005 rgb/a.png\n2.5 rgb/b.png\n")
+    pictures = find_pictures(tmp_path)
+    assert list(pictures.ir) == ["1.000000", "2.000000"]
+    assert list(pictures.color) == ["1.000000", "2.500000 (color)"]
+
+
+def test_long_recordings_are_thinned_evenly(tmp_path):
+    many = {str(i): tmp_path / str(i) for i in range(5000)}
+    some = list(thinned(many, 200))
+    assert len(some) == 200
+    assert (some[0], some[-1]) == ("0", "4999")
+
+
+def test_no_pictures_is_told(tmp_path):
+    with pytest.raises(FusionError, match="no pictures"):
+        find_pictures(tmp_path)
+    with pytest.raises(FusionError, match="no folder"):
+        find_pictures(tmp_path / "none")
