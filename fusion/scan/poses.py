@@ -13,6 +13,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.reconstruct import Prepared, fuse
 from fusion.recording.recording import Recording
 from fusion.tracking.icp import IcpSettings, align
+from fusion.turntable.axis import Axis
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.turntable.wobble import rocking
@@ -22,14 +23,18 @@ Array = NDArray[np.float64]
 TRACKING = IcpSettings(strides=(4, 2, 2), reaches=(0.02, 0.012, 0.008), iterations=(6, 5, 4), min_inlier_share=0.3)
 
 
+def about_axis(axis: Axis, angles: Array) -> Array:
+    """The camera in the object's frame (n, 4, 4): one axis, one angle (n,) [rad] per frame; NaN where that is NaN."""
+    T_object_camera = axis.object_frame()
+    poses = np.full((len(angles), 4, 4), np.nan)
+    for i in np.flatnonzero(np.isfinite(angles)):
+        poses[i] = T_object_camera @ axis.turn(-float(angles[i]))
+    return poses
+
+
 def constrained(recording: Recording, motion: Motion) -> Trajectory:
-    """The camera in the object's frame: one axis, one angle per frame."""
-    T_object_camera = motion.axis.object_frame()
-    poses = np.full((len(recording), 4, 4), np.nan)
-    for i, angle in enumerate(motion.angles):
-        if np.isfinite(angle):
-            poses[i] = T_object_camera @ motion.axis.turn(-float(angle))
-    return Trajectory(recording.timestamps, poses)
+    """The camera in the object's frame, by the axis and the angles that were found."""
+    return Trajectory(recording.timestamps, about_axis(motion.axis, motion.angles))
 
 
 def track_freely(

@@ -151,11 +151,12 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
         if _misfit(fit) < WORTH * _misfit(best):
             chosen, best = free, fit
-    many = choose_edges(best.angles, WIDEST, 10)
-    passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen)
-    best = close_loop(fine, (best.axis, best.angles), many, passes, best.check)
     fit = best
-    if chosen:  # the volume is filled through the camera as it is stated: the axis must stand where that sees it
+    if chosen:
+        many = choose_edges(best.angles, WIDEST, 10)
+        passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen)
+        best = close_loop(fine, (best.axis, best.angles), many, passes, best.check)
+        # the volume is filled through the camera as it is stated: the axis must stand where that sees it
         stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
         fit = close_loop(fine, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 # matching windows and mixed pixels shift the surface this much closer to a silhouette than normals need [px]
 BORDER = 1
+WINDOW = 5  # [px] about the half width of the matching windows of triangulating cameras (9 px for the first Kinect)
 
 
 @dataclass(frozen=True)
@@ -91,13 +92,31 @@ def view(surface: PointMap, region: Region) -> View:
         surface: what the frame shows, in the window of the region (see `Region.window` and `crop`).
         region: where the object is; its `still` cut to the same window.
     """
+    seen = usable(surface, region)
+    return View(surface, surface.points[seen], surface.normals[seen], surface.sigma[seen])
+
+
+def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
+    """(h, w) pixels that take part: on the object, not at a grazing angle, not beside a step or hole."""
     known = np.isfinite(surface.normals[..., 0])
     # a square of the house's border around every hole and step takes no part
     known &= cv2.erode(known.astype(np.uint8), np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)) > 0
-    usable = region.holds(surface.points) & known & (surface.incidence < np.deg2rad(75))
+    known &= region.holds(surface.points) & (surface.incidence < np.deg2rad(75)) & ~_overlaid(surface)
     if region.still is not None:  # what stands still in the image says "no turn", whatever turns behind it
-        usable &= ~region.still
-    return View(surface, surface.points[usable], surface.normals[usable], surface.sigma[usable])
+        known &= ~region.still
+    return np.asarray(known)
+
+
+def _overlaid(surface: PointMap) -> NDArray[np.bool_]:
+    """(h, w) pixels before a background so near in the image that a matching window may have spread them over it."""
+    camera = surface.camera
+    if camera.principle not in ("structured_light", "active_stereo"):
+        return np.zeros(camera.shape, bool)
+    depth = surface.points[..., 2]
+    around = np.ones((2 * WINDOW + 1, 2 * WINDOW + 1), np.uint8)
+    farthest = cv2.dilate(np.nan_to_num(depth).astype(np.float32), around)
+    # a surface seen at 80 degrees changes its depth by 5.7 pixel widths from one pixel to the next
+    return np.asarray(farthest - depth > 5.7 * WINDOW * depth / camera.fx)
 
 
 def misfit(source: View, model: View, axis: Axis, angle_rad: float, reach: float) -> float:

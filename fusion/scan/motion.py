@@ -1,0 +1,63 @@
+"""The motion of a scan: between pairs of frames first, then of every frame against the model of all."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import TrackingError
+from fusion.geometry.camera import Camera
+from fusion.reconstruct import Prepared, fuse
+from fusion.scan.object import choose_volume
+from fusion.scan.poses import about_axis
+from fusion.scan.settings import ScanSettings
+from fusion.turntable.axis import Axis
+from fusion.turntable.finish import finish, rays_of
+from fusion.turntable.motion import Motion, estimate_motion
+from fusion.turntable.views import Region, View, usable, view
+from fusion.volume.volume import Volume
+
+Array = NDArray[np.float64]
+
+
+def find_motion(
+    frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, commanded: Array | None
+) -> Motion:
+    """Axis and angles.
+
+    Args:
+        frames: cut to the window of the region.
+        how: the camera of the whole image, and the settings.
+        region: where the object is.
+        commanded: (n,) angles [rad] as told, or None.
+
+    Raises:
+        TrackingError: no frame can be read, or nothing turns about one axis.
+    """
+    camera, settings = how
+    still = None if region.still is None else region.still[region.window(camera)]
+    cut = replace(region, still=still)
+    views = [view(f.surface, cut) if f is not None else _nothing(frames) for f in frames]
+    motion = estimate_motion(views, region, commanded)
+    if motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
+        return motion
+    volume_settings = replace(choose_volume(settings, camera, (frames, region, motion)), color=False)
+
+    def model_of(axis: Axis, angles: Array) -> Volume:
+        volume = Volume(volume_settings)
+        for frame, T in zip(frames, about_axis(axis, angles), strict=True):
+            if frame is not None and np.isfinite(T).all():
+                fuse(volume, frame, T)
+        return volume
+
+    rays = [None if f is None else rays_of(f.surface, usable(f.surface, cut)) for f in frames]
+    found = finish(rays, (motion.axis, motion.angles), model_of)
+    return replace(motion, axis=found.axis, angles=found.angles, angle_std=found.angle_std)
+
+
+def _nothing(frames: list[Prepared | None]) -> View:
+    first = next((f for f in frames if f is not None), None)
+    if first is None:
+        raise TrackingError("no frame of the recording can be read")
+    none = np.zeros((0, 3), np.float32)
+    return View(first.surface, none, none, np.zeros(0, np.float32))
