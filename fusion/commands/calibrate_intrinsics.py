@@ -43,6 +43,8 @@ def run(options: argparse.Namespace) -> None:
 
     if options.distance is not None and not 0.01 <= options.distance <= 1000:
         raise FusionError("the working distance cannot be used", "--distance", options.distance, "metres")
+    if options.output.exists() and not options.output.is_dir():
+        raise FusionError("the output is not a folder", options.output, "a file", "a folder or a new name")
     board = read_board(options.board)
 
     def shown(pictures: dict[str, Path]) -> tqdm:

@@ -129,7 +129,7 @@ DETECTORS: dict[str, Callable[[Grey, tuple[int, int]], tuple[bool, NDArray]]] = 
 def largest_board(image: NDArray) -> tuple[int, int] | None:
     """(columns, rows) of the largest checkerboard in a picture, whatever its size; None where there is none."""
     grey = stretched(image)
-    for scale in (1.0, 2.0, 3.0):
+    for scale in (1.0, 2.0):
         # small squares are missed at their own size; squares of a large picture need no enlarging
         scale = min(scale, LARGEST_SEARCH / max(grey.shape))
         how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA

@@ -21,7 +21,7 @@ from fusion.geometry.camera import Camera
 
 K3 = NAMES.index("k3")
 OPEN = 0.1  # relative standard deviation of the focal length beyond which there is no camera
-ESTABLISHED = 2.0  # standard deviations from 0
+ESTABLISHED = 2.0  # standard deviations of the corners' scatter from 0: the usual test whether a term earns its place
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def fit_camera(views: Sequence[View], size: tuple[int, int], settings: LensSetti
 
     A k3 that the views do not establish is held at 0: left free it bends the corners of the picture, where no board was
     seen (measured on a challenge with known truth: 1.2 px rms over the picture with a free k3, 0.2 px with it held).
-    The standard deviations stay those with k3 free.
+    The standard deviations and the projection's uncertainty stay those with k3 free.
 
     Raises:
         RecordingError: too few views, contradicting ones, uneven squares, or a parameter that stays open.
@@ -139,13 +139,14 @@ def fit_camera(views: Sequence[View], size: tuple[int, int], settings: LensSetti
     known = spread(judged.views, judged.solution)
     _check_open(judged, known)
     std = {name: float(value) for name, value in zip(NAMES, known.std, strict=True)}
-    held = bool(abs(judged.solution.parameters[K3]) < ESTABLISHED * known.std[K3])
+    free = judged.solution.camera(size)
+    distance = settings.distance or float(np.median(np.linalg.norm(judged.solution.poses[:, 3:], axis=1)))
+    uncertainty = projection_uncertainty(free, known.covariance, distance)
+    held = bool(abs(judged.solution.parameters[K3]) < ESTABLISHED * known.scatter[K3])
     if held:
         start = np.concatenate([judged.solution.parameters[:K3], [0.0]])
         judged = replace(judged, solution=solve(judged.views, size, start, hold_k3=True))
     camera = replace(judged.solution.camera(size), std=std)
-    distance = settings.distance or float(np.median(np.linalg.norm(judged.solution.poses[:, 3:], axis=1)))
-    uncertainty = projection_uncertainty(camera, known.covariance, distance)
     return CameraFit(camera, judged, known, uncertainty, covered(judged.views, size), pitch, held)
 
 

@@ -13,7 +13,7 @@ from fusion.calibration.lens.pictures import read_picture, usual_size
 from fusion.calibration.lens.views import View, view_of
 from fusion.errors import RecordingError
 
-EARLY = 6  # misses without a find, after which it is asked whether the board is another one
+EARLY = 4  # misses without a find, after which it is asked whether the board is another one
 ASKED = 4  # pictures that are searched for a board of any size
 
 
