@@ -1,5 +1,7 @@
 """The curve of a calibration with its interval: the law's own numbers, and the other laws that may hold as well."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,9 +17,12 @@ from fusion.calibration.depth.curve import (
     span,
 )
 from fusion.calibration.depth.fitted import Fitted, Setting
+from fusion.calibration.depth.law_sensor import Numbers, with_law
 from fusion.calibration.depth.selection import Judged
 from fusion.calibration.depth.terms import Term
 from fusion.calibration.depth.wall import Wall
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
 
 UNLIKELY = 1e-3  # weight below which another law is not looked at
 
@@ -38,21 +43,36 @@ def axis_curve(
         return None, unknown, unknown
     distance = np.linspace(*span(walls), POINTS)
     place = (setting.camera, setting.known, light_of(walls))
-    numbers = np.array([fitted.numbers.value.get(t.key, 0.0) for t in fitted.terms])
     rows = axis_terms(fitted.terms, distance, *place)
-    bias = rows @ numbers
-    rivals = [(rival, axis_terms(rival.terms, distance, *place)) for rival in _rivals(*choice)]
-    std = among_rivals(bias, deviation_of(rows, fitted.covariance), rivals)
-    at = axis_terms(fitted.terms, np.array([wall.true_plane.distance for wall in walls]), *place)
-    return Curve(distance, bias, std), *measured_offsets(fitted.evidence, at @ numbers)
+    own, *others = _laws(*choice)
+    straight = axis_terms(own.terms, distance, *place) @ own.numbers
+    rivals = [(rival, axis_terms(rival.terms, distance, *place)) for rival in others]
+    std = among_rivals(straight, deviation_of(rows, fitted.covariance), rivals)
+    light = light_of(walls)
+    at = np.array([wall.true_plane.distance for wall in walls])
+    curve = Curve(distance, axis_bias(fitted.numbers, distance, setting, light), std)
+    return curve, *measured_offsets(fitted.evidence, axis_bias(fitted.numbers, at, setting, light))
 
 
-def _rivals(judged: list[Judged], chosen: int, terms: list[Term]) -> list[Rival]:
-    """Laws without a surface that did nearly as well on the walls left out; the chosen one is not among them."""
+def axis_bias(numbers: Numbers, distance: NDArray, setting: Setting, light: float) -> NDArray[np.floating]:
+    """(n,) error [m] of the law's effects at depths (n,) [m] on the optical axis; `light`: IR times squared depth."""
+    pixel = replace(setting.camera, width=1, height=1, cx=0.0, cy=0.0, distortion=(), color=None)
+    ideal = Sensor(principle=setting.known.principle, baseline=setting.known.baseline)
+    sensor = with_law(ideal, pixel, replace(numbers, ratio=None))
+    found = []
+    for z in map(float, distance):
+        depth = np.full((1, 1), z)
+        ir = np.full((1, 1), light / z**2) if light > 0 else None
+        found.append(float(sensor.predict(depth, View(pixel, depth, ir=ir))[0, 0]) - z)
+    return np.array(found)
+
+
+def _laws(judged: list[Judged], chosen: int, terms: list[Term]) -> list[Rival]:
+    """The law in use, then those that did nearly as well on the walls left out; surfaces are no part of a curve."""
     by_key = {term.key: term for term in terms}
     own = judged[chosen].law
     least = min(float(j.chi2.sum()) for j in judged if j.law is own)
-    rivals = []
+    rivals = [Rival(tuple(by_key[key] for key in own.keys), own.numbers, own.covariance, 1.0)]
     for j in judged:
         weight = float(np.exp(np.clip((least - j.chi2.sum()) / 2, -50, 0)))
         if j.law is not own and not j.candidate.surface and weight > UNLIKELY:

@@ -81,14 +81,17 @@ def richer(candidate: Candidate) -> Candidate:
 
 def _curves(principle: str, terms: list[Term]) -> list[Candidate]:
     """Laws over the distance."""
+    keys = {term.key for term in terms}
     simple = ("offset", "scale", *(["disparity"] if principle in TRIANGULATING else []))
     found = [Candidate(" + ".join(some), some) for n in range(len(simple) + 1) for some in combinations(simple, n)]
     if any(term.effect == "cyclic_error" for term in terms):
-        found += [Candidate(f"offset + {_waves(n)}", ("offset",), n) for n in range(1, MOST_WAVES + 1)]
+        base: tuple[str, ...] = ("offset",) if "offset" in keys else ()
+        found += [Candidate(" + ".join((*base, _waves(n))), base, n) for n in range(1, MOST_WAVES + 1)]
     if any(term.key == "amplitude" for term in terms):
-        found.append(Candidate("offset + amplitude", ("offset", "amplitude")))
-        waves = range(1, MOST_WAVES + 1)
-        found += [Candidate(f"offset + amplitude + {_waves(n)}", ("offset", "amplitude"), n) for n in waves]
+        base = ("offset", "amplitude") if "offset" in keys else ("amplitude",)
+        found.append(Candidate(" + ".join(base), base))
+        if any(term.effect == "cyclic_error" for term in terms):
+            found += [Candidate(" + ".join((*base, _waves(n))), base, n) for n in range(1, MOST_WAVES + 1)]
     pieces = tuple(term.key for term in terms if term.key.startswith("curve"))
     if len(pieces) > 1:
         found.append(Candidate("curve", pieces))

@@ -144,7 +144,7 @@ def _radial_table(
     """Radii [px], values and the largest standard deviation of the radial terms together."""
     corners = np.array([[0, 0], [camera.width - 1, 0], [0, camera.height - 1], [camera.width - 1, camera.height - 1]])
     largest = float(np.hypot(corners[:, 0] - camera.cx, corners[:, 1] - camera.cy).max())
-    radii = np.linspace(0, largest, RADII)
+    radii = np.linspace(0, max(largest, 1.0), RADII)
     share = radii / reach(camera)
     bend = sum((numbers.value[key] * share ** int(key[-1]) for key in radial), np.zeros(RADII))
     deviation = max([numbers.std[key] for key in radial], default=0.0)

@@ -17,10 +17,11 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Samples:
-    """Pixels (n,) of one wall, as far as terms ask for them; it serves where a `View` does for `depth_change`.
+    """Pixels (n,) of one wall, as far as terms ask for them.
 
     Attributes:
         depth: true depth [m].
+        seen: depth of the plane through what was measured [m].
         stretch: length of the ray per metre of depth.
         u, v: from the principal point [px].
         ir: amplitude [count], or None.
@@ -31,6 +32,7 @@ class Samples:
     """
 
     depth: Array
+    seen: Array
     stretch: Array
     u: Array
     v: Array
@@ -66,6 +68,7 @@ def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: Tiles) -> Samp
     v, u = np.nonzero(taken)
     return Samples(
         wall.true_plane.depth(camera)[taken],
+        wall.plane.depth(camera)[taken],
         stretch(camera).astype(float)[taken],
         u - camera.cx,
         v - camera.cy,
@@ -83,7 +86,7 @@ def samples_on_axis(depth: Array, camera: Camera, sensor: Sensor, light: float) 
     ir = light / depth**2 if light > 0 else None
     baseline = camera.fx * abs(sensor.baseline)
     flight = sensor.principle == "itof"
-    return Samples(depth, zero + 1, zero, zero, ir, baseline, reach(camera), flight, np.arange(len(depth)))
+    return Samples(depth, depth, zero + 1, zero, zero, ir, baseline, reach(camera), flight, np.arange(len(depth)))
 
 
 def reach(camera: Camera) -> float:

@@ -2,15 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.depth.samples import Samples
-from fusion.sensor.disparity import depth_change
 
-STEP_PX = 1e-3  # small enough that a change of the depth is proportional to that of the disparity
 # [m] usual height of the wiggling (Fankhauser 2015: 6 mm), and of a curve about its straight line: both generous
 WAVE, CURVE = 0.01, 0.03
 DARKEST = 1e4  # reference over amplitude is held here, as the effect does
@@ -54,13 +51,8 @@ def length(law: Law) -> Law:
 
 
 def pixels(law: Law) -> Law:
-    """A change of the disparity."""
-
-    def change(at: Samples) -> Array:
-        view: Any = at  # all that is asked of a view is `focal_baseline`
-        return depth_change(at.depth, STEP_PX * law(at), view) / STEP_PX
-
-    return change
+    """A change of the disparity: 1 / z' = 1 / z + shift / (fx b) makes z' - z = -z z' shift / (fx b), exactly."""
+    return lambda at: -at.depth * at.seen * law(at) / at.focal_baseline
 
 
 def radial(power: int) -> Law:

@@ -51,7 +51,5 @@ def _advice(term: Term, measured: int, walls: int) -> str:
     if walls < 3:
         return "walls at three or more distances, with distance_m in telemetry.csv"
     if measured < walls:
-        return (
-            "the distance of each wall (distance_m in telemetry.csv), or a board on it, or two walls a known step apart"
-        )
+        return "the distance of each wall (distance_m in telemetry.csv)"
     return "walls at more distances, tilted ones among them"
