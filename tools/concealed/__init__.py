@@ -1,0 +1,1 @@
+"""Recordings with concealed effects, made by formulas of their own: nothing here imports the package under trial."""

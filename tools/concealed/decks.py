@@ -1,0 +1,126 @@
+"""Decks: ten scenes and camera positions, the kinds of recordings that people make to check a depth camera."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from concealed.rays import Bow, Camera, Panel, looking, nudged
+from concealed.shot import Shot
+
+Array = NDArray[np.float64]
+Rng = np.random.Generator
+
+FRAMES, RATE = 7, 30.0
+SIGMA_M, SIGMA_RAD = 0.0005, 0.0005
+GREYS = np.array([15, 64, 204]) / 255.0
+CARD = 217 / 255.0
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a deck is drawn.
+
+    Attributes:
+        kind: "walls", "patches", "card", "corner", "warm", "ordered" (near to far, white, frontal).
+        flight: for a time-of-flight camera.
+        bow_m: how far walls are from flat.
+        worst_pose: one recording whose pose is off by this many standard deviations.
+    """
+
+    kind: str
+    flight: bool
+    bow_m: float = 0.0
+    worst_pose: float = 0.0
+
+
+def camera_of(rng: Rng, flight: bool) -> Camera:
+    width, height, f = (176, 144, 126.0) if flight else (208, 160, 185.0)
+    f *= rng.uniform(0.99, 1.01)
+    return Camera(width, height, f, (width - 1) / 2 + rng.uniform(-2, 2), (height - 1) / 2 + rng.uniform(-2, 2))
+
+
+def shots_of(rng: Rng, setting: Setting) -> list[Shot]:
+    """All recordings of a case, in the order in which they are made."""
+    camera = camera_of(rng, setting.flight)
+    long = setting.kind == "warm"
+    starts = np.cumsum(np.concatenate([[rng.uniform(40, 70)], rng.uniform(120, 280, 9)]))
+    if long:
+        starts = np.concatenate([[60.0], 60.0 + 540.0 * rng.permutation(7)])
+    bows = _bows(rng, setting.bow_m)
+    worst = int(rng.integers(len(starts)))
+    shots: list[Shot] = []
+    for i, start in enumerate(starts):
+        times = start + (np.arange(20) * 150.0 if long and i == 0 else np.arange(FRAMES) / RATE)
+        panels, stated = _scene(rng, setting, i, shots, bows)
+        size = np.array([SIGMA_RAD] * 3 + [SIGMA_M] * 3)
+        error = rng.standard_normal(6)
+        if setting.worst_pose and i == worst:
+            error *= setting.worst_pose / np.linalg.norm(error) * np.sqrt(6)
+        T = nudged(stated, error * size)
+        degrees = 24.0 + 16.0 * (1 - np.exp(-times / 900.0)) + 0.02 * rng.standard_normal(len(times))
+        shots.append(Shot(camera, panels, T, stated, times, degrees, long and i == 0))
+    return shots
+
+
+def _scene(
+    rng: Rng, setting: Setting, i: int, before: list[Shot], bows: dict[str, Bow | None]
+) -> tuple[list[Panel], Array]:
+    kind = setting.kind
+    if kind == "card" and i % 2:  # the same again, with something near
+        return [*before[-1].panels, _near(rng, before[-1].stated)], nudged(
+            before[-1].stated, 1e-3 * rng.standard_normal(6)
+        )
+    white = kind in ("ordered", "warm") or (kind in ("walls", "card") and rng.random() < 0.6)
+    wall = _wall("white" if white else "patches", bows)
+    panels = [wall]
+    if kind in ("walls", "warm") and i in (2, 7):
+        panels = [_wall("white", bows), _step(rng)]
+    if kind == "corner":
+        panels = [
+            wall,
+            Panel(np.array([1.0, 0.0, 1.2]), np.array([0, -1.6, 0.0]), np.array([0, 0, -2.4]), np.array([[0.8]])),
+        ]
+    distance = 0.65 + 0.3 * i if kind == "ordered" else rng.uniform(0.6, 3.2)
+    return panels, _pose(rng, distance, 4.0 if kind == "ordered" or rng.random() < 0.25 else 45.0, kind == "corner")
+
+
+def _pose(rng: Rng, distance: float, most_deg: float, corner: bool) -> Array:
+    target = np.array([rng.uniform(0.3, 0.9) if corner else rng.uniform(-0.3, 0.3), 0.0, rng.uniform(-0.25, 0.25)])
+    tilt, turn = np.deg2rad(rng.uniform(0, most_deg)), rng.uniform(0, 2 * np.pi)
+    if corner:
+        distance, turn, tilt = min(distance, 2.2), np.pi + rng.uniform(-0.5, 0.5), min(tilt, 0.6)
+    away = np.array([np.sin(tilt) * np.cos(turn), -np.cos(tilt), np.sin(tilt) * np.sin(turn)])
+    return looking(target + distance * away, target, rng.uniform(-0.15, 0.15))
+
+
+def _wall(look: str, bows: dict[str, Bow | None]) -> Panel:
+    cells = np.array([[0.8]])
+    if look == "patches":
+        row, column = np.mgrid[0:6, 0:8]
+        cells = GREYS[(row + 2 * column) % 3]
+    return Panel(np.array([-1.6, 0, 1.2]), np.array([3.2, 0, 0]), np.array([0, 0, -2.4]), cells, bows[look])
+
+
+def _step(rng: Rng) -> Panel:
+    """A board before one half of the wall."""
+    return Panel(
+        np.array([0.0, -rng.uniform(0.35, 0.6), 0.9]), np.array([1.3, 0, 0]), np.array([0, 0, -1.8]), np.array([[0.8]])
+    )
+
+
+def _near(rng: Rng, stated: Array) -> Panel:
+    """A white card close to the camera, to one side."""
+    z = rng.uniform(0.35, 0.5)
+    corner = stated @ np.array([0.18 * z / 0.5, -0.2, z, 1])
+    return Panel(corner[:3], stated[:3, 0] * 0.3, stated[:3, 1] * 0.4, np.array([[CARD]]))
+
+
+def _bows(rng: Rng, size: float) -> dict[str, Bow | None]:
+    out: dict[str, Bow | None] = {"white": None, "patches": None}
+    if size:
+        for look in out:
+            waves = np.column_stack([rng.uniform(-1.5, 1.5, (4, 2)), rng.uniform(0, 6, 4)])
+            heights = rng.standard_normal(4)
+            out[look] = Bow(heights * size / np.sqrt((heights**2).sum() / 2), waves)
+    return out

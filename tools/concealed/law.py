@@ -1,0 +1,44 @@
+"""Law: something in the light, the electronics or the matching that the given sensor model does not hold."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from concealed.shot import Place
+
+Array = NDArray[np.float64]
+Acts = Callable[[Place], Array]
+
+
+@dataclass(frozen=True)
+class Law:
+    """Attributes:
+    name: the effect that a catalogue would name, or "unknown".
+    stage: "delay" [m of range], "light" (more phasor per modulation), "harmonic" (of the correlation),
+        "disparity" [px], "noise" (factor), "filter" (memory), "dark" (threshold in counts).
+    acts: of a place, at unit size. For "light": (place, phasors (f, h, w), modulations) -> what is added.
+    size: times which it acts.
+    mask: share (h, w) with which it acts at a place, everywhere without.
+    """
+
+    name: str
+    stage: str
+    acts: Callable[..., Any]
+    variables: tuple[str, ...]
+    size: float = 1.0
+    mask: Acts | None = None
+    region: tuple[dict[str, Any], ...] = ()
+    accept: tuple[str, ...] = ()
+    shifted: bool = False
+    notes: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def channel(self) -> str:
+        return {"noise": "noise", "filter": "noise", "dark": "dropout"}.get(self.stage, "bias")
+
+    def share(self, place: Place) -> Array:
+        """(h, w) with which it acts, times its size."""
+        return self.size * (np.ones(place.z.shape) if self.mask is None else self.mask(place))
