@@ -19,7 +19,7 @@ from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
 from fusion.sensor.presets import default_sensor
-from fusion.sensor.rating import rated
+from fusion.sensor.rating import sigma_of, weight_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.told import Told
 from fusion.sensor.view import View
@@ -147,8 +147,8 @@ def prepare(
     if max_depth is not None:
         depth[depth > max_depth] = np.nan
     view = View(camera, depth, ir=frame.ir, moment=moment or Moment())
-    surface = point_map(depth, camera, rated(sensor, view)[0])
-    return Prepared(depth, surface, rated(sensor, replace(view, incidence=surface.incidence))[1], frame)
+    surface = point_map(depth, camera, sigma_of(sensor, view))
+    return Prepared(depth, surface, weight_of(sensor, replace(view, incidence=surface.incidence)), frame)
 
 
 def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:

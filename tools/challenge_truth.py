@@ -49,9 +49,9 @@ def true_sensor(noise: Sensor, truth: dict[str, Any], stated: Camera, true: Came
             DepthScale(scale=errors["depth_scale"]),
         )
     else:
-        periods = [LIGHT_SPEED / (2 * f) / k for f, k, _, _ in WAVES]
+        frequency, turns, height, phase = np.array(WAVES).T
         effects = (
-            CyclicError(amplitude=[w[2] for w in WAVES], period=periods, phase=[w[3] for w in WAVES]),
+            CyclicError(amplitude=height, period=LIGHT_SPEED / (2 * frequency) / turns, phase=phase),
             DepthOffset(offset=errors["depth_offset_m"]),
             FixedPattern(map=errors["radial_m_per_r2"] * r2),
             # the files hold the range as a depth along the stated rays

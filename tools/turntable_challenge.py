@@ -107,13 +107,14 @@ def with_true_poses(
     for frame, T in zip(frames, poses, strict=True):
         fuse(volume, frame, T)
     mesh = volume.surface()
+    assert mesh.normals is not None
     mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE))
     mesh = largest_part(mesh)
     return {
         "corrected": told.line,
         "left": "; ".join((*told.left, *told.doubtful)),
         "truncation": f"{volume.settings.truncation * 1e3:.1f} mm",
-        "distances, true poses": _line(_distances(mesh, reference, np.eye(4))),
+        "distances, true poses": _line(_distances(mesh, truth[0], np.eye(4))),
     }
 
 
@@ -132,9 +133,8 @@ def with_own_poses(
     T_table_camera = read_trajectory(truth_folder / "poses.txt").poses
     T_table_object = T_table_camera[0] @ pose.inverse(scan.trajectory.poses[0])
     posed = mesh_at(recording, settings, scan, pose.inverse(T_table_object) @ T_table_camera)
-    reference = read_mesh(truth_folder / "truth.ply")
-    ours = _distances(scan.mesh, reference, T_table_object)
-    with_truth = _distances(posed, reference, T_table_object)
+    ours = _distances(scan.mesh, truth_folder, T_table_object)
+    with_truth = _distances(posed, truth_folder, T_table_object)
     error = angle_errors(scan.motion.angles, np.array(truth["angles_rad"]))
     fx = float(recording.camera.fx * np.exp(0 if options.refine_camera else scan.motion.focal_check.values[0]))
     fx = scan.camera.fx if options.refine_camera else fx
@@ -171,44 +171,51 @@ def angle_errors(angles: NDArray[np.float64], true: NDArray[np.float64]) -> NDAr
     return error - (np.nanmax(error) + np.nanmin(error)) / 2
 
 
-def _distances(mesh: Mesh, reference: Mesh, T_reference_mesh: NDArray[np.float64]) -> dict[str, float]:
-    """Signed distances after a rigid alignment that starts from the known pose, and the scale that would fit best."""
-    import open3d as o3d
-
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        o3d.core.Tensor.from_numpy(reference.vertices.astype(np.float32)),
-        o3d.core.Tensor.from_numpy(reference.faces.astype(np.uint32)),
-    )
+def _distances(mesh: Mesh, truth_folder: Path, T_reference_mesh: NDArray[np.float64]) -> dict[str, float]:
+    """Signed distances after a rigid alignment that starts from the known pose; scale that would fit best, coverage."""
+    scene = _scene(read_mesh(truth_folder / "truth.ply"))
     few = np.random.default_rng(0).permutation(len(mesh.vertices))[:60_000]
-    points = pose.transform(T_reference_mesh, mesh.vertices[few])
-    scale = 1.0
+    vertices = mesh.vertices[few].astype(float)
+    T, points, scale = T_reference_mesh, pose.transform(T_reference_mesh, vertices), 1.0
     for step, reach in enumerate([0.02] * 10 + [0.01] * 25):  # point to plane, each point to its nearest triangle
-        if step == 25:
-            rigid = points
-        answer = scene.compute_closest_points(o3d.core.Tensor.from_numpy(points.astype(np.float32)))
-        nearest = answer["points"].numpy().astype(float)
-        normal = answer["primitive_normals"].numpy().astype(float)
+        freed = step >= 25  # the scale joins
+        answer = scene.compute_closest_points(_tensor(points))
+        nearest, normal = (answer[k].numpy().astype(float) for k in ("points", "primitive_normals"))
         near = np.linalg.norm(points - nearest, axis=1) < reach
         p, n = points[near], normal[near]
-        J = np.hstack([np.cross(p, n), n])
-        if step >= 25:  # the scale joins
-            J = np.hstack([J, np.einsum("ij,ij->i", n, p)[:, None]])
+        J = np.hstack([np.cross(p, n), n, np.einsum("ij,ij->i", n, p)[:, None]])[:, : 7 if freed else 6]
         residual = np.einsum("ij,ij->i", n, p - nearest[near])
         x = np.linalg.lstsq(J, -residual, rcond=None)[0]
         points = pose.transform(pose.exp(x[:6]), points)
-        if step >= 25:
+        if freed:
             points, scale = points * (1 + x[6]), scale * (1 + x[6])
-    points = rigid
-    d = scene.compute_signed_distance(o3d.core.Tensor.from_numpy(points.astype(np.float32))).numpy().astype(float)
-    shares = {f"within {t} mm": float((np.abs(d) < t / 1e3).mean()) for t in (1, 2, 5)}
-    shares["scale when freed"] = scale
-    return {"mean": float(d.mean()), "std": float(d.std()), "rms": float(np.sqrt((d**2).mean())), **shares}
+        else:
+            T = pose.exp(x[:6]) @ T
+    d = scene.compute_signed_distance(_tensor(pose.transform(T, vertices))).numpy().astype(float)
+    numbers = {f"within {t} mm": float((np.abs(d) < t / 1e3).mean()) for t in (1, 2, 5)}
+    visible = pose.transform(pose.inverse(T), np.load(truth_folder / "visible.npz")["points"].astype(float))
+    missed = _scene(mesh).compute_distance(_tensor(visible)).numpy()
+    numbers |= {f"seen within {t} mm": float((missed < t / 1e3).mean()) for t in (2, 5)}
+    return numbers | {"mean": d.mean(), "std": d.std(), "rms": np.sqrt((d**2).mean()), "scale when freed": scale}
+
+
+def _tensor(points: NDArray) -> Any:
+    import open3d as o3d
+
+    return o3d.core.Tensor.from_numpy(points.astype(np.float32))
+
+
+def _scene(mesh: Mesh) -> Any:
+    import open3d as o3d
+
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(_tensor(mesh.vertices), o3d.core.Tensor.from_numpy(mesh.faces.astype(np.uint32)))
+    return scene
 
 
 def _line(numbers: dict[str, float]) -> str:
     lengths = ", ".join(f"{k} {numbers[k] * 1e3:.3f} mm" for k in ("mean", "std", "rms"))
-    within = ", ".join(f"{k} {v:.1%}" for k, v in numbers.items() if k.startswith("within"))
+    within = ", ".join(f"{k} {v:.1%}" for k, v in numbers.items() if "within" in k)
     return f"{lengths}, scale {numbers['scale when freed']:.4f}, {within}"
 
 

@@ -9,7 +9,7 @@ from fusion.geometry.camera import Camera
 from fusion.sensor.estimate import edges_of, normals_of, reflectance_of
 from fusion.sensor.moment import Moment
 from fusion.sensor.moving import CameraEffect
-from fusion.sensor.rating import rated
+from fusion.sensor.rating import sigma_of, weight_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View, incidence_of, stretch
 
@@ -47,7 +47,8 @@ def corrected(
     found = undone(sensor, depth, camera, ir, moment)
     true = true_camera(sensor, camera)
     view = View(true, found, incidence_of(normals_of(found, true), true), ir=ir, moment=moment or Moment())
-    return Corrected(found, *rated(sensor, view), true)
+    sigma = sigma_of(sensor, view)
+    return Corrected(found, sigma, weight_of(sensor, view, sigma), true)
 
 
 def undone(

@@ -75,9 +75,9 @@ def edges_of(view: View) -> Edges:
     across an edge is measured where there is `ir`, else that of equal reflectances.
     """
     assert view.depth is not None
-    filled = _bridge(view.depth)
+    filled = bridged(view.depth)
     depth = view.depth.reshape(-1)[filled].astype(np.float32)
-    first, second = (np.concatenate(side) for side in zip(_jumps(depth, 1), _jumps(depth, 0), strict=True))
+    first, second = (np.concatenate(side) for side in zip(jumps_along(depth, 1), jumps_along(depth, 0), strict=True))
     z = depth.reshape(-1)
     middle = np.full(len(first), 0.5, np.float32)
     with np.errstate(all="ignore"):
@@ -85,7 +85,7 @@ def edges_of(view: View) -> Edges:
         return nearest_edges(Crossings(first, second, middle, np.column_stack([z[first], z[second]])), depth, light)
 
 
-def _bridge(depth: Image) -> Indices:
+def bridged(depth: Image) -> Indices:
     """(h, w) index of the pixel that each takes its value from: in narrow holes the nearest one, else itself."""
     own = np.arange(depth.size).reshape(depth.shape)
     missing = ~np.isfinite(depth)
@@ -101,7 +101,7 @@ def _bridge(depth: Image) -> Indices:
     return np.where(closed & missing, seen[label], own)
 
 
-def _jumps(depth: Image, axis: int) -> tuple[Indices, Indices]:
+def jumps_along(depth: Image, axis: int) -> tuple[Indices, Indices]:
     """Indices of neighbours along an axis, and of the ones to the right or below, with an edge in between."""
     with np.errstate(all="ignore"):
         inverse = 1.0 / (depth if axis == 1 else depth.T)

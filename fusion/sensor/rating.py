@@ -4,24 +4,43 @@ from dataclasses import replace
 
 import numpy as np
 
+from fusion.sensor.edge_trust import doubtful
 from fusion.sensor.sensor import SMALLEST_SIGMA, Sensor
 from fusion.sensor.view import Image, View
 
 
-def rated(sensor: Sensor, view: View) -> tuple[Image, Image]:
-    """Standard deviation (h, w) [m], NaN where missing, and weight (1 - dropout) / sigma^2 (h, w) [1/m^2], 0 there.
+def sigma_of(sensor: Sensor, view: View) -> Image:
+    """Standard deviation (h, w) [m] of the corrected depth in a view; NaN where it is missing.
 
     Args:
         view: with the corrected depth; the incidence, the amplitude and the moment as far as they are known.
     """
+    view = _completed(sensor, view)
     assert view.depth is not None
-    depth = np.asarray(view.depth, np.float32)
-    principle = view.principle or (sensor.principle if sensor.principle != "unknown" else "")
-    view = replace(view, depth=depth, baseline=sensor.baseline, principle=principle)
     with np.errstate(all="ignore"):
-        sigma = np.where(np.isfinite(depth), np.float32(0), np.float32(np.nan))
+        sigma = np.where(np.isfinite(view.depth), np.float32(0), np.float32(np.nan))
         for effect in sensor.effects:
-            sigma = effect.spread(sigma, depth, view)
-        sigma = np.broadcast_to(sigma, depth.shape).astype(np.float32)
-        weight = (1 - sensor.dropout(depth, view)) / np.maximum(sigma, SMALLEST_SIGMA) ** 2
-    return sigma, np.nan_to_num(weight, nan=0.0, posinf=0.0).astype(np.float32)
+            sigma = effect.spread(sigma, view.depth, view)
+    return np.broadcast_to(sigma, view.depth.shape).astype(np.float32)
+
+
+def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
+    """(1 - dropout) / sigma^2 (h, w) [1/m^2]; 0 where the depth is missing, or may be that of another surface.
+
+    Args:
+        view: as in `sigma_of`.
+        sigma: what that gave, where it is known already.
+    """
+    sigma = sigma_of(sensor, view) if sigma is None else sigma
+    view = _completed(sensor, view)
+    assert view.depth is not None
+    with np.errstate(all="ignore"):
+        weight = (1 - sensor.dropout(view.depth, view)) / np.maximum(sigma, SMALLEST_SIGMA) ** 2
+    weight = np.where(doubtful(sensor, view.depth, view.time_of_flight), 0.0, weight)
+    return np.nan_to_num(weight, nan=0.0, posinf=0.0).astype(np.float32)
+
+
+def _completed(sensor: Sensor, view: View) -> View:
+    principle = view.principle or (sensor.principle if sensor.principle != "unknown" else "")
+    depth = np.asarray(view.depth, np.float32)
+    return replace(view, depth=depth, baseline=sensor.baseline, principle=principle)

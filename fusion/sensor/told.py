@@ -9,7 +9,7 @@ from fusion.sensor.correction import camera_effects, true_camera, view_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.moving import CameraEffect
 from fusion.sensor.parameter import parameters
-from fusion.sensor.rating import rated
+from fusion.sensor.rating import sigma_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
@@ -47,7 +47,8 @@ class Told:
 
     def values(self) -> dict[str, Any]:
         """As `settings.json` holds it."""
-        return {"text": self.line, "undone_m": self.undone, "true_camera": list(self.camera), "left": [*self.left, *self.doubtful]}
+        left = [*self.left, *self.doubtful]
+        return {"text": self.line, "undone_m": self.undone, "true_camera": list(self.camera), "left": left}
 
 
 def tell(sensor: Sensor, view: View) -> Told:
@@ -61,7 +62,7 @@ def tell(sensor: Sensor, view: View) -> Told:
     full = view_of(sensor, measured, view.camera, view.ir, view.moment)
     depth = sensor.correct(measured, full)
     true = true_camera(sensor, view.camera)
-    noise = _median(rated(sensor, View(true, depth, ir=view.ir, moment=view.moment))[0])
+    noise = _median(sigma_of(sensor, View(true, depth, ir=view.ir, moment=view.moment)))
     undone, left, doubtful = {}, _by_name(sensor), []
     for effect in sensor.effects:
         why = _why_left(sensor, effect)
