@@ -1,0 +1,224 @@
+"""Depth laws from walls: what was put in comes back, what cannot be seen is said, what is not there is not found."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
+from fusion.calibration.depth.known import start
+from fusion.calibration.depth.plane import Plane, find_wall
+from fusion.calibration.depth.wall import Means, Wall, wall_of
+from fusion.commands.main import main
+from fusion.errors import FusionError
+from fusion.geometry.camera import Camera
+from fusion.recording.open import open_recording
+from fusion.recording.recording import Frame
+from fusion.recording.write import write_recording
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects.phase.cyclic_error import CyclicError
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
+from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
+from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+
+SL = Camera(96, 72, 110.0, 110.0, 47.5, 35.5, depth_scale=10000, principle="structured_light", sensor="S", serial="1")
+TOF = replace(SL, principle="itof", sensor="T")
+DISTANCES = np.linspace(0.7, 2.3, 17)
+NOISE = 2e-4  # [m] of the mean of many frames
+LASER = 2e-4  # [m]
+
+
+def seen(camera: Camera, effects: tuple[Effect, ...], plane: Plane, rng: np.random.Generator) -> np.ndarray:
+    """(h, w) mean depth of a wall [m] as a sensor with these effects gives it."""
+    depth = plane.depth(camera)
+    measured = Sensor(principle=camera.principle, effects=effects).predict(depth, View(camera, depth))
+    return measured + NOISE * rng.standard_normal(camera.shape)
+
+
+def walls_of(camera: Camera, effects: tuple[Effect, ...], seed: int = 0, known: bool = True) -> list[Wall]:
+    """Walls of all distances, each with a tilt of its own; their distances stated with the laser's error, or not."""
+    rng = np.random.default_rng(seed)
+    ideal = Sensor(principle=camera.principle)
+    walls = []
+    for z in DISTANCES:
+        plane = Plane(float(z), *rng.normal(0, 0.03, 2))
+        measured = seen(camera, effects, plane, rng)
+        means = Means(100, measured, np.full(camera.shape, 10 * NOISE), None)
+        stated = z + rng.normal(0, LASER) if known else float("nan")
+        walls.append(wall_of(means, camera, ideal, (f"{z:.2f} m", stated, LASER)))
+    return walls
+
+
+def calibrated(camera: Camera, effects: tuple[Effect, ...], surface: bool = False, **more) -> DepthCalibration:
+    """What the calibration makes of such walls."""
+    begin = start([_Recording(camera)], None, None)
+    return calibrate_walls(walls_of(camera, effects, **more), begin, surface)
+
+
+class _Recording:
+    """As much of a recording as the start asks for."""
+
+    path = "walls"
+
+    def __init__(self, camera: Camera) -> None:
+        self.camera = camera
+
+
+def left_over(found: DepthCalibration, camera: Camera, effects: tuple[Effect, ...]) -> float:
+    """Largest error [m] of corrected walls between the ones that were used."""
+    rng = np.random.default_rng(5)
+    worst = 0.0
+    for z in (0.83, 1.31, 2.05):
+        plane = Plane(z, 0.05, -0.02)
+        corrected = found.sensor.correct(seen(camera, effects, plane, rng), camera)
+        # the noise of single pixels is not the law's: means over 8 x 8 px
+        error = (corrected - plane.depth(camera)).reshape(9, 8, 12, 8).mean(axis=(1, 3))
+        worst = max(worst, float(np.abs(error).max()))
+    return worst
+
+
+def test_a_tilted_wall_with_a_table_before_it_is_one_plane():
+    plane = Plane(1.5, 0.28, -0.1)  # 16 degrees: turned a true -1.2 % into +5.7 % where only a centre pixel was used
+    depth = plane.depth(SL) + NOISE * np.random.default_rng(1).standard_normal(SL.shape)
+    depth[45:, 20:80] = 1.1  # a table
+    depth[5:15, 5:25] -= 0.02  # a poster board, 2 cm
+    depth[:, :3] = np.nan
+    found, mask = find_wall(depth, SL)
+    assert abs(found.distance - 1.5) < 1e-4  # 4000 pixels of 0.2 mm
+    assert not mask[45:, 20:80].any() and not mask[5:15, 5:25].any()
+    assert mask[20:40, 30:90].mean() > 0.95
+
+
+def test_no_wall_is_said():
+    rng = np.random.default_rng(2)
+    with pytest.raises(FusionError, match="no wall found"):
+        find_wall(rng.uniform(0.5, 4, SL.shape), SL)
+    with pytest.raises(FusionError, match="no wall found"):
+        find_wall(np.full(SL.shape, np.nan), SL)
+
+
+def test_a_wall_far_from_its_stated_distance_is_refused():
+    means = Means(1, np.full(SL.shape, 1.0), np.full(SL.shape, np.nan), None)
+    with pytest.raises(FusionError, match="not where the log says"):
+        wall_of(means, SL, Sensor(), ("w", 1000.0, LASER))
+
+
+LAWS = [
+    (SL, (DisparityOffset(0.15), DepthScale(-0.006))),
+    (SL, (DepthScale(0.01), DisparityDistortion(coefficients=np.array([0.05, 0.0, 0.025])))),
+    (TOF, (CyclicError(np.array([0.006]), np.array([0.625]), np.array([0.3])), DepthOffset(-0.01))),
+]
+
+
+@pytest.mark.parametrize(
+    ("camera", "effects"), LAWS, ids=lambda x: "+".join(e.name for e in x) if type(x) is tuple else ""
+)
+def test_what_was_put_in_is_taken_out(camera: Camera, effects: tuple[Effect, ...]):
+    found = calibrated(camera, effects, surface=True)
+    # the laser leaves 0.2 mm / sqrt(17 / numbers), the noise 0.03 mm per 64 px; a map's tilt belongs to the walls, and
+    # its smoothing takes a twentieth of 12 mm at the border
+    assert left_over(found, camera, effects) < 1e-3
+    assert found.best.error < 0.3 * found.before.error
+    assert found.best.error < 2 * np.hypot(LASER, NOISE)
+
+
+def test_the_curve_holds_the_truth():
+    effects = (DisparityOffset(0.15), DepthScale(-0.006))
+    found = calibrated(SL, effects)
+    z = found.curve.distance
+    f = SL.fx * 0.075
+    truth = (1 - 0.006) * f / (f / z + 0.15) - z
+    # twice the 90 % interval: 3.3 standard deviations, everywhere on the curve
+    assert (np.abs(found.curve.bias - truth) < 2 * found.curve.half_width).all()
+    assert found.curve.half_width.max() < 3 * LASER
+
+
+def test_where_nothing_is_wrong_nothing_is_found():
+    laws = [calibrated(SL, (), seed=seed).best.candidate.name for seed in range(3)]
+    # the choice takes chance for a law in some per cent of the cases
+    assert laws.count("nothing") >= 2
+
+
+def test_free_distances_hide_scale_and_offset_of_a_triangulating_sensor():
+    found = calibrated(SL, (DepthScale(0.01),), known=False)
+    hidden = {v.term.key for v in found.visibility if not v.seen}
+    assert {"scale", "disparity", "offset"} <= hidden
+    assert "radius^2" not in hidden
+    assert found.curve is None
+    assert any("distance_m" in text for _, text in found.notes)
+    share = {v.term.key: v.share for v in found.visibility}
+    # on a plane 1 / z is affine in the pixel, so both are exactly a plane's pose
+    assert share["scale"] < 1e-6 and share["disparity"] < 1e-5
+
+
+def test_depth_along_stated_rays_is_taken_to_the_true_ones():
+    true = replace(TOF, fx=106.0, fy=107.0, distortion=(0.05, -0.02))
+    begin = start([_Recording(TOF)], true, None)
+    rng = np.random.default_rng(3)
+    walls = []
+    for z in DISTANCES[::3]:
+        depth = Plane(float(z), 0.02, 0.01).depth(true)
+        # the range is right, and becomes a depth along the stated ray
+        stated = depth * View(true).stretch / View(TOF).stretch + NOISE * rng.standard_normal(TOF.shape)
+        means = Means(100, stated, np.full(TOF.shape, NOISE), None)
+        walls.append(wall_of(means, begin.camera, begin.known, ("w", float(z), LASER)))
+    found = calibrate_walls(walls, begin, surface=False)
+    corrected = found.sensor.correct(stated, begin.camera)
+    assert np.abs(corrected - depth).mean() < 2 * NOISE
+
+
+def test_models_are_bound_to_their_unit():
+    other = Sensor("x", "structured_light", serial="2")
+    with pytest.raises(FusionError, match="another camera"):
+        start([_Recording(SL)], None, other)
+    assert start([_Recording(SL)], None, other, force=True).serial == "1"
+    with pytest.raises(FusionError, match="different cameras"):
+        start([_Recording(SL), _Recording(replace(SL, serial="3"))], None, None)
+    assert calibrated(SL, ()).sensor.serial == "1"
+
+
+def test_what_is_known_of_the_unit_stays():
+    known = Sensor("x", "structured_light", (DepthScale(0.01),), std={("depth_scale", "scale"): 0.0})
+    begin = start([_Recording(SL)], None, known)
+    assert begin.uncorrected.effect("depth_scale") is not None
+    usual = replace(known, std={("depth_scale", "scale"): 0.02})
+    assert start([_Recording(SL)], None, usual).uncorrected.effect("depth_scale") is None
+
+
+def test_the_command_writes_what_was_found(tmp_path, capsys):
+    effects = (DepthScale(0.01),)
+    rng = np.random.default_rng(4)
+    for i, z in enumerate(DISTANCES[::3]):
+        depth = seen(SL, effects, Plane(float(z), 0.02, 0.0), rng).astype(np.float32)
+        frames = [Frame(k, k / 30, depth) for k in range(2)]
+        telemetry = {"timestamp": [0.0, 0.1], "distance_m": [z, z]}
+        write_recording(tmp_path / f"wall_{i}", SL, frames, telemetry=telemetry)
+    names = [str(tmp_path / f"wall_{i}") for i in range(6)]
+    assert main(["calibrate", "depth", *names, "-o", str(tmp_path / "out"), "--json"]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    assert numbers["heldout_after_m"] < 0.2 * numbers["heldout_before_m"]
+    sensor = read_sensor(tmp_path / "out" / "sensor.json")
+    assert sensor.serial == "1"
+    assert abs(float(sensor.effect("depth_scale").scale) - 0.01) < 0.002  # 1 mm of laser over 2 m and six walls
+    assert (tmp_path / "out" / "report.html").stat().st_size > 20_000
+    # another unit's model is refused, in one line
+    write_sensor(tmp_path / "other.json", Sensor("x", "structured_light", serial="2"))
+    assert (
+        main(["calibrate", "depth", *names, "--sensor", str(tmp_path / "other.json"), "-o", str(tmp_path / "b")]) == 1
+    )
+    assert "another camera" in capsys.readouterr().err
+    assert not (tmp_path / "b").exists()
+
+
+def test_one_frame_of_one_wall_is_enough_to_run(tmp_path):
+    depth = Plane(1.0, 0.0, 0.0).depth(SL).astype(np.float32)
+    write_recording(tmp_path / "wall", SL, [Frame(0, 0.0, depth)])
+    found = calibrate_depth([open_recording(tmp_path / "wall")], DepthSettings())
+    assert found.best.candidate.name == "nothing"
+    with pytest.raises(FusionError, match="no recording"):
+        calibrate_depth([])
