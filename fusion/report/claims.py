@@ -1,5 +1,6 @@
 """The part of the page about one claim: curve, mask picture, parameters, look-alikes, what to record next."""
 
+from collections.abc import Iterator
 from html import escape
 from typing import Any
 
@@ -16,7 +17,7 @@ from fusion.sensor.parameter import parameters
 
 Vector = NDArray[np.float64]
 
-BINS = 24
+BINS = 40
 FEWEST = 4  # tiles of a bin: fewer tell nothing
 SHOWN = 2  # variables of a law; that of the region comes on top
 CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
@@ -28,14 +29,14 @@ def claim_section(found: Explanation, claim: Claim, mask: NDArray[Any], unit: Un
     title = f"{'Also missing' if claim.number else 'Missing'}: {plain(entry['effect'])}"
     curves = [_curve(found, claim, name, unit) for name in _variables(found, entry)]
     curves = [curve for curve in curves if len(curve.at) > 1]
-    strongest = max((float(np.ptp(curve.model)) for curve in curves), default=0.0)
+    strongest = max((float(np.abs(curve.law).max()) for curve in curves), default=0.0)
     text = Figure(
-        f"It shifts tiles by up to {strongest:.2g} {unit.text} along its variables",
+        f"It shifts the measurement by up to {strongest:.2g} {unit.text}",
         f"claim-{claim.number}",
         f"Recorded residuals with the fitted {plain(entry['effect'])} over {', '.join(c.variable for c in curves)}.",
-        "Points: means of what this claim has to explain, other claims and likely pose errors taken out; whiskers are "
-        "one standard deviation of the noise. Line: the fitted effect. Below: what stays. Bright pixels of the picture "
-        "are those that tell most for the claim.",
+        "Above: the fitted effect as a line; points are the recordings once everything else is corrected. Below: what "
+        "no choice of poses explains, without the effect and with it. Points are means over tiles, whiskers one "
+        "standard deviation of the noise. Bright pixels of the picture tell most for the claim.",
     )
     figures = (claim_figure(curves, mask, unit, text),) if curves else ()
     return Section(title, _lead(entry), figures, html=_parameters(entry) + _questions(entry))
@@ -65,14 +66,22 @@ def quantity(value: Any, std: float | None, unit: str) -> tuple[str, str, str]:
     places = int(np.clip(1 - np.floor(np.log10(std)), 0, 9)) if known and std is not None else -1
     said = [f"{v:.{places}f}" if known and abs(v) < 1e6 else f"{v:.4g}" for v in values[:8]]
     text = ", ".join(said) + (" ..." if len(values) > 8 else "")
-    return text, f"{std:.2g}" if known else ("exact" if std == 0 else "not given"), "" if unit == "1" else unit
+    return text, f"{std:.{places}f}" if known else ("exact" if std == 0 else "not given"), "" if unit == "1" else unit
 
 
 def _lead(entry: dict[str, Any]) -> str:
     evidence = entry["evidence"]
-    said = entry["where"]["text"]
-    gain = f"It explains {evidence['heldout_gain']:.0%} of the mismatch in recordings that took no part in its fit."
-    share = f"Pose errors could hide {1 - evidence['visible_share']:.0%} of its trace."
+    said = entry["where"]["text"].removeprefix(f"{entry['effect']}: ")
+    said = f"Law: {said}" if said != entry["where"]["text"] else said
+    gain = (
+        f"It explains {evidence['heldout_gain']:.0%} of all misfit, judged on recordings that took no part in its fit."
+    )
+    hidden = 1 - evidence["visible_share"]
+    share = (
+        f"{hidden:.0%} of its trace could be errors of poses as well; it is judged by the rest."
+        if hidden > 0.02
+        else ""
+    )
     return f"{said[:1].upper()}{said[1:]}. {gain} {chance(evidence['false_alarm_probability'])} {share}"
 
 
@@ -91,28 +100,37 @@ def _variables(found: Explanation, entry: dict[str, Any]) -> list[str]:
 
 
 def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve:
-    """Weighted means over bins of the variable, outside the claim's other bounds left out."""
+    """Weighted means over bins of the variable, inside the claim's bounds on other variables."""
     values = variables_here(found)[variable]
-    model, rest = (cleaned(found.gauge, white) for white in (claim.white, claim.left))
-    regions = {b["variable"]: (b["low"], b["high"]) for b in claim.entry["where"]["region"]}
-    others = {
-        **claim.entry["where"],
-        "region": [b for b in claim.entry["where"]["region"] if b["variable"] != variable],
-    }
-    used = inside(found, {"where": others})
+    law = np.asarray(found.gauge.root @ claim.white)
+    without, rest = cleaned(found.gauge, claim.white + claim.left), cleaned(found.gauge, claim.left)
+    bounds = claim.entry["where"]["region"]
+    used = inside(found, [bound for bound in bounds if bound["variable"] != variable])
     weights = 1 / spread(found.gauge) ** 2
-    edges = np.unique(np.quantile(values[used], np.linspace(0, 1, BINS + 1)))
-    number = np.searchsorted(edges[1:-1], values, side="right")
     rows = []
-    for k in range(max(len(edges) - 1, 1)):
-        inner = used & (number == k)
-        if inner.sum() < FEWEST:
-            continue
+    for inner in _bins(found, variable, values, used):
         share = np.where(inner, weights, 0) / weights[inner].sum()
         noise = float(np.linalg.norm(found.gauge.bare.T @ share))
-        rows.append([share @ values, share @ (model + rest), noise, share @ model])
-    at, data, std, law = np.array(rows).reshape(-1, 4).T
-    return Curve(variable, at, data * unit.factor, std * unit.factor, law * unit.factor, regions.get(variable))
+        rows.append(
+            [share @ values, *(share @ part * unit.factor for part in (law, without, rest)), noise * unit.factor]
+        )
+    own = [(bound["low"], bound["high"]) for bound in bounds if bound["variable"] == variable]
+    at, law, before, after, noises = np.array(rows).reshape(-1, 5).T
+    return Curve(variable, at, law, before, after, noises, own[0] if own else None)
+
+
+def _bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
+    """Tiles (n,) of each bin: rows or columns of tiles, else equally many tiles each."""
+    if variable in ("u", "v"):
+        side = max(patch.tiles.side for patch in found.before.patches)
+        edges = np.arange(0.0, float(np.max(values)) + side, float(side))
+    else:
+        edges = np.unique(np.quantile(values[used], np.linspace(0, 1, BINS + 1)))
+    number = np.searchsorted(edges[1:-1], values, side="right")
+    for k in range(max(len(edges) - 1, 1)):
+        inner = used & (number == k)
+        if inner.sum() >= FEWEST:
+            yield inner
 
 
 def _parameters(entry: dict[str, Any]) -> str:
@@ -123,7 +141,8 @@ def _parameters(entry: dict[str, Any]) -> str:
     for name, known in entry["parameters"].items():
         value, std, unit = quantity(known["value"], known["std"], known["unit"])
         rows.append([name + (f": {meanings[name]}" if meanings.get(name) else ""), value, std, unit])
-    return numbers_table(["parameter", "value", "+- one standard deviation", "unit"], rows) if rows else ""
+    head = ["parameter", "value", "+- one standard deviation", "unit"]
+    return "<h3>Parameters</h3>" + numbers_table(head, rows) if rows else ""
 
 
 def _questions(entry: dict[str, Any]) -> str:

@@ -52,6 +52,16 @@ class Compared:
         per_native = depth_per_native(self.before)
         return self.clean[0] * per_native, self.clean[1] * per_native
 
+    @property
+    def changed(self) -> bool:
+        """True when the extended model predicts anything else."""
+        return not np.array_equal(*self.white)
+
+    @property
+    def misfit(self) -> tuple[float, float]:
+        """Chi2 per degree of freedom before and after; 1 is noise alone."""
+        return float(np.mean(self.white[0] ** 2)), float(np.mean(self.white[1] ** 2))
+
     def recordings(self) -> list[tuple[str, float, float]]:
         """Name, chi2 per tile before and after, of each recording."""
         place = self.before.place
@@ -66,7 +76,8 @@ def compared(found: Explanation) -> Compared:
     """Held-out frames under both models; the fitted ones where there are none, or where the tiles differ."""
     held = [look.held for look in found.looks if look.held is not None]
     if held:
-        before, after = observe(found.before.sensor, held), observe(found.named.sensor, held)
+        before = observe(found.before.sensor, held)
+        after = observe(found.named.sensor, held) if found.named.steps else before
         if len(before.residual) == len(after.residual):
             return Compared(before, after, gauge_of(before), True)
     return Compared(found.before, found.named.observations, found.gauge, False)
@@ -108,7 +119,11 @@ class Claim:
     def mask(self, found: Explanation) -> NDArray[np.uint8]:
         """(h, w) how much each pixel tells for the claim: 255 the most, 0 nothing or never seen."""
         model, rest = cleaned(found.gauge, self.white), cleaned(found.gauge, self.left)
-        energy = np.maximum(model * (model + rest), 0) / spread(found.gauge) ** 2 * inside(found, self.entry)
+        energy = (
+            np.maximum(model * (model + rest), 0)
+            / spread(found.gauge) ** 2
+            * inside(found, self.entry["where"]["region"])
+        )
         shape = found.before.patches[0].view.camera.shape
         total, seen = np.zeros(shape), np.zeros(shape)
         for rows, patch in found.before.rows():
@@ -136,11 +151,11 @@ def spread(gauge: Gauge) -> Vector:
     return np.asarray(np.sqrt((gauge.bare**2).sum(axis=1)))
 
 
-def inside(found: Explanation, entry: dict[str, Any]) -> NDArray[np.bool_]:
+def inside(found: Explanation, region: list[dict[str, Any]]) -> NDArray[np.bool_]:
     """(n,) True for tiles in the region of a claim; bounds on variables that tiles do not have are passed over."""
     known = variables_here(found)
     out = np.ones(len(found.white), bool)
-    for bound in entry["where"]["region"]:
+    for bound in region:
         values = known.get(bound["variable"])
         if values is not None:
             out &= (values >= bound["low"]) & (values <= bound["high"])

@@ -29,8 +29,10 @@ class Unit:
     quantity: str
 
 
+SIGMAS = 4.0  # end of the scale of residuals in standard deviations
 LENGTH = Unit(1e3, "mm", "measured less predicted, along the ray")
 DISPARITY = Unit(1.0, "px", "measured less predicted disparity")
+NOISE = Unit(1.0, "standard deviations", "residual")
 
 
 @dataclass(frozen=True)
@@ -40,35 +42,40 @@ class Curve:
     Attributes:
         variable: name as in verdicts.
         at: (k,) of the bins.
-        data, std: (k,) what the claim has to explain, and its standard deviation.
-        model: (k,) what it explains.
+        law: (k,) the fitted effect.
+        without, rest: (k,) residuals without and with it, poses set as well as they can be each time.
+        std: (k,) of the residuals by noise alone.
         region: bounds in this variable, or None.
     """
 
     variable: str
     at: Array
-    data: Array
+    law: Array
+    without: Array
+    rest: Array
     std: Array
-    model: Array
     region: tuple[float, float] | None
 
 
 def maps_figure(
-    columns: Sequence[tuple[str, Sequence[Array]]], rows: Sequence[str], unit: Unit, text: Figure
+    columns: Sequence[Sequence[tuple[str, Array]]], rows: Sequence[str], unit: Unit, text: Figure
 ) -> Figure:
-    """Residual maps (h, w) with one colour scale: a column per recording, a row per model."""
-    known = np.abs(np.concatenate([np.ravel(image) for _, images in columns for image in images]))
+    """Residual maps (h, w) with one colour scale: a column per recording, a row per model.
+
+    Args:
+        columns: title and image of each row, for each recording.
+    """
+    known = np.abs(np.concatenate([np.ravel(image) for column in columns for _, image in column]))
     known = known[np.isfinite(known)]
-    half = max(float(np.percentile(known, 98)) if len(known) else 1.0, 1e-6)
+    half = SIGMAS if unit is NOISE else max(float(np.percentile(known, 98)) if len(known) else 1.0, 1e-6)
     with styled():
-        figure = new_figure(11.0, 0.5 + 2.1 * len(rows))
+        figure = new_figure(11.0, 0.4 + 2.3 * len(rows))
         axes = figure.subplots(len(rows), len(columns), squeeze=False)
-        for i, (name, images) in enumerate(columns):
-            for j, image in enumerate(images):
+        for i, column in enumerate(columns):
+            for j, (name, image) in enumerate(column):
                 ax = axes[j, i]
                 drawn = _image(ax, image, cmap=DIVERGING, vmin=-half, vmax=half)
-                if j == 0:
-                    ax.set_title(name)
+                ax.set_title(name)
                 if i == 0:
                     ax.set_ylabel(rows[j])
         figure.colorbar(drawn, ax=axes, label=f"{unit.quantity} [{unit.text}]", shrink=0.8, extend="both")
@@ -76,15 +83,17 @@ def maps_figure(
 
 
 def claim_figure(curves: Sequence[Curve], mask: Array, unit: Unit, text: Figure) -> Figure:
-    """Data, law and leftover over one to three variables, and the picture of where the claim shows."""
+    """Law, data and leftover over one to three variables, and the picture of where the claim shows."""
     with styled():
-        figure = new_figure(11.0, 4.4)
-        grid = figure.add_gridspec(2, len(curves) + 1, height_ratios=(2.4, 1))
+        figure = new_figure(11.0, 5.0)
+        grid = figure.add_gridspec(2, len(curves) + 1, height_ratios=(1.3, 1))
+        first: list[Any] = [None, None]
         for column, curve in enumerate(curves):
-            top, low = (figure.add_subplot(grid[row, column]) for row in (0, 1))
+            top, low = (figure.add_subplot(grid[row, column], sharey=first[row]) for row in (0, 1))
+            first = [first[0] or top, first[1] or low]
             _curve(top, low, curve, legend=column == 0)
             if column == 0:
-                top.set_ylabel(f"{unit.quantity} [{unit.text}]")
+                top.set_ylabel(f"shift [{unit.text}]")
                 low.set_ylabel(f"left over [{unit.text}]")
         ax = figure.add_subplot(grid[:, -1])
         drawn = _image(ax, mask / 2.55, cmap=SEQUENTIAL, vmin=0, vmax=100)
@@ -101,18 +110,18 @@ def _curve(top: Any, low: Any, curve: Curve, legend: bool) -> None:
     whiskers: Any = {"fmt": "o", "markersize": 3.5, "capsize": 2, "linewidth": 1}
     for ax in (top, low):
         ax.axhline(0, color=INK, linewidth=0.8)
-    top.errorbar(curve.at, curve.data, curve.std, color=ORANGE, label="recorded", **whiskers)
-    top.plot(curve.at, curve.model, color=BLUE, label="the missing effect, fitted")
-    low.errorbar(curve.at, curve.data - curve.model, curve.std, color=GREY, **whiskers)
-    largest = 1.15 * float(np.max(np.abs(curve.data) + curve.std))
-    low.set_ylim(-largest / 2.4, largest / 2.4)
+    top.errorbar(curve.at, curve.law + curve.rest, curve.std, color=GREY, label="recorded", **whiskers)
+    top.plot(curve.at, curve.law, color=BLUE, label="the effect, fitted")
+    low.errorbar(curve.at, curve.without, curve.std, color=ORANGE, label="without it", **whiskers)
+    low.errorbar(curve.at, curve.rest, curve.std, color=BLUE, label="with it", **whiskers)
     low.set_xlabel(AXES.get(curve.variable, curve.variable))
     top.tick_params(labelbottom=False)
     if curve.variable == "amplitude" and curve.at[0] > 0 and curve.at[-1] > 5 * curve.at[0]:
         top.set_xscale("log")
         low.set_xscale("log")
     if legend:
-        top.legend(loc="best")
+        for ax in (top, low):
+            ax.legend(loc="best", ncols=2)
 
 
 def _image(ax: Any, image: Array, **how: Any) -> Any:

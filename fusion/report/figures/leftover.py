@@ -28,6 +28,7 @@ def recordings_figure(recordings: Sequence[tuple[str, float, float]], changed: b
         ax.axhline(1, color=INK, linewidth=1, linestyle=(0, (4, 3)), label="noise alone")
         if max(before) > 20:
             ax.set_yscale("log")
+            ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")  # powers of ten would be formulas
         ax.set_xticks(place, names, rotation=0 if len(names) <= 12 else 60)
         ax.grid(axis="x", visible=False)
         ax.set_ylabel("chi2 per degree of freedom")
