@@ -13,7 +13,7 @@ from fusion.calibration.depth.fitted import Fitted, Setting, finish
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
 from fusion.calibration.depth.notes import notes_on
-from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, level
+from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, judge_all, level
 from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
 from fusion.calibration.depth.terms import Term
@@ -122,7 +122,7 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     have = {effect.name for effect in begin.uncorrected.effects}
     terms = [term for term in terms_for(known.principle, nodes, light) if term.effect not in have]
     problem, seen = _problem(walls, begin, terms)
-    judged = [judge(problem, c) for c in _candidates(known.principle, seen, walls)]
+    judged = judge_all(problem, _candidates(known.principle, seen, walls))
     chosen = choose(judged)
     if "radius^2" in judged[chosen].candidate.keys and "radius^4" in {v.term.key for v in seen if v.seen}:
         judged.append(judge(problem, richer(judged[chosen].candidate)))

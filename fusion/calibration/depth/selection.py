@@ -9,6 +9,7 @@ from fusion.calibration.depth.candidates import Candidate
 from fusion.calibration.depth.information import Evidence, Information
 from fusion.calibration.depth.waves import search_waves
 
+PATIENCE = 2
 Array = NDArray[np.floating]
 
 
@@ -112,6 +113,21 @@ def judge(problem: Problem, candidate: Candidate) -> Judged:
     return Judged(
         candidate, fit(problem, total, candidate), np.array(chi2), np.array(offset), np.array(rms), tuple(left)
     )
+
+
+def judge_all(problem: Problem, candidates: list[Candidate]) -> list[Judged]:
+    """Judge the candidates; of laws that differ in waves, no more once two more waves have not helped."""
+    judged: list[Judged] = []
+    best: dict[tuple[str, ...], tuple[float, int]] = {}
+    for candidate in candidates:
+        least, waves = best.get(candidate.keys, (np.inf, candidate.waves))
+        if candidate.waves > waves + PATIENCE:
+            continue
+        judged.append(judge(problem, candidate))
+        chi2 = float(judged[-1].chi2.sum())
+        if chi2 < least:
+            best[candidate.keys] = chi2, candidate.waves
+    return judged
 
 
 def upright(evidence: Evidence, rest: Array) -> Array:
