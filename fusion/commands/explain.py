@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
     with output_folder(options.output) as partial:
         explanation_report(partial, found, verdict)
         (partial / "verdict.json").write_text(json.dumps(verdict, indent=1) + "\n")
-        write_sensor(partial / "sensor.json", found.named.sensor)
+        write_sensor(partial / "sensor.json", found.sensor)
     print(json.dumps(verdict) if options.json else f"{sentence(verdict)}\n{options.output / 'report.html'}")
 
 

@@ -11,6 +11,7 @@ from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.look import Look, looks_of, stage_of, wanted_channels
 from fusion.discrepancy.naming import Named, name_effects
 from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.spread import SpreadStep, spread_step
 from fusion.discrepancy.unrestricted import Found, covariates, explained, groups_of
 from fusion.errors import FusionError
 from fusion.recording.recording import Recording
@@ -31,7 +32,8 @@ class Explanation:
         before: observations under the given model.
         gauge: how far tiles may be off for known reasons.
         white: (n,) residual before, in units of the gauge.
-        named: effects that were added, and the model with them.
+        named: effects that were added for the mean depth, and the model with them.
+        spread: the effect that explains the noise, where that is not what the model says; else None.
         possible: what smooth functions of all variables could explain before.
         left: the same, of what the named effects leave.
         candidates: all forms that change anything here, under the given model.
@@ -43,10 +45,16 @@ class Explanation:
     gauge: Gauge
     white: Vector
     named: Named
+    spread: SpreadStep | None
     possible: Found
     left: Found
     candidates: tuple[Candidate, ...]
     held_out: dict[str, float]
+
+    @property
+    def sensor(self) -> Sensor:
+        """The model with all that was found."""
+        return self.named.sensor if self.spread is None else self.named.sensor.having(self.spread.effect)
 
     @property
     def unknown(self) -> bool:
@@ -92,9 +100,11 @@ def explain(
     candidates = candidates_of(before, gauge)
     named = name_effects(looks, before, gauge, candidates)
     left = explained(named.white, groups, nothing)
+    progress("comparing the noise")
+    spread = spread_step(named.observations)
     progress("judging frames that took no part")
     held_out = _held_out([look.held for look in looks if look.held is not None], sensor, named.sensor)
-    return Explanation(tuple(looks), before, gauge, white, named, possible, left, tuple(candidates), held_out)
+    return Explanation(tuple(looks), before, gauge, white, named, spread, possible, left, tuple(candidates), held_out)
 
 
 def variables_of(observations: Observations) -> dict[str, Vector]:

@@ -26,6 +26,7 @@ class Patch:
 
     Attributes:
         look: what was measured.
+        sensor: the model that predicted.
         view: what stood there, as the sensor needs it.
         predicted, sigma: (h, w) [m] of repeated frames by the sensor model.
         native: (h, w) native units (m along the ray, or px of disparity) per metre of depth.
@@ -33,6 +34,7 @@ class Patch:
     """
 
     look: Look
+    sensor: Sensor
     view: View
     predicted: Image
     sigma: Image
@@ -115,7 +117,7 @@ def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:
         usable &= view.incidence < STEEPEST
     if view.reflectance is not None:
         usable &= ~_printed_edges(view.reflectance)
-    return Patch(look, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
+    return Patch(look, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
 
 
 def _printed_edges(reflectance: Image) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from fusion.discrepancy.candidates import Candidate
 from fusion.discrepancy.explain import Explanation, variables_of
 from fusion.discrepancy.naming import Step
 from fusion.discrepancy.region import Region, region_of
+from fusion.discrepancy.spread import SpreadStep
 from fusion.discrepancy.unrestricted import Found
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -28,6 +29,8 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     groups = _by_name(found)
     before = float(found.white @ found.white)
     missing = [_missing(steps, found, before) for steps in groups]
+    if found.spread is not None:
+        missing.append(_noise(found.spread))
     if found.unknown:
         missing.append(_unknown(found, before))
     missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
@@ -93,6 +96,25 @@ def _missing(steps: list[Step], found: Explanation, before: float) -> dict[str, 
         },
         "indistinguishable_from": alike,
         "record_next": _record_next(effect, alike),
+    }
+
+
+def _noise(step: SpreadStep) -> dict[str, Any]:
+    effect, about = step.effect, step.parameter
+    variables = list(dict.fromkeys(v for name in effect.variables for v in (name, *_also(name))))
+    value = {"value": float(getattr(effect, about.name)), "std": step.std, "unit": about.unit}
+    return {
+        "effect": effect.name,
+        "parameters": {about.label: value},
+        "channel": "noise",
+        "where": _where(variables, None, f"the spread of repeated frames: {effect.formula}"),
+        "evidence": {
+            "heldout_gain": step.share,
+            "false_alarm_probability": step.probability,
+            "visible_share": 1.0,
+        },
+        "indistinguishable_from": list(step.alike),
+        "record_next": _record_next(effect, list(step.alike)),
     }
 
 

@@ -1,7 +1,7 @@
 """What a free pose would swallow: on planes, every error of the disparity that is affine in the image."""
 
 import numpy as np
-from made_up import looks_at, sensor_of
+from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.observations import observe
 from fusion.sensor.effects.readout.depth_scale import DepthScale

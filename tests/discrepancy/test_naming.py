@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from made_up import looks_at, sensor_of
+from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.candidates import candidates_of
 from fusion.discrepancy.gauge import gauge_of
