@@ -129,7 +129,7 @@ def combined(one: CameraFit, other: CameraFit) -> dict:
 def detectors(shared: Path) -> dict:
     """Each way of looking alone: boards found, time, distance from the author, reprojection."""
     out = {}
-    for attempt in ATTEMPTS:
+    for attempt in (*ATTEMPTS, Attempt("sectors", 2)):
         start = time.perf_counter()
         own = own_corners(shared / KINECT, (attempt,))
         seconds = time.perf_counter() - start
@@ -196,7 +196,7 @@ def azure(shared: Path) -> dict:
     """ChArUco corners of an Azure Kinect, against the published camera: reprojection with only the pose free."""
     folder = shared / "data/azure_kinect_charuco"
     board = Board(13, 8, 0.04, 0.03, "DICT_5X5_250")
-    out = {}
+    out: dict[str, dict] = {}
     for name in ("ir-0.png", "color-0.jpg", "color-4.jpg"):
         calib = f"calib_{name.split('-')[0]}.yml"
         numbers = cv2.FileStorage(str(folder / calib), cv2.FILE_STORAGE_READ)

@@ -15,6 +15,7 @@ from fusion.errors import RecordingError
 ARGUMENTS = {
     "demo": ["-o", "OUT"],
     "info": ["IN"],
+    "calibrate": ["intrinsics", "IN", "--board", "IN", "-o", "OUT"],
     "convert": ["IN", "OUT"],
     "reconstruct": ["IN", "-o", "OUT"],
     "turntable": ["IN", "-o", "OUT"],

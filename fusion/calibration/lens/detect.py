@@ -48,7 +48,6 @@ ATTEMPTS = (
     Attempt("classic", 3, 0.6),
     Attempt("equalised", 2, 1.0),
     Attempt("sectors"),
-    Attempt("sectors", 2),
 )
 
 

@@ -12,6 +12,7 @@ from fusion.calibration.lens.pair import Pair, place_color
 from fusion.calibration.lens.pictures import Pictures, find_pictures, thinned
 from fusion.calibration.lens.pitch import check_pitch, row_pitch
 from fusion.calibration.lens.search import Search, search
+from fusion.calibration.lens.size import size_warnings
 from fusion.calibration.lens.solve import NAMES, solve
 from fusion.calibration.lens.spread import Spread, spread
 from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projection_uncertainty
@@ -118,6 +119,8 @@ def calibrate_intrinsics(path: Path, board: Board, settings: LensSettings | None
             pair = place_color(ir.judged.views, color.judged.views, ir.camera, color.camera)
         except RecordingError as error:
             warnings.append(f"the colour camera's place stays unknown: {error}")
+    if "ir" in fits:
+        warnings += size_warnings(pictures.folder, fits["ir"].judged)
     camera = _joined(pictures, fits, pair, warnings)
     return Intrinsics(camera, board, searches, fits, pair, warnings)
 

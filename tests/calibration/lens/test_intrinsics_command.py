@@ -1,6 +1,7 @@
 """From pictures in a folder to camera.json and a report, and what is said when that cannot be."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -8,10 +9,15 @@ import pytest
 from rendered_boards import SIZE, TRUTH, picture
 
 from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.intrinsics import calibrate_intrinsics
 from fusion.calibration.lens.pictures import find_pictures, thinned
 from fusion.commands.main import main
 from fusion.errors import FusionError
-from fusion.recording.camera_file import read_camera
+from fusion.geometry.camera import Camera
+from fusion.recording.camera_file import read_camera, write_camera
+from fusion.recording.images import read_ir
+from fusion.recording.recording import Frame
+from fusion.recording.write import write_recording
 
 BOARD = Board(8, 5, 0.05)
 # near, so that squares are large and quickly found; tilted in all directions
@@ -38,6 +44,18 @@ def folder(tmp_path_factory):
     cv2.imwrite(str(path / "07_ir.png"), np.zeros((50, 60), np.uint16))
     (path / "08_ir.png").write_bytes((path / "00_ir.png").read_bytes()[:5000])
     cv2.imwrite(str(path / "00_depth.png"), np.ones(SIZE[::-1], np.uint16))
+    return path
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    """The same boards seen by a second camera 52 mm to the right."""
+    path = tmp_path_factory.mktemp("both")
+    for i, pose in enumerate(POSES):
+        beside = pose - [0, 0, 0, 0.052, 0, 0]
+        cv2.imwrite(str(path / f"{i:02d}_ir.png"), picture(BOARD, pose, seed=i))
+        grey = (picture(BOARD, beside, seed=100 + i) // 80).astype(np.uint8)
+        cv2.imwrite(str(path / f"{i:02d}_color.png"), np.dstack([grey] * 3))
     return path
 
 
@@ -68,6 +86,36 @@ def test_a_folder_becomes_a_camera_and_a_report(folder, tmp_path, capsys):
     assert "Traceback" not in page
     for part in ("IR camera", "corners", "correlation", "Rays are known"):
         assert part in page
+
+
+def test_two_cameras_are_placed_beside_each_other(both, tmp_path):
+    result = calibrate_intrinsics(both, BOARD)
+    assert result.pair is not None
+    write_camera(tmp_path / "camera.json", result.camera)
+    camera = read_camera(tmp_path / "camera.json")
+    assert camera.color is not None
+    # six views: the principal points are known to a few pixels, which is a few millimetres at 0.6 m
+    np.testing.assert_allclose(camera.T_color_depth[:3, 3], [-0.052, 0, 0], atol=0.006)
+    assert result.pair.rms_px < 0.3
+
+
+def test_squares_of_another_size_than_the_depth_tells_are_warned_of(folder, tmp_path):
+    camera = Camera(*SIZE, *TRUTH[:4], tuple(TRUTH[4:]))
+    ir = [read_ir(path) for path in sorted(folder.glob("0[0-5]_ir.png"))]
+    frames = [
+        Frame(i, float(i), depth_of(pose), ir=image) for i, (pose, image) in enumerate(zip(POSES, ir, strict=True))
+    ]
+    write_recording(tmp_path / "rec", camera, frames)
+    (warning,) = calibrate_intrinsics(tmp_path / "rec", replace(BOARD, square_m=0.04)).warnings
+    assert "square_m" in warning
+    assert "1.25" in warning
+
+
+def depth_of(pose):
+    """Depth [m] of the board's plane, everywhere: the corners are all on it."""
+    R, _ = cv2.Rodrigues(pose[:3])
+    rays = Camera(*SIZE, *TRUTH[:4], tuple(TRUTH[4:])).rays().astype(float)
+    return (R[:, 2] @ pose[3:]) / (rays @ R[:2, 2] + R[2, 2])
 
 
 @pytest.mark.parametrize(
