@@ -1,7 +1,7 @@
 """The pipeline for a moving camera: correct, track, integrate; a recording becomes a mesh."""
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -9,27 +9,23 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from fusion.errors import FusionError, RecordingError, TrackingError, VolumeError
-from fusion.geometry.camera import Camera
-from fusion.geometry.depth import PointMap, point_map
+from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
-from fusion.recording.recording import Frame, Recording
+from fusion.recording.recording import Recording
 from fusion.sensor.corrected_recording import corrected_recording
-from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
 from fusion.sensor.presets import default_sensor
-from fusion.sensor.rating import sigma_of, weight_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.told import Told
-from fusion.sensor.view import View
 from fusion.tracking.tracker import Tracked, Tracker, TrackerSettings
 from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
+from fusion.volume.prepared import Prepared, fuse, fusible, prepare
 from fusion.volume.volume import Volume, VolumeSettings
 
 PROBES = 5  # frames looked at before the start, to choose voxels and to forecast the memory
 FOREGROUND = 0.25  # quantile of the depth that stands for an object's distance (guess)
-NOISIEST = 0.5  # standard deviations above this share of the truncation would tear the surface they are fused into
 MODEL_WIDTH = 400  # the model is seen at half resolution from images wider than this: noise is finer than it [px]
 
 
@@ -95,16 +91,6 @@ class Reconstruction:
     volume: Volume
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """A corrected frame ready for tracking and fusion: depth [m], its surface, and the weight of each pixel."""
-
-    depth: NDArray[np.float32]
-    surface: PointMap
-    weight: NDArray[np.float32]
-    frame: Frame
-
-
 def reconstruct(recording: Recording, settings: ReconstructSettings | None = None) -> Reconstruction:
     """Correct, track and fuse all frames of a recording.
 
@@ -137,32 +123,6 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     notes += _judge(results)
     return _result(recording, results, mesh, volume, (settings, sensor, notes, told))
-
-
-def prepare(
-    frame: Frame, camera: Camera, sensor: Sensor, moment: Moment | None = None, max_depth: float | None = None
-) -> Prepared:
-    """The surface of a corrected frame, and how good each pixel is."""
-    depth = frame.depth.astype(np.float32)
-    if max_depth is not None:
-        depth[depth > max_depth] = np.nan
-    view = View(camera, depth, ir=frame.ir, moment=moment or Moment())
-    surface = point_map(depth, camera, sigma_of(sensor, view))
-    return Prepared(depth, surface, weight_of(sensor, replace(view, incidence=surface.incidence)), frame)
-
-
-def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:
-    """Integrate a frame; pixels whose noise does not fit into the truncation are left out."""
-    truncation = volume.settings.truncation
-    # weights count in pixels as good as the noise limit, so their size does not depend on the sensor
-    weight = frame.weight * np.float32((NOISIEST * truncation) ** 2)
-    weight[~fusible(frame, truncation)] = 0
-    volume.integrate(frame.depth, frame.surface.camera, T_world_camera, weight, frame.frame.color)
-
-
-def fusible(frame: Prepared, truncation: float) -> NDArray[np.bool_]:
-    """Pixels (h, w) whose noise fits into the truncation [m]."""
-    return np.asarray(frame.surface.sigma < NOISIEST * truncation)
 
 
 def plan(

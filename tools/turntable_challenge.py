@@ -30,7 +30,6 @@ from fusion.mesh.cleanup import largest_part
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
-from fusion.reconstruct import fuse, prepare
 from fusion.recording.camera_file import camera_from_dict, camera_to_dict
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
@@ -43,6 +42,7 @@ from fusion.sensor.file import read_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.plate import above_plate
 from fusion.volume.forecast import choose_truncation
+from fusion.volume.prepared import fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings
 
 CASES = ("turntable_v1_statue", "turntable_v2_bricks")

@@ -9,7 +9,6 @@ from tqdm import tqdm
 
 from fusion.errors import RecordingError, TrackingError
 from fusion.geometry.camera import Camera
-from fusion.reconstruct import Prepared, prepare
 from fusion.recording.masks import Masks
 from fusion.recording.recording import Recording
 from fusion.scan.settings import ScanSettings
@@ -18,6 +17,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.window import of_window
 from fusion.turntable.moving import find_moving
 from fusion.turntable.views import Region, crop
+from fusion.volume.prepared import Prepared, prepare
 
 Array = NDArray[np.float64]
 LOOKED_AT = 30  # frames that show what turns

@@ -8,12 +8,12 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.cleanup import fill_small_holes, largest_part
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
-from fusion.reconstruct import Prepared
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.motion import Motion
 from fusion.turntable.plate import above_plate
 from fusion.turntable.views import Region
 from fusion.volume.forecast import choose_truncation, choose_voxel
+from fusion.volume.prepared import Prepared
 from fusion.volume.volume import VolumeSettings
 
 Array = NDArray[np.float64]

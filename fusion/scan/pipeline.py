@@ -10,7 +10,6 @@ from tqdm import tqdm
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
-from fusion.reconstruct import Prepared, fuse
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, told_angles
@@ -28,6 +27,7 @@ from fusion.turntable.circle import fit_circle, onto_circle
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import closing_pair, judge_steps
 from fusion.turntable.views import Region
+from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]

@@ -10,13 +10,13 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.geometry.trajectory import Trajectory
-from fusion.reconstruct import Prepared, fuse
 from fusion.recording.recording import Recording
 from fusion.tracking.icp import IcpSettings, align
 from fusion.turntable.axis import Axis
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.turntable.wobble import rocking
+from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
 
 Array = NDArray[np.float64]

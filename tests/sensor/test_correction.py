@@ -51,7 +51,7 @@ def recorded(sensor, stated, **known):
 
 CAMERA_ERRORS = (FocalLength(0.02), PrincipalPoint(2.0, -1.5), LensDistortion(k1=0.05, k2=-0.08, p1=0.001))
 TOF = (
-    CyclicError(amplitude=[0.004, 0.002], period=[0.6, 0.4], phase=[0.3, 1.0]),
+    CyclicError(amplitude=np.array([0.004, 0.002]), period=np.array([0.6, 0.4]), phase=np.array([0.3, 1.0])),
     AmplitudeError(0.004, 1.0, 1000.0),
     FixedPattern(map=np.linspace(-0.003, 0.003, 48 * 64).reshape(48, 64)),
     TemperatureDrift(coefficient=0.001),
@@ -169,5 +169,5 @@ def test_a_window_cuts_the_maps_of_the_noise():
     sensor = Sensor(effects=(AxialNoise(c0=noise),))
     window = (slice(10, 30), slice(5, 40))
     part = of_window(sensor, STATED.shape, window)
-    assert np.array_equal(part.effects[0].c0, noise[window])
-    assert of_window(Sensor(effects=(AxialNoise(c0=0.001),)), STATED.shape, window).effects[0].c0 == 0.001
+    assert part.effects == (AxialNoise(c0=noise[window]),)
+    assert of_window(Sensor(effects=(AxialNoise(c0=0.001),)), STATED.shape, window).effects == (AxialNoise(c0=0.001),)

@@ -1,0 +1,54 @@
+"""A corrected frame made ready for tracking and fusion, and its fusion."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import PointMap, point_map
+from fusion.geometry.pose import Array
+from fusion.recording.recording import Frame
+from fusion.sensor.moment import Moment
+from fusion.sensor.rating import sigma_of, weight_of
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+from fusion.volume.volume import Volume
+
+NOISIEST = 0.5  # standard deviations above this share of the truncation would tear the surface they are fused into
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A corrected frame ready for tracking and fusion: depth [m], its surface, and the weight of each pixel."""
+
+    depth: NDArray[np.float32]
+    surface: PointMap
+    weight: NDArray[np.float32]
+    frame: Frame
+
+
+def prepare(
+    frame: Frame, camera: Camera, sensor: Sensor, moment: Moment | None = None, max_depth: float | None = None
+) -> Prepared:
+    """The surface of a corrected frame, and how good each pixel is."""
+    depth = frame.depth.astype(np.float32)
+    if max_depth is not None:
+        depth[depth > max_depth] = np.nan
+    view = View(camera, depth, ir=frame.ir, moment=moment or Moment())
+    surface = point_map(depth, camera, sigma_of(sensor, view))
+    return Prepared(depth, surface, weight_of(sensor, replace(view, incidence=surface.incidence)), frame)
+
+
+def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:
+    """Integrate a frame; pixels whose noise does not fit into the truncation are left out."""
+    truncation = volume.settings.truncation
+    # weights count in pixels as good as the noise limit, so their size does not depend on the sensor
+    weight = frame.weight * np.float32((NOISIEST * truncation) ** 2)
+    weight[~fusible(frame, truncation)] = 0
+    volume.integrate(frame.depth, frame.surface.camera, T_world_camera, weight, frame.frame.color)
+
+
+def fusible(frame: Prepared, truncation: float) -> NDArray[np.bool_]:
+    """Pixels (h, w) whose noise fits into the truncation [m]."""
+    return np.asarray(frame.surface.sigma < NOISIEST * truncation)
