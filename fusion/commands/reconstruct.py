@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fusion.commands.shown import add_common, shown_box
+from fusion.commands.shown import add_common, shown_box, shown_sensor
 
 if TYPE_CHECKING:
     from fusion.reconstruct import Reconstruction, ReconstructSettings
@@ -41,10 +41,9 @@ def run(options: argparse.Namespace) -> None:
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ReconstructSettings":
     from fusion.reconstruct import ReconstructSettings
-    from fusion.sensor.file import read_sensor
 
     return ReconstructSettings(
-        sensor=None if options.sensor is None else read_sensor(options.sensor),
+        sensor=shown_sensor(options, recording.camera),
         poses=None if options.poses is None else _poses(options.poses, recording),
         voxel=options.voxel,
         truncation=options.truncation,

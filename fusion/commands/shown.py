@@ -2,6 +2,11 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fusion.geometry.camera import Camera
+    from fusion.sensor.sensor import Sensor
 
 Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
 
@@ -17,7 +22,20 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     add("--truncation", type=float, metavar="M", help="half band around the surface [m]; default: from the noise")
     add("--box", type=float, nargs=6, metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"), help="keep only this box [m]")
     add("--no-color", action="store_true", help="leave the colours out (a third of the memory)")
+    add("--force", action="store_true", help="use a sensor model that was calibrated for another camera")
     add("--json", action="store_true", help="print one JSON object")
+
+
+def shown_sensor(options: argparse.Namespace, camera: "Camera") -> "Sensor | None":
+    """The model of `--sensor`; SensorError when it belongs to another camera and `--force` is not given."""
+    from fusion.sensor.file import read_sensor
+    from fusion.sensor.unit import refuse_other_unit
+
+    if options.sensor is None:
+        return None
+    sensor = read_sensor(options.sensor)
+    refuse_other_unit(sensor, camera, options.force)
+    return sensor
 
 
 def shown_box(values: list[float] | None) -> Corners | None:

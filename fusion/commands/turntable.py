@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fusion.commands.shown import add_common, shown_box
+from fusion.commands.shown import add_common, shown_box, shown_sensor
 
 if TYPE_CHECKING:
     from fusion.recording.recording import Recording
@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.scan.pipeline import scan_turntable
 
     recording = open_recording(options.recording, options.camera)
-    scan = scan_turntable(recording, _settings(options))
+    scan = scan_turntable(recording, _settings(options, recording))
     write(options.output, recording, scan)
     numbers = summary(recording, scan)
     if options.json:
@@ -44,14 +44,13 @@ def run(options: argparse.Namespace) -> None:
         print("\n".join([*lines(numbers), f"report    {options.output / 'report.html'}"]))
 
 
-def _settings(options: argparse.Namespace) -> "ScanSettings":
+def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSettings":
     import numpy as np
 
     from fusion.scan.settings import ScanSettings
-    from fusion.sensor.file import read_sensor
 
     return ScanSettings(
-        sensor=None if options.sensor is None else read_sensor(options.sensor),
+        sensor=shown_sensor(options, recording.camera),
         box=shown_box(options.box),
         mask=options.mask,
         step=None if options.step is None else float(np.deg2rad(options.step)),

@@ -23,6 +23,7 @@ from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
@@ -174,6 +175,7 @@ def test_depth_along_stated_rays_is_taken_to_the_true_ones():
 
 def test_models_are_bound_to_their_unit():
     other = Sensor("x", "structured_light", serial="2")
+    start([_Recording(SL)], None, preset("kinect-v1"))  # a preset is of no unit
     with pytest.raises(FusionError, match="another camera"):
         start([_Recording(SL)], None, other)
     assert start([_Recording(SL)], None, other, force=True).serial == "1"
