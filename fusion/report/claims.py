@@ -26,8 +26,9 @@ CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities 
 def claim_section(found: Explanation, claim: Claim, mask: NDArray[Any], unit: Unit) -> Section:
     """Everything about one claim, the plain sentence first."""
     entry = claim.entry
-    title = f"{'Also missing' if claim.number else 'Missing'}: {plain(entry['effect'])}"
-    curves = [_curve(found, claim, name, unit) for name in _variables(found, entry)]
+    what = "an unknown effect" if entry["effect"] == "unknown" else plain(entry["effect"])
+    title = f"{'Also missing' if claim.number else 'Missing'}: {what}"
+    curves = [_curve(found, claim, name, unit) for name in shown_variables(found, entry)]
     curves = [curve for curve in curves if len(curve.at) > 1]
     strongest = max((float(np.abs(curve.law).max()) for curve in curves), default=0.0)
     text = Figure(
@@ -39,7 +40,7 @@ def claim_section(found: Explanation, claim: Claim, mask: NDArray[Any], unit: Un
         "standard deviation of the noise. Bright pixels of the picture tell most for the claim.",
     )
     figures = (claim_figure(curves, mask, unit, text),) if curves else ()
-    return Section(title, _lead(entry), figures, html=_parameters(entry) + _questions(entry))
+    return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))
 
 
 def plain(name: str) -> str:
@@ -69,13 +70,15 @@ def quantity(value: Any, std: float | None, unit: str) -> tuple[str, str, str]:
     return text, f"{std:.{places}f}" if known else ("exact" if std == 0 else "not given"), "" if unit == "1" else unit
 
 
-def _lead(entry: dict[str, Any]) -> str:
+def lead(entry: dict[str, Any]) -> str:
+    """What it is, how much it explains and how sure it is, in sentences."""
     evidence = entry["evidence"]
+    what = "all misfit, judged on recordings that took no part in its fit"
+    if entry["channel"] == "noise":
+        what = "what is wrong with the noise"
     said = entry["where"]["text"].removeprefix(f"{entry['effect']}: ")
     said = f"Law: {said}" if said != entry["where"]["text"] else said
-    gain = (
-        f"It explains {evidence['heldout_gain']:.0%} of all misfit, judged on recordings that took no part in its fit."
-    )
+    gain = f"It explains {evidence['heldout_gain']:.0%} of {what}."
     hidden = 1 - evidence["visible_share"]
     share = (
         f"{hidden:.0%} of its trace could be errors of poses as well; it is judged by the rest."
@@ -85,7 +88,7 @@ def _lead(entry: dict[str, Any]) -> str:
     return f"{said[:1].upper()}{said[1:]}. {gain} {chance(evidence['false_alarm_probability'])} {share}"
 
 
-def _variables(found: Explanation, entry: dict[str, Any]) -> list[str]:
+def shown_variables(found: Explanation, entry: dict[str, Any]) -> list[str]:
     """The law's own variables that tiles have, at most two, and that of the region."""
     known = variables_here(found)
     kinds = {kind.name: kind for kind in EFFECTS}
@@ -108,7 +111,7 @@ def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve
     used = inside(found, [bound for bound in bounds if bound["variable"] != variable])
     weights = 1 / spread(found.gauge) ** 2
     rows = []
-    for inner in _bins(found, variable, values, used):
+    for inner in bins(found, variable, values, used):
         share = np.where(inner, weights, 0) / weights[inner].sum()
         noise = float(np.linalg.norm(found.gauge.bare.T @ share))
         rows.append(
@@ -119,7 +122,7 @@ def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve
     return Curve(variable, at, law, before, after, noises, own[0] if own else None)
 
 
-def _bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
+def bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
     """Tiles (n,) of each bin: rows or columns of tiles, else equally many tiles each."""
     if variable in ("u", "v"):
         side = max(patch.tiles.side for patch in found.before.patches)
@@ -133,7 +136,8 @@ def _bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.bo
             yield inner
 
 
-def _parameters(entry: dict[str, Any]) -> str:
+def parameters_table(entry: dict[str, Any]) -> str:
+    """The fitted parameters as HTML."""
     kinds = {kind.name: kind for kind in EFFECTS}
     kind = kinds.get(entry["effect"])
     meanings = {about.label: about.meaning for about in parameters(kind).values()} if kind else {}
@@ -145,7 +149,8 @@ def _parameters(entry: dict[str, Any]) -> str:
     return "<h3>Parameters</h3>" + numbers_table(head, rows) if rows else ""
 
 
-def _questions(entry: dict[str, Any]) -> str:
+def questions(entry: dict[str, Any]) -> str:
+    """What else it could be and what to record next, as HTML."""
     alike = [plain(name) for name in entry["indistinguishable_from"]]
     other = (
         f"In this data it looks the same as: {', '.join(alike)}. Which of them it is stays open; the correction fits "

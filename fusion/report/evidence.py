@@ -124,22 +124,29 @@ class Claim:
             / spread(found.gauge) ** 2
             * inside(found, self.entry["where"]["region"])
         )
-        shape = found.before.patches[0].view.camera.shape
-        total, seen = np.zeros(shape), np.zeros(shape)
-        for rows, patch in found.before.rows():
-            image = painted(patch, energy[rows])
-            total += np.nan_to_num(image)
-            seen += np.isfinite(image)
-        share = total / np.maximum(seen, 1)
-        most = float(np.percentile(share[seen > 0], 99)) if seen.any() else 0.0
-        return np.asarray(np.clip(share / most, 0, 1) * 255 if most > 0 else share * 0).round().astype(np.uint8)
+        return mask_of(found, energy)
+
+
+def mask_of(found: Explanation, energy: Vector) -> NDArray[np.uint8]:
+    """(h, w) mean over the looks of what each tile (n,) tells: 255 the most, 0 nothing or never seen."""
+    shape = found.before.patches[0].view.camera.shape
+    total, seen = np.zeros(shape), np.zeros(shape)
+    for rows, patch in found.before.rows():
+        image = painted(patch, np.maximum(energy[rows], 0))
+        total += np.nan_to_num(image)
+        seen += np.isfinite(image)
+    share = total / np.maximum(seen, 1)
+    most = float(np.percentile(share[seen > 0], 99)) if seen.any() else 0.0
+    return np.asarray(np.clip(share / most, 0, 1) * 255 if most > 0 else share * 0).round().astype(np.uint8)
 
 
 def claims_of(found: Explanation, verdict: dict[str, Any]) -> list[Claim]:
-    """The established claims of a verdict with their footprints."""
+    """The established claims of a verdict on the mean depth, with their footprints."""
     left = found.named.white - (found.left.fitted if found.unknown else 0.0)
     out = []
     for number, entry in enumerate(verdict["missing"]):
+        if entry["channel"] != "bias":
+            continue
         own = [step.footprint for step in found.named.steps if step.effect.name == entry["effect"]]
         white = found.left.fitted if entry["effect"] == "unknown" else np.sum([np.zeros_like(left), *own], axis=0)
         out.append(Claim(number, entry, white, left))

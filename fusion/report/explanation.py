@@ -12,9 +12,10 @@ from fusion.discrepancy.verdict import sentence
 from fusion.output import atomic_file
 from fusion.report.claims import chance, claim_section, plain, quantity
 from fusion.report.evidence import Compared, claims_of, compared, depth_per_native, recording_names
-from fusion.report.figures.explanation import DISPARITY, LENGTH
+from fusion.report.figures.explanation import DISPARITY, LENGTH, Unit
 from fusion.report.judgement import level
 from fusion.report.mismatch import fit_section, maps_section, said_misfit, short
+from fusion.report.noise_claim import noise_mask, noise_of, noise_section
 from fusion.report.page import Light, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 
@@ -31,13 +32,7 @@ def explanation_report(folder: Path, found: Explanation, verdict: dict[str, Any]
     """
     seen = compared(found)
     unit = LENGTH if found.before.patches[0].view.time_of_flight else DISPARITY
-    sections = []
-    for claim in claims_of(found, verdict):
-        mask = claim.mask(found)
-        name = f"mask_{claim.number}.png"
-        _write_mask(Path(folder) / name, mask)
-        claim.entry["where"]["mask"] = name
-        sections.append(claim_section(found, claim, mask, unit))
+    sections = _claims(Path(folder), found, verdict, unit)
     page = Page(
         title="Simulation against recordings",
         subtitle=f"{len(recording_names(found.before))} recordings, {verdict['fit']['frames_fitted']} frames fitted, "
@@ -47,6 +42,26 @@ def explanation_report(folder: Path, found: Explanation, verdict: dict[str, Any]
         sections=[maps_section(seen, unit), *sections, fit_section(seen), _limits(found, verdict), _invisible(verdict)],
     )
     write_page(Path(folder) / "report.html", page)
+
+
+def _claims(folder: Path, found: Explanation, verdict: dict[str, Any], unit: Unit) -> list[Section]:
+    """A section and a mask picture per established claim."""
+    of_mean = {claim.number: claim for claim in claims_of(found, verdict)}
+    sections = []
+    for number, entry in enumerate(verdict["missing"]):
+        if number in of_mean:
+            mask = of_mean[number].mask(found)
+            section = claim_section(found, of_mean[number], mask, unit)
+        elif found.spread is not None:
+            noise = noise_of(found, found.spread)
+            mask = noise_mask(found, noise)
+            section = noise_section(found, number, entry, noise, mask, unit)
+        else:
+            continue
+        entry["where"]["mask"] = f"mask_{number}.png"
+        _write_mask(folder / entry["where"]["mask"], mask)
+        sections.append(section)
+    return sections
 
 
 def _write_mask(path: Path, mask: np.ndarray) -> None:

@@ -16,8 +16,8 @@ def said_misfit(seen: Compared) -> str:
     """The misfit before and after, without a full stop."""
     before, after = seen.misfit
     if seen.changed:
-        return f"The misfit goes from {short(before)} to {short(after)} (1 is noise alone)"
-    return f"The misfit is {short(after)} (1 is noise alone)"
+        return f"The misfit of the mean depth goes from {short(before)} to {short(after)} (1 is noise alone)"
+    return f"The misfit of the mean depth is {short(after)} (1 is noise alone)"
 
 
 def short(misfit: float) -> str:

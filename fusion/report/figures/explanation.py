@@ -95,11 +95,15 @@ def claim_figure(curves: Sequence[Curve], mask: Array, unit: Unit, text: Figure)
             if column == 0:
                 top.set_ylabel(f"shift [{unit.text}]")
                 low.set_ylabel(f"left over [{unit.text}]")
-        ax = figure.add_subplot(grid[:, -1])
-        drawn = _image(ax, mask / 2.55, cmap=SEQUENTIAL, vmin=0, vmax=100)
-        ax.set_title("Where in the image it shows")
-        figure.colorbar(drawn, ax=ax, label="share of the strongest pixel [%]", shrink=0.6, orientation="horizontal")
+        mask_panel(figure, figure.add_subplot(grid[:, -1]), mask)
         return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
+
+
+def mask_panel(figure: Any, ax: Any, mask: Array) -> None:
+    """The picture (h, w) uint8 of where a claim shows."""
+    drawn = _image(ax, mask / 2.55, cmap=SEQUENTIAL, vmin=0, vmax=100)
+    ax.set_title("Where in the image it shows")
+    figure.colorbar(drawn, ax=ax, label="share of the strongest pixel [%]", shrink=0.6, orientation="horizontal")
 
 
 def _curve(top: Any, low: Any, curve: Curve, legend: bool) -> None:
@@ -117,8 +121,10 @@ def _curve(top: Any, low: Any, curve: Curve, legend: bool) -> None:
     low.set_xlabel(AXES.get(curve.variable, curve.variable))
     top.tick_params(labelbottom=False)
     if curve.variable == "amplitude" and curve.at[0] > 0 and curve.at[-1] > 5 * curve.at[0]:
-        top.set_xscale("log")
-        low.set_xscale("log")
+        for ax in (top, low):
+            ax.set_xscale("log")
+            ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")  # powers of ten would be formulas
+            ax.xaxis.set_minor_formatter(lambda value, _: "")
     if legend:
         for ax in (top, low):
             ax.legend(loc="best", ncols=2)

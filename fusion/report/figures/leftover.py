@@ -29,6 +29,7 @@ def recordings_figure(recordings: Sequence[tuple[str, float, float]], changed: b
         if max(before) > 20:
             ax.set_yscale("log")
             ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")  # powers of ten would be formulas
+            ax.yaxis.set_minor_formatter(lambda value, _: "")
         ax.set_xticks(place, names, rotation=0 if len(names) <= 12 else 60)
         ax.grid(axis="x", visible=False)
         ax.set_ylabel("chi2 per degree of freedom")
