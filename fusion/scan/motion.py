@@ -7,14 +7,15 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.reconstruct import Prepared, fuse
 from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.axis import Axis
 from fusion.turntable.finish import finish, rays_of
+from fusion.turntable.log import with_log
 from fusion.turntable.motion import Motion, estimate_motion
 from fusion.turntable.views import Region, View, usable, view
+from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -34,13 +35,22 @@ def find_motion(
     Raises:
         TrackingError: no frame can be read, or nothing turns about one axis.
     """
-    camera, settings = how
+    camera = how[0]
     still = None if region.still is None else region.still[region.window(camera)]
     cut = replace(region, still=still)
     views = [view(f.surface, cut) if f is not None else _nothing(frames) for f in frames]
     motion = estimate_motion(views, region, commanded)
-    if motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
-        return motion
+    if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
+        motion = _finished(frames, how, cut, motion)
+    if commanded is not None:
+        motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
+    return motion
+
+
+def _finished(
+    frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, motion: Motion
+) -> Motion:
+    camera, settings = how
     volume_settings = replace(choose_volume(settings, camera, (frames, region, motion)), color=False)
 
     def model_of(axis: Axis, angles: Array) -> Volume:
@@ -50,7 +60,7 @@ def find_motion(
                 fuse(volume, frame, T)
         return volume
 
-    rays = [None if f is None else rays_of(f.surface, usable(f.surface, cut)) for f in frames]
+    rays = [None if f is None else rays_of(f.surface, usable(f.surface, region)) for f in frames]
     found = finish(rays, (motion.axis, motion.angles), model_of)
     return replace(motion, axis=found.axis, angles=found.angles, angle_std=found.angle_std)
 

@@ -1,0 +1,57 @@
+"""The table's log and the measured angles together."""
+
+import numpy as np
+import pytest
+
+from fusion.turntable.log import with_log
+
+N = 200
+STEP = np.deg2rad(5.0)
+
+
+def table(scatter_deg, noise_deg, seed=0, slip_deg=0.0):
+    """What the log says, how far the table turned, and what was measured."""
+    rng = np.random.default_rng(seed)
+    told = STEP * np.arange(N)
+    steps = STEP + np.deg2rad(scatter_deg) * rng.normal(size=N - 1)
+    steps[N // 2] += np.deg2rad(slip_deg)
+    true = np.concatenate([[0.0], np.cumsum(steps)])
+    measured = true + np.deg2rad(noise_deg) * rng.normal(size=N)
+    return told, true, measured - measured[0], np.full(N, np.deg2rad(noise_deg))
+
+
+def rms_deg(angles, true):
+    error = np.rad2deg(angles - true)
+    return float(np.nanstd(error))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_steady_table_halves_the_noise(sign):
+    told, true, measured, std = table(0.03, 0.1)
+    found = with_log(measured, std, sign * told)
+    # for a random walk of s and noise of r, theory says r * sqrt(s / 2 r) = 0.04 deg; half as much
+    # again as the scatter must be found
+    assert rms_deg(found, true) < 0.06
+    assert found[0] == 0
+
+
+def test_an_uneven_table_changes_little_and_harms_nothing():
+    told, true, measured, std = table(1.0, 0.1)
+    assert np.rad2deg(np.abs(with_log(measured, std, told) - measured)).max() < 0.15  # a tenth of what the log is off
+    assert rms_deg(with_log(measured, std, told), true) < 1.02 * rms_deg(measured, true)
+
+
+def test_a_slip_stays_whole():
+    told, true, measured, std = table(0.05, 0.1, slip_deg=4.0)
+    found = with_log(measured, std, told)
+    jump = np.rad2deg(found[N // 2 + 1] - found[N // 2] - STEP)
+    assert jump == pytest.approx(4.0, abs=0.3)  # three standard deviations of a step
+    assert rms_deg(found, true) < rms_deg(measured, true)
+
+
+def test_rejected_frames_stay_out_and_few_frames_stay_as_they_are():
+    told, _, measured, std = table(0.05, 0.1)
+    measured[[3, 4, 50]] = np.nan
+    found = with_log(measured, std, told)
+    assert np.flatnonzero(np.isnan(found)).tolist() == [3, 4, 50]
+    assert np.array_equal(with_log(measured[5:25], std[5:25], told[5:25]), measured[5:25], equal_nan=True)
