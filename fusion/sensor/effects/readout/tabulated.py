@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fusion.errors import SensorError
 from fusion.sensor.disparity import depth_change, disparity
 from fusion.sensor.effect import Effect
+from fusion.sensor.layers import layers_of
 from fusion.sensor.parameter import Value, parameter, setting
 from fusion.sensor.table import interpolated
 from fusion.sensor.view import Image, View
@@ -90,5 +91,9 @@ class Tabulated(Effect):
         return ""
 
     def _at(self, table: NDArray[np.floating], at: list[Any], depth: Image) -> Image:
+        if self.variables[:2] == ("v", "u") and table.ndim == 3 and np.shape(at[2]) == depth.shape:
+            grid = tuple(map(tuple, self.grid))
+            layers = layers_of(np.ascontiguousarray(table, float).tobytes(), table.shape, grid, depth.shape)
+            return np.nan_to_num(layers.at(np.asarray(at[2]))).astype(depth.dtype, copy=False)
         value = interpolated(table, self.grid, at) if table.ndim else table
         return np.nan_to_num(value).astype(depth.dtype)
