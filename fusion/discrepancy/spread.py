@@ -63,14 +63,14 @@ def spread_step(observations: Observations) -> SpreadStep | None:
         for factor in SIZES:
             # noise adds in squares, so the variance grows with the square of the size
             change = _without(np.log(np.maximum(1 + factor**2 * grown, 1e-6)) * weight, known, weight)
-            size = factor * about.typical
+            tried = float(factor * about.typical)
             gain = float(white @ white - ((white - change) ** 2).sum())
-            if about.low <= size <= about.high:
-                scored.append((gain, replace(effect, **{about.name: float(size)}), about, float(size), change))
+            if about.low <= tried <= about.high:
+                scored.append((gain, replace(effect, **{about.name: tried}), about, tried, change))
     if not scored:
         return None
-    gain, effect, about, size, change = max(scored, key=lambda entry: entry[0])
-    probability = float(min(1.0, len(scored) * chi2.sf(max(gain, 0.0) / inflated, 1)))
+    best, effect, about, size, change = max(scored, key=lambda entry: entry[0])
+    probability = float(min(1.0, len(scored) * chi2.sf(max(best, 0.0) / inflated, 1)))
     within = np.array([_gain(white[place == g], change[place == g]) for g in np.unique(place)])
     strong = bool(np.quantile(np.abs(change / weight), 0.9) > LEAST_CHANGE)
     # no single recording may bring it all, where several could
@@ -84,7 +84,7 @@ def spread_step(observations: Observations) -> SpreadStep | None:
     }
     # the spread of a logarithm of a variance is linear in the square of a size
     std = 0.5 * size * float(np.sqrt(inflated / max(float(change @ change), 1e-300)))
-    return SpreadStep(effect, about, std, gain, gain / float(white @ white), probability, tuple(sorted(alike)))
+    return SpreadStep(effect, about, std, best, best / float(white @ white), probability, tuple(sorted(alike)))
 
 
 def _excess(patches: Sequence[Patch]) -> tuple[Vector, Vector]:
