@@ -1,0 +1,45 @@
+"""A made-up explanation for the report's tests: walls with something hidden, explained without files."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+sys.path.append(str(Path(__file__).parents[1] / "discrepancy"))
+from made_up_walls import WALLS, looks_at, sensor_of
+
+from fusion.discrepancy.candidates import candidates_of
+from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.naming import name_effects
+from fusion.discrepancy.observations import observe
+from fusion.discrepancy.spread import spread_step
+from fusion.discrepancy.unrestricted import explained, groups_of
+from fusion.sensor.effect import Effect
+
+
+def explanation_of(principle: str, *hidden: Effect, names: Sequence[str] = ()) -> Explanation:
+    """What is found about a sensor that hides effects, with held-out frames; recordings may have names."""
+    known = sensor_of(principle)
+    looks = []
+    pair = (looks_at(sensor_of(principle, *hidden), seed, WALLS[:4]) for seed in (1, 2))
+    for look, held in zip(*pair, strict=True):
+        name = names[look.place] if names else f"wall_{look.place}"
+        stage = SimpleNamespace(**vars(look.stage), recording=SimpleNamespace(path=Path(name)))
+        looks.append(replace(look, stage=stage, held=replace(held, stage=stage)))
+    before = observe(known, looks)
+    gauge = gauge_of(before)
+    white = gauge.whiten(before.residual)
+    groups, nothing = groups_of(before, gauge), np.zeros((len(white), 0))
+    possible = explained(white, groups, nothing)
+    candidates = candidates_of(before, gauge)
+    named = name_effects(looks, before, gauge, candidates)
+    left = explained(named.white, groups, nothing)
+    keys = ("chi2_per_dof_before", "chi2_per_dof_after", "rms_before_m", "rms_after_m")
+    return Explanation(
+        tuple(looks), before, gauge, white, named, spread_step(named.observations), possible, left,
+        tuple(candidates), dict.fromkeys(keys, 0.001),
+    )  # fmt: skip

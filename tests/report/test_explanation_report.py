@@ -1,0 +1,112 @@
+"""The report of an explanation: its pictures say what the verdict says, and the page reads well in a browser."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from browser import BINARY, Browser
+from explained import explanation_of
+
+from fusion.discrepancy.unrestricted import Found
+from fusion.discrepancy.verdict import verdict_of
+from fusion.report.claims import chance, quantity
+from fusion.report.evidence import claims_of, cleaned, compared
+from fusion.report.explanation import explanation_report
+from fusion.sensor.effects.light.ambient_light import AmbientLight
+from fusion.sensor.effects.phase.cyclic_error import CyclicError
+
+HOSTILE = '<script>document.title="taken"</script> onmouseover=x $\\frac{'
+
+
+@pytest.fixture(scope="module")
+def waved():
+    return explanation_of("itof", CyclicError(amplitude=[0.004], period=[1.9], phase=[0.5]))
+
+
+@pytest.fixture(scope="module")
+def nothing():
+    return explanation_of("structured_light")
+
+
+def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, tmp_path):
+    verdict = verdict_of(waved)
+    explanation_report(tmp_path, waved, verdict)
+    assert verdict["missing"]
+    for entry in verdict["missing"]:
+        mask = cv2.imread(str(tmp_path / entry["where"]["mask"]), cv2.IMREAD_UNCHANGED)
+        assert mask.dtype == np.uint8 and mask.shape == waved.looks[0].view.camera.shape
+        assert mask.max() == 255
+    page = (tmp_path / "report.html").read_text()
+    titles = re.findall("<h2>(.*?)</h2>", page)
+    assert titles[:3] == ["Summary", "Before and after", "Missing: cyclic error"]
+    assert page.index("<b>Verdict</b>") < page.index("<b>Fit</b>")
+    assert "What else it could be" in page and "What to record next" in page and "What cannot be seen here" in page
+
+
+def test_nothing_missing_says_so_and_shows_noise(nothing, tmp_path):
+    verdict = verdict_of(nothing)
+    explanation_report(tmp_path, nothing, verdict)
+    page = (tmp_path / "report.html").read_text()
+    assert verdict["nothing_missing"] and "Nothing is missing" in page
+    assert "times as much as noise alone" in page and "Before and after" not in page
+    assert not list(tmp_path.glob("mask_*"))
+
+
+def test_pose_errors_are_taken_out_and_claims_stay(waved):
+    gauge, n = waved.gauge, len(waved.white)
+    own = np.random.default_rng(0).normal(size=n)
+    noise = gauge.bare @ own
+    # noise that poses cannot make is left nearly as it was: 4 walls x 6 pose directions of some hundred tiles
+    assert np.linalg.norm(cleaned(gauge, gauge.whiten(noise)) - noise) < 0.5 * np.linalg.norm(noise)
+    seen = compared(waved)
+    assert seen.held_out and seen.changed
+    assert seen.misfit[1] < 0.1 * seen.misfit[0]
+    claim = claims_of(waved, verdict_of(waved))[0]
+    # to first order the claim is what the model lacked, so the sum is the residual before
+    assert np.linalg.norm(claim.white + claim.left - waved.white) < 0.2 * np.linalg.norm(waved.white)
+
+
+def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
+    fitted = 3.0 * np.sin(np.arange(len(nothing.white)))
+    unknown = replace(nothing, left=Found(400.0, ("v", "depth"), fitted))
+    explanation_report(tmp_path / "a", unknown, verdict := verdict_of(unknown))
+    assert verdict["missing"][0]["where"]["mask"] == "mask_0.png"
+    assert "an unknown effect" in (tmp_path / "a" / "report.html").read_text()
+    bright = explanation_of("itof", AmbientLight(ambient=6000.0))
+    assert bright.spread is not None
+    explanation_report(tmp_path / "b", bright, verdict_of(bright))
+    assert "times as large" in (tmp_path / "b" / "report.html").read_text()
+
+
+def test_frames_that_were_fitted_serve_where_none_were_held_out(waved):
+    bare = replace(waved, looks=tuple(replace(look, held=None) for look in waved.looks))
+    assert not compared(bare).held_out
+
+
+def test_numbers_are_said_with_the_digits_that_are_known():
+    assert quantity(0.0123456, 0.0004, "m") == ("12.35", "0.40", "mm")
+    assert quantity(1.5, None, "1") == ("1.5", "not given", "")
+    assert quantity([0.001, 0.002], None, "m")[0] == "1, 2"
+    assert "practically never" in chance(0.0)
+    assert "once in 1,000 " in chance(0.001)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BINARY is None, reason="no Chromium is installed")
+def test_the_page_is_calm_and_fits_narrow_windows(tmp_path: Path):
+    hidden = CyclicError(amplitude=[0.004], period=[1.9], phase=[0.5])
+    found = explanation_of("itof", hidden, names=[HOSTILE.replace("/", ""), *"bcd"])
+    explanation_report(tmp_path, found, verdict_of(found))
+    with Browser(1280, 900) as browser:
+        browser.open(tmp_path / "report.html")
+        assert browser.console == []
+        assert all(request.startswith(("file:", "data:")) for request in browser.requests)
+        assert browser.evaluate("document.title") == "Simulation against recordings"
+        ids = "[...document.querySelectorAll('section, svg.plot [id]')].map(e => e.id)"
+        assert browser.evaluate(f"{ids}.length - new Set({ids}).size") == 0
+        for width in (1280, 820, 390):
+            browser.resize(width, 900)
+            assert browser.evaluate("document.documentElement.scrollWidth") <= width
