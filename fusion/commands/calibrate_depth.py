@@ -19,6 +19,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for sensor.json and report.html")
     add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
     add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known")
+    add(
+        "--board",
+        type=Path,
+        metavar="JSON",
+        help="board.json: each picture that shows the board is a wall, placed by its corners",
+    )
     add("--distance-std", type=float, default=0.001, metavar="M", help="standard deviation of distance_m [m]; 0.001")
     add("--no-map", action="store_true", help="leave out maps of what is left per pixel")
     add("--force", action="store_true", help="take recordings or models of another camera")
@@ -28,11 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Calibrate and write sensor.json and report.html."""
     from fusion.calibration.depth.calibration import DepthSettings, calibrate_depth
+    from fusion.calibration.lens.board import read_board
     from fusion.recording.camera_presets import find_camera
     from fusion.recording.open import open_recording
     from fusion.sensor.file import read_sensor
 
     settings = DepthSettings(
+        board=None if options.board is None else read_board(options.board),
         camera=None if options.camera is None else find_camera(options.camera),
         sensor=None if options.sensor is None else read_sensor(options.sensor),
         distance_std=options.distance_std,

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.depth.axis_curve import axis_curve
+from fusion.calibration.depth.board_walls import board_walls
 from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, terms_for
 from fusion.calibration.depth.curve import Curve, span
 from fusion.calibration.depth.fitted import Fitted, Setting, finish
@@ -20,6 +21,7 @@ from fusion.calibration.depth.terms import Term
 from fusion.calibration.depth.variance import with_variance
 from fusion.calibration.depth.visibility import Visibility, visibilities
 from fusion.calibration.depth.wall import Wall, read_wall
+from fusion.calibration.lens.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Recording
@@ -39,6 +41,7 @@ class DepthSettings:
         sensor: what is already known of the sensor.
         distance_std: standard deviation of the stated distances [m].
         surface: False leaves maps and stacks out.
+        board: each picture that shows it is a wall; a recording without one is one wall, as all are when None.
         force: take recordings or models of another camera.
     """
 
@@ -47,6 +50,7 @@ class DepthSettings:
     distance_std: float = DISTANCE_STD
     surface: bool = True
     force: bool = False
+    board: Board | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.distance_std) and self.distance_std > 0):
@@ -111,7 +115,10 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     if not recordings:
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
-    walls = [read_wall(r, begin.camera, begin.known, settings.distance_std) for r in recordings]
+    walls = [wall for recording in recordings for wall in _walls(recording, begin, settings)]
+    if settings.board is not None and not any(any(wall.centre) for wall in walls):
+        do = "check board.json, and that there are IR images in the depth camera's pixels"
+        raise FusionError("no picture shows the board", found=f"{len(recordings)} recordings", do=do)
     return calibrate_walls(walls, begin, settings.surface)
 
 
@@ -146,6 +153,15 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     notes = (*begin.notes, *notes_on(seen, walls, (judged[0], judged[chosen]), fitted))
     evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
+
+
+def _walls(recording: Recording, begin: Start, settings: DepthSettings) -> list[Wall]:
+    """Every picture of a recording that shows the board, or the one wall that it shows."""
+    if settings.board is not None:
+        found = board_walls(recording, begin.camera, begin.known, settings.board)
+        if found:
+            return found
+    return [read_wall(recording, begin.camera, begin.known, settings.distance_std)]
 
 
 def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Problem, list[Visibility]]:

@@ -119,13 +119,18 @@ def terms_of(samples: Samples, terms: list[Term]) -> Array:
 
 
 def _nuisances(wall: Wall, camera: Camera, tiles: Tiles) -> Array:
-    """(t, 3) change of z = D / (1 + a x + b y) with a, b and D."""
+    """(t, 3) change of z = D (1 + a x0 + b y0) / (1 + a x + b y) with a, b and D, the depth at the centre (x0, y0)."""
     plane, rays = wall.true_plane, camera.rays().astype(float)
     depth = plane.depth(camera)
+    x0, y0 = wall.centre
+    at_centre = plane.inverse_at(x0, y0)
     turned = -(depth**2) / plane.distance
-    return np.column_stack(
-        [tiles.mean(x) for x in (turned * rays[..., 0], turned * rays[..., 1], depth / plane.distance)]
+    columns = (
+        turned * rays[..., 0] + depth * x0 / at_centre,
+        turned * rays[..., 1] + depth * y0 / at_centre,
+        depth * at_centre / plane.distance,
     )
+    return np.column_stack([tiles.mean(np.nan_to_num(column)) for column in columns])
 
 
 def information_of(evidence: Evidence, terms: list[Term]) -> Information:

@@ -33,6 +33,10 @@ class Plane:
         inverse = (1.0 + self.a * rays[..., 0] + self.b * rays[..., 1]) / self.distance
         return np.where(inverse > 0, 1.0 / np.where(inverse > 0, inverse, 1.0), np.nan)
 
+    def inverse_at(self, x: float, y: float) -> float:
+        """Distance on the axis over the depth along the ray (x, y, 1)."""
+        return 1.0 + self.a * x + self.b * y
+
     @property
     def tilt(self) -> float:
         """Angle between the optical axis and the normal [rad]."""

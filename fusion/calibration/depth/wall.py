@@ -30,11 +30,12 @@ class Wall:
         std: (h, w) standard deviation of one frame [m].
         mask: (h, w) pixels of the wall.
         plane: through the wall.
-        distance: along the optical axis, as it was measured otherwise [m]; NaN when it was not.
+        distance: depth at `centre`, as it was measured otherwise [m]; NaN when it was not.
         distance_std: of that distance [m].
         ir: (h, w) mean amplitude [count], or None.
         moment: when it was recorded.
         ir_everywhere: True when every frame has its IR image.
+        centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
     """
 
     name: str
@@ -49,11 +50,14 @@ class Wall:
     ir: NDArray[np.floating] | None = None
     moment: Moment = field(default_factory=Moment)
     ir_everywhere: bool = False
+    centre: tuple[float, float] = (0.0, 0.0)
 
     @property
     def true_plane(self) -> Plane:
         """The fitted tilt at the stated distance, or the fitted plane where none is stated."""
-        return replace(self.plane, distance=self.distance) if np.isfinite(self.distance) else self.plane
+        if not np.isfinite(self.distance):
+            return self.plane
+        return replace(self.plane, distance=self.distance * self.plane.inverse_at(*self.centre))
 
     def view(self, camera: Camera, depth: NDArray[np.floating]) -> View:
         """What the pixels look at when the wall is at `depth` (h, w) [m]."""
@@ -112,9 +116,14 @@ def read_wall(recording: Recording, camera: Camera, known: Sensor, distance_std:
 
 
 def wall_of(
-    means: Means, camera: Camera, known: Sensor, stated: tuple[str, float, float], moment: Moment | None = None
+    means: Means,
+    camera: Camera,
+    known: Sensor,
+    stated: tuple[str, float, float],
+    moment: Moment | None = None,
+    centre: tuple[float, float] = (0.0, 0.0),
 ) -> Wall:
-    """The wall in means of frames; `stated`: name, distance [m] (NaN when not known) and its standard deviation."""
+    """The wall in means of frames; `stated`: name, depth at `centre` [m] (NaN when not known), standard deviation."""
     name, distance, distance_std = stated
     if np.isfinite(distance) and not distance > 0:
         raise FusionError("the stated distance is not usable", name, f"{distance:g} m", "a distance above 0")
@@ -125,12 +134,13 @@ def wall_of(
         plane, mask = find_wall(depth, camera)
     except FusionError as error:
         raise FusionError(error.what, name, error.found, error.expected, error.do) from error
-    if np.isfinite(distance) and abs(plane.distance / distance - 1) > FAR_OFF:
+    seen = plane.distance / plane.inverse_at(*centre)
+    if np.isfinite(distance) and abs(seen / distance - 1) > FAR_OFF:
         raise FusionError(
             "the wall is not where the log says",
             name,
-            f"{plane.distance:.3f} m on the optical axis",
-            f"{distance:.3f} m (distance_m)",
+            f"{seen:.3f} m",
+            f"{distance:.3f} m (distance_m, or the pose of the board)",
             "check the log, the depth unit and what fills the view",
         )
     return Wall(
@@ -146,6 +156,7 @@ def wall_of(
         means.ir,
         moment,
         means.ir_everywhere,
+        centre,
     )
 
 

@@ -1,0 +1,78 @@
+"""Boards as walls: the corners in the IR image tell where the board stands, so each picture is a wall of its own."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fusion.calibration.depth.wall import Means, Wall, wall_of
+from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.charuco import find_charuco
+from fusion.calibration.lens.detect import find_checkerboard
+from fusion.calibration.lens.solve import placed
+from fusion.calibration.lens.views import View, view_of
+from fusion.errors import FusionError
+from fusion.geometry.camera import Camera
+from fusion.recording.recording import Frame, Recording
+from fusion.sensor.moment import Moment
+from fusion.sensor.sensor import Sensor
+
+CORNER_PX = 0.05  # [px] a corner is never taken to be known better
+Array = NDArray[np.floating]
+
+
+def board_walls(recording: Recording, camera: Camera, known: Sensor, board: Board) -> list[Wall]:
+    """One wall for each frame that shows the board in its IR (or colour) image; the others are left out."""
+    walls = []
+    for frame in tqdm(recording, desc=recording.path.name, unit="frame", disable=None, leave=False):
+        name = f"{recording.path.name}/{frame.timestamp:.6f}"
+        wall = _wall(frame, camera, known, board, name)
+        walls += [wall] if wall is not None else []
+    return walls
+
+
+def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) -> Wall | None:
+    picture = frame.ir if frame.ir is not None else frame.color
+    if picture is None:
+        return None
+    found = (find_charuco if board.is_charuco else find_checkerboard)(picture, board)
+    if found is None:
+        return None
+    view = view_of(name, found.pixels, board, found.ids)
+    parameters = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion])
+    pose = placed(view, parameters)
+    if pose is None:
+        return None
+    mask = np.zeros(camera.shape, np.uint8)
+    cv2.fillConvexPoly(mask, cv2.convexHull(np.rint(view.pixels).astype(np.int32)), 1)
+    depth = np.where(mask > 0, frame.depth, np.nan).astype(float)
+    if np.isfinite(depth).sum() < 100:
+        return None
+    centre, distance, deviation = centre_depth(view, pose, camera)
+    ir = None if frame.ir is None else frame.ir.astype(float)
+    means = Means(1, depth, np.full(camera.shape, np.nan), ir, ir is not None)
+    try:
+        return wall_of(means, camera, known, (name, distance, deviation), Moment(time=frame.timestamp), centre)
+    except FusionError:  # a hand before the board, a reflection: one picture of many
+        return None
+
+
+def centre_depth(view: View, pose: Array, camera: Camera) -> tuple[tuple[float, float], float, float]:
+    """Ray (x, y) to the middle of the corners seen, the depth of the board there, and its standard deviation [m]."""
+    K, lens = camera.matrix, np.array(camera.distortion)
+    pixels, jacobian = cv2.projectPoints(view.points, pose[:3], pose[3:], K, lens)
+    rest = view.pixels - pixels.reshape(-1, 2)
+    freedom = max(rest.size - 6, 1)
+    sigma = max(float(np.sqrt((rest**2).sum() / freedom)), CORNER_PX)
+    covariance = sigma**2 * np.linalg.pinv(jacobian[:, :6].T @ jacobian[:, :6])
+    middle = view.points.mean(axis=0)
+    gradient = np.array(
+        [(_at(pose + step, middle)[2] - _at(pose - step, middle)[2]) / 2e-6 for step in 1e-6 * np.eye(6)]
+    )
+    x, y, z = _at(pose, middle)
+    return (float(x / z), float(y / z)), float(z), float(np.sqrt(gradient @ covariance @ gradient))
+
+
+def _at(pose: Array, point: Array) -> Array:
+    """A point of the board in the camera frame (3,)."""
+    return cv2.Rodrigues(pose[:3])[0] @ point + pose[3:]
