@@ -32,6 +32,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--open", type=Path, help="folder with cases/ and answers/ to run instead")
     parser.add_argument("--whole", action="store_true", help="run the command with its report, not the verdict alone")
+    parser.add_argument("--only", type=int, nargs="+", metavar="I", help="these cases of the series alone")
     parser.add_argument("--keep", action="store_true", help="keep the recordings")
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
@@ -46,7 +47,7 @@ def main() -> None:
 
 def _drawn(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """Cases made for this trial, one at a time."""
-    for i in range(options.cases):
+    for i in options.only or range(options.cases):
         family = options.families[i % len(options.families)]
         name = f"case_{i:04d}"
         with tempfile.TemporaryDirectory() as scratch:

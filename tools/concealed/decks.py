@@ -120,7 +120,9 @@ def _bows(rng: Rng, size: float) -> dict[str, Bow | None]:
     out: dict[str, Bow | None] = {"white": None, "patches": None}
     if size:
         for look in out:
-            waves = np.column_stack([rng.uniform(-1.5, 1.5, (4, 2)), rng.uniform(0, 6, 4)])
+            # half a wave and more along the wall: a bow, not a wall that stands elsewhere
+            along, up = rng.uniform(0.5, 1.5, 4), rng.uniform(-1.0, 1.0, 4)
+            waves = np.column_stack([along, up, rng.uniform(0, 6, 4)])
             heights = rng.standard_normal(4)
             out[look] = Bow(heights * size / np.sqrt((heights**2).sum() / 2), waves)
     return out

@@ -26,7 +26,7 @@ Path(out).mkdir(parents=True, exist_ok=True)
 
 
 def explained(case: Path, out: Path, whole: bool = False) -> tuple[dict[str, Any] | None, float, str]:
-    """The verdict, None when there was none; seconds; the last line of complaint.
+    """The verdict, None when there was none; seconds; its last lines of complaint.
 
     Args:
         case: folder with recordings and sensor.json.
@@ -40,7 +40,7 @@ def explained(case: Path, out: Path, whole: bool = False) -> tuple[dict[str, Any
     start = time.monotonic()
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, env={**os.environ, **threads})
-        complaint = (done.stderr.strip().splitlines() or [""])[-1] if done.returncode else ""
+        complaint = " / ".join(done.stderr.strip().splitlines()[-3:]) if done.returncode else ""
     except subprocess.TimeoutExpired:
         complaint = f"no answer within {LIMIT_S} s"
     file = out / "verdict.json"

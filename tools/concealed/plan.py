@@ -78,7 +78,7 @@ def plan(family: str, rng: Rng) -> Plan:
         laws = [_partly(laws[0], shots, rng)]
     low, high = STRENGTH.get(family, USUAL)
     if family != "spread":
-        laws = [_sized(law, device, shots, rng.uniform(low, high) * rng.choice([-1, 1])) for law in laws]
+        laws = [_sized(law, device, shots, rng.uniform(low, high) * _sign(law, rng)) for law in laws]
     out = Plan(family, setting, device, shots, laws, notes=" ".join(names))
     return _masking(out, rng) if family == "masked" else out
 
@@ -137,6 +137,12 @@ def _sized(law: Law, device: Flight | Matching, shots: list[Shot], ratio: float)
             inside = change[shot.interior & (shot.hits.z > 0)]
             squares, count = squares + float(np.nansum(inside**2)), count + inside.size
     return replace(law, size=ratio / max(np.sqrt(squares / max(count, 1)), 1e-9))
+
+
+def _sign(law: Law, rng: Rng) -> int:
+    """Light adds up; everything else may go either way."""
+    way = int(rng.choice([-1, 1]))
+    return 1 if law.stage == "light" else way
 
 
 def _masking(plan: Plan, rng: Rng) -> Plan:
