@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.detect import Found, stretched
 from fusion.calibration.lens.refine import board_contrast, move
+from fusion.calibration.lens.saddle import REACH, saddles
 from fusion.geometry.pose import Array
 
 FEWEST_CORNERS = 6  # a view with fewer says little more than its own pose
@@ -41,16 +42,20 @@ def find_charuco(image: NDArray, board: Board) -> Found | None:
                 best = found
         if best is not None and len(best.ids) > ENOUGH * board.corners:
             break
-    return None if best is None else replace(best, pixels=_refined(image, best.pixels, board))
+    return None if best is None else replace(best, pixels=_refined(image, best, board))
 
 
-def _refined(image: NDArray, pixels: Array, board: Board) -> Array:
+def _refined(image: NDArray, found: Found, board: Board) -> Array:
     """Corners (n, 2) [px] refined at the picture's own size, in windows that no marker reaches into."""
+    pixels = found.pixels
     distance = np.linalg.norm(pixels[:, None] - pixels, axis=2)
     np.fill_diagonal(distance, np.inf)
     share = 0.5 * (1 - board.marker_m / board.square_m)
     half = int(np.clip(share * np.median(distance.min(axis=1)), NARROWEST, WIDEST))
-    return move(board_contrast(image, pixels), pixels, half)
+    values = board_contrast(image, pixels)
+    moved = move(np.round(values * 255).astype(np.uint8), pixels, half)
+    plane = board.points()[found.ids, :2] / board.square_m
+    return saddles(values, moved, plane, min(REACH, 0.9 * share))
 
 
 def _find(grey: NDArray[np.uint8], board: Board, legacy: bool, scale: int) -> Found | None:

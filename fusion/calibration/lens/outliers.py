@@ -14,9 +14,11 @@ from fusion.geometry.pose import Array
 
 ROUNDS = 10
 FACTOR = 2.5  # times the usual error of a view: far and near, sharp and blurred views differ by less (measured: 1.9)
+LEAST_PX = 0.2  # below, a view is at worst a bent board, not a wrong one
 SPREADS = 4.5  # robust standard deviations of the logarithm
 GROSS = 10.0  # times the usual misfit of a plane: no lens does that to one view alone
 WILD = 6.0  # robust standard deviations of a single corner: glare, a finger
+LEAST_WILD_PX = 0.15
 MOST_WILD = 0.15  # of a view's corners; above, the view itself is wrong
 MOST_VIEWS = 0.4  # of all: beyond, nobody can say which side is wrong
 SWAYS, SWAYING = 1.0, 2.0  # Cook's distance, and times the usual error, that together make a view an outlier
@@ -102,15 +104,17 @@ def _standing_out(rms: Array, views: list[View], bad: dict[int, str], solution: 
     good = [i for i in range(len(views)) if i not in bad]
     usual = float(np.median(rms[good]))
     scatter = 1.4826 * float(np.median(np.abs(np.log(np.maximum(rms[good], 1e-9) / max(usual, 1e-9)))))
-    limit = usual * max(FACTOR, float(np.exp(min(SPREADS * scatter, 3))))
+    limit = max(LEAST_PX, usual * max(FACTOR, float(np.exp(min(SPREADS * scatter, 3)))))
     found = {int(i): f"{rms[i]:.2f} px, the others {usual:.2f} px" for i in np.flatnonzero(rms > limit)}
     if len(good) > 5:
         influence = spread([views[i] for i in good], solution).influence
         for i, sway in zip(good, influence, strict=True):
-            if i not in found and sway > SWAYS and rms[i] > SWAYING * usual:
+            if i not in found and sway > SWAYS and rms[i] > max(LEAST_PX, SWAYING * usual):
                 found[i] = f"{rms[i]:.2f} px, the others {usual:.2f} px, and it sways the camera more than its scatter"
     # a view that was swayed out comes back only when it is no more than ordinary
-    return found | {i: reason for i, reason in bad.items() if i not in found and rms[i] > SWAYING * usual}
+    return found | {
+        i: reason for i, reason in bad.items() if i not in found and rms[i] > max(LEAST_PX, SWAYING * usual)
+    }
 
 
 def _without_wild(views: list[View], solution: Solution) -> tuple[list[View], dict[str, int]]:
@@ -120,7 +124,7 @@ def _without_wild(views: list[View], solution: Solution) -> tuple[list[View], di
     kept, wild = [], {}
     for view, distances in zip(views, length, strict=True):
         # Rayleigh: the median is 1.18 standard deviations of a coordinate; a blurred view has more
-        far = distances > WILD * max(usual, float(np.median(distances))) / 1.18
+        far = distances > max(WILD * max(usual, float(np.median(distances))) / 1.18, LEAST_WILD_PX)
         if far.any() and far.mean() <= MOST_WILD and (~far).sum() >= 6:
             wild[view.name] = int(far.sum())
             view = view.only(~far)

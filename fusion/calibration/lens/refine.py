@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.grid import neighbour_distance, plane_misfit
+from fusion.calibration.lens.saddle import saddles
 from fusion.geometry.pose import Array
 
 STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 60, 1e-4)
@@ -27,14 +28,16 @@ def counts(image: NDArray) -> NDArray[np.float32]:
 def refined(image: NDArray, pixels: Array, board: Board) -> Array:
     """Corners (columns * rows, 2) [px] moved to where the gradients around them point.
 
-    Of several windows the one is taken whose corners are nearest to a plane board.
+    Of several windows the one is taken whose corners are nearest to a plane board; from there the edges are fitted.
     """
-    grey = board_contrast(image, pixels)
+    values = board_contrast(image, pixels)
+    grey = np.round(values * 255).astype(np.uint8)
     distance = neighbour_distance(pixels, board)
     halves = sorted({int(np.clip(share * distance, NARROWEST, WIDEST)) for share in WINDOWS}, reverse=True)
     plane = board.points()[:, :2]
     moved = [move(grey, pixels, half) for half in halves]
-    return min(moved, key=lambda corners: plane_misfit(plane, corners)[0])
+    best = min(moved, key=lambda corners: plane_misfit(plane, corners)[0])
+    return saddles(values, best, plane / board.square_m)
 
 
 def move(grey: NDArray[np.uint8], pixels: Array, half: int) -> Array:
@@ -45,8 +48,8 @@ def move(grey: NDArray[np.uint8], pixels: Array, half: int) -> Array:
     return np.where(astray[:, None], pixels, moved)
 
 
-def board_contrast(image: NDArray, pixels: Array) -> NDArray[np.uint8]:
-    """8-bit picture with the contrast of the board's own squares: glare becomes plain white instead of an edge."""
+def board_contrast(image: NDArray, pixels: Array) -> NDArray[np.float32]:
+    """(height, width) 0 to 1, the contrast of the board's own squares: glare becomes plain white instead of an edge."""
     values = counts(image)
     inside = np.zeros(values.shape, np.uint8)
     cv2.fillConvexPoly(inside, cv2.convexHull(np.round(pixels).astype(np.int32)), 1)
@@ -54,4 +57,4 @@ def board_contrast(image: NDArray, pixels: Array) -> NDArray[np.uint8]:
     dark, bright = np.percentile(seen if len(seen) else values, [3, 75])
     # one and a fifth of the squares' white keeps bright squares of a board in uneven light apart from each other
     high = dark + 1.2 * max(bright - dark, 1e-6)
-    return (np.clip((values - dark) / (high - dark), 0, 1) * 255).astype(np.uint8)
+    return np.clip((values - dark) / (high - dark), 0, 1).astype(np.float32)
