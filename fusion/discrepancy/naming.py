@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from fusion.discrepancy.candidates import Candidate, candidates_of, map_of
+from fusion.discrepancy.candidates import Candidate, map_of
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.observations import Observations, observe
@@ -85,7 +85,8 @@ def name_effects(
     steps: list[Step] = []
     white = gauge.whiten(observations.residual)
     for _ in range(MOST_STEPS):
-        step = best_step(candidates if not steps else candidates_of(observations, gauge), observations, gauge, white)
+        # what an effect would change is of first order, and stays while others are added
+        step = best_step(candidates, observations, gauge, white)
         if step is None:
             break
         names = {s.effect.name for s in steps} | {step.effect.name}

@@ -183,16 +183,30 @@ def _parameters(effect: Effect, step: Step) -> dict[str, Any]:
             continue
         if about.kind == "map":
             out["rms"] = _value(float(np.sqrt(np.mean(value**2))), step.std, about.unit)
-        elif value.ndim:
-            out[about.label] = {"value": value.ravel().tolist(), "std": None, "unit": about.unit}
+        elif about.kind == "list" and value.ndim:
+            if about.name not in ("columns", "steps"):  # where bands lie stands in the sensor file
+                out[about.label] = {"value": float(value.flat[0]), "std": _std(about, step), "unit": about.unit}
+                out[about.label]["all"] = value.ravel().tolist()
         else:
             out[about.label] = {"value": float(value), "std": _std(about, step), "unit": about.unit}
-    if "steps" in out:  # the catalogue's size of a band
-        steps = np.abs(out["steps"]["value"])
-        out["step"] = _value(
-            float(np.sqrt(np.mean(steps[steps >= np.median(steps)] ** 2))), step.std, out["steps"]["unit"]
-        )
+    if "steps" in parameters(effect) and np.ndim(getattr(effect, "steps", 0.0)):
+        out["step"] = _band(np.asarray(getattr(effect, "steps", 0.0), float), step)
     return out
+
+
+def _band(steps: NDArray[np.float64], step: Step) -> dict[str, Any]:
+    """Typical jump between bands: what stands at neighbouring columns is one jump, and noise is none."""
+    spread = float(np.median(step.weights_std)) * abs(float(step.candidate.form.atoms[0]["steps"][0]))
+    jumps: list[float] = []
+    last = -2
+    for place in np.flatnonzero(np.abs(steps) > 4 * spread):
+        if place == last + 1 and jumps and np.sign(jumps[-1]) == np.sign(steps[place]):
+            jumps[-1] += float(steps[place])
+        else:
+            jumps.append(float(steps[place]))
+        last = int(place)
+    sizes = np.abs(jumps) if jumps else np.abs(steps)
+    return {"value": float(np.sqrt(np.mean(sizes**2))), "std": spread, "unit": "px"}
 
 
 def _std(about: Parameter, step: Step) -> float | None:
