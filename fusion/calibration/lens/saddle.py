@@ -67,11 +67,11 @@ def _crossing(grey: NDArray, start: Array, edges: Array, reach: float) -> tuple[
         slope = np.exp(-0.5 * (distance / blur) ** 2) * np.sqrt(2 / np.pi) / blur
         checker = side[:, 0] * side[:, 1]
         light = np.column_stack([np.ones(len(values)), checker, away, away * checker[:, None]])
-        amounts, *_ = np.linalg.lstsq(light, values, rcond=None)
+        amounts = _least_squares(light, values)
         left = values - light @ amounts
         steep = slope * side[:, ::-1] * amounts[1]
         design = np.column_stack([light, -(steep * across) @ to_board, -(steep * distance).sum(axis=1) / blur])
-        step = np.linalg.lstsq(design, left, rcond=None)[0][-3:]
+        step = _least_squares(design, left)[-3:]
         corner = corner + np.clip(step[:2], -1, 1)
         blur = float(np.clip(blur + np.clip(step[2], -0.2, 0.2), *BLUR_PX))
         if np.abs(step[:2]).max() < 1e-4:
@@ -81,13 +81,21 @@ def _crossing(grey: NDArray, start: Array, edges: Array, reach: float) -> tuple[
     return float(corner[0]), float(corner[1]), float(np.sqrt((left**2).mean()) / max(abs(amounts[1]), 1e-12))
 
 
+def _least_squares(design: Array, values: Array) -> Array:
+    """(k,) amounts of the columns (n, k); by normal equations: tens of thousands of these are solved."""
+    normal = design.T @ design
+    normal[np.diag_indices_from(normal)] *= 1 + 1e-9  # a corner without contrast leaves a column open
+    normal[np.diag_indices_from(normal)] += 1e-12
+    return np.linalg.solve(normal, design.T @ values)
+
+
 def _around(grey: NDArray, start: Array, edges: Array, reach: float) -> tuple[Array, Array]:
-    """(n, 2) pixels within `reach` squares of a corner, and their values (n,); thinned where there are many."""
+    """(n, 2) pixels within `reach` squares of a corner, and their values (n,); fewer squares where these are large."""
+    reach = min(reach, 0.5 * float(np.sqrt(MOST_PIXELS / abs(np.linalg.det(edges)))))
     far = np.ceil(np.abs(edges).sum(axis=1) * reach).astype(int)
-    step = max(1, int(np.sqrt(abs(np.linalg.det(edges)) * (2 * reach) ** 2 / MOST_PIXELS)))
     low = np.maximum(np.round(start).astype(int) - far, 0)
     high = np.minimum(np.round(start).astype(int) + far + 1, grey.shape[::-1])
-    v, u = np.mgrid[low[1] : high[1] : step, low[0] : high[0] : step]
+    v, u = np.mgrid[low[1] : high[1], low[0] : high[0]]
     at = np.stack([u.ravel(), v.ravel()], axis=1).astype(float)
     near = (np.abs((at - start) @ np.linalg.inv(edges).T) < reach).all(axis=1)
     at = at[near]
