@@ -76,8 +76,8 @@ def lead(entry: dict[str, Any]) -> str:
     what = "all misfit, judged on recordings that took no part in its fit"
     if entry["channel"] == "noise":
         what = "what is wrong with the noise"
-    said = entry["where"]["text"].removeprefix(f"{entry['effect']}: ")
-    said = f"Law: {said}" if said != entry["where"]["text"] else said
+    said = entry["where"]["text"].removeprefix(f"{entry['effect']}: ").replace("`", "")
+    said = f"Law: {said}" if entry["where"]["text"].startswith(entry["effect"]) else said
     gain = f"It explains {evidence['heldout_gain']:.0%} of {what}."
     hidden = 1 - evidence["visible_share"]
     share = (
@@ -110,16 +110,12 @@ def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve
     bounds = claim.entry["where"]["region"]
     used = inside(found, [bound for bound in bounds if bound["variable"] != variable])
     weights = 1 / spread(found.gauge) ** 2
-    rows = []
-    for inner in bins(found, variable, values, used):
-        share = np.where(inner, weights, 0) / weights[inner].sum()
-        noise = float(np.linalg.norm(found.gauge.bare.T @ share))
-        rows.append(
-            [share @ values, *(share @ part * unit.factor for part in (law, without, rest)), noise * unit.factor]
-        )
+    shares = [np.where(i, weights, 0) / weights[i].sum() for i in bins(found, variable, values, used)]
+    means = np.array(shares).reshape(-1, len(values))
+    shifts, before, after = (means @ part * unit.factor for part in (law, without, rest))
+    noise = np.linalg.norm(means @ found.gauge.bare, axis=1) * unit.factor
     own = [(bound["low"], bound["high"]) for bound in bounds if bound["variable"] == variable]
-    at, law, before, after, noises = np.array(rows).reshape(-1, 5).T
-    return Curve(variable, at, law, before, after, noises, own[0] if own else None)
+    return Curve(variable, means @ values, shifts, before, after, noise, own[0] if own else None)
 
 
 def bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:

@@ -27,7 +27,7 @@ class Compared:
 
     Attributes:
         before, after: tiles under both models.
-        gauge: how far tiles may be off for known reasons, under the given model.
+        gauge: how far tiles may be off for known reasons.
         held_out: True when the frames took no part in any fit.
     """
 
@@ -73,13 +73,16 @@ class Compared:
 
 
 def compared(found: Explanation) -> Compared:
-    """Held-out frames under both models; the fitted ones where there are none, or where the tiles differ."""
+    """Held-out frames under both models; the fitted ones where there are none, or where the tiles differ.
+
+    Where the noise itself was wrong, both are measured by the noise that was found.
+    """
     held = [look.held for look in found.looks if look.held is not None]
     if held:
         before = observe(found.before.sensor, held)
-        after = observe(found.named.sensor, held) if found.named.steps else before
+        after = observe(found.sensor, held) if found.named.steps or found.spread else before
         if len(before.residual) == len(after.residual):
-            return Compared(before, after, gauge_of(before), True)
+            return Compared(before, after, gauge_of(after if found.spread else before), True)
     return Compared(found.before, found.named.observations, found.gauge, False)
 
 
@@ -155,7 +158,7 @@ def claims_of(found: Explanation, verdict: dict[str, Any]) -> list[Claim]:
 
 def spread(gauge: Gauge) -> Vector:
     """(n,) standard deviation of the tiles in native units, poses known."""
-    return np.asarray(np.sqrt((gauge.bare**2).sum(axis=1)))
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", gauge.bare, gauge.bare)))
 
 
 def inside(found: Explanation, region: list[dict[str, Any]]) -> NDArray[np.bool_]:

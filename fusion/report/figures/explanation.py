@@ -95,6 +95,11 @@ def claim_figure(curves: Sequence[Curve], mask: Array, unit: Unit, text: Figure)
             if column == 0:
                 top.set_ylabel(f"shift [{unit.text}]")
                 low.set_ylabel(f"left over [{unit.text}]")
+                for ax in (top, low):  # the layout does not see how wide the numbers of shared axes are
+                    ax.yaxis.set_label_coords(-0.063 * (len(curves) + 1), 0.5)
+            else:
+                top.tick_params(labelleft=False)
+                low.tick_params(labelleft=False)
         mask_panel(figure, figure.add_subplot(grid[:, -1]), mask)
         return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
 
