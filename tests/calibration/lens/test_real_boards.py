@@ -37,7 +37,7 @@ def test_challenge_cameras_agree_with_their_truth(tool, shared, name):
     # nine numbers: 3 standard deviations are not reached by chance
     assert all(abs(z) < 3 for z in figures["z"].values())
     # the maker's nominal values are wrong by 3 to 7 px over the picture
-    assert figures["true_error_px_rms"] < 0.4
+    assert figures["true_error_px_rms"] < 0.15
 
 
 @pytest.mark.real
