@@ -8,6 +8,10 @@ from fusion.sensor.edge_trust import doubtful
 from fusion.sensor.sensor import SMALLEST_SIGMA, Sensor
 from fusion.sensor.view import Image, View
 
+# share of its weight that a pixel keeps which may show another surface: it counts only where no better one looks, as
+# at thin parts that are never seen but as an edge
+DOUBT = 0.01
+
 
 def sigma_of(sensor: Sensor, view: View) -> Image:
     """Standard deviation (h, w) [m] of the corrected depth in a view; NaN where it is missing.
@@ -25,7 +29,7 @@ def sigma_of(sensor: Sensor, view: View) -> Image:
 
 
 def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
-    """(1 - dropout) / sigma^2 (h, w) [1/m^2]; 0 where the depth is missing, or may be that of another surface.
+    """(1 - dropout) / sigma^2 (h, w) [1/m^2]; 0 where the depth is missing, little where it may be another surface's.
 
     Args:
         view: as in `sigma_of`.
@@ -36,7 +40,7 @@ def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
     assert view.depth is not None
     with np.errstate(all="ignore"):
         weight = (1 - sensor.dropout(view.depth, view)) / np.maximum(sigma, SMALLEST_SIGMA) ** 2
-    weight = np.where(doubtful(sensor, view.depth, view.time_of_flight), 0.0, weight)
+    weight = np.where(doubtful(sensor, view.depth, view.time_of_flight), DOUBT * weight, weight)
     return np.nan_to_num(weight, nan=0.0, posinf=0.0).astype(np.float32)
 
 

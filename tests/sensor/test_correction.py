@@ -21,7 +21,7 @@ from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.edge_fattening import EdgeFattening
 from fusion.sensor.moment import Moment
-from fusion.sensor.rating import weight_of
+from fusion.sensor.rating import DOUBT, weight_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.told import tell
 from fusion.sensor.view import View, stretch
@@ -147,21 +147,22 @@ def step_image():
     return depth
 
 
-def test_the_rim_of_near_things_has_no_weight_where_windows_match():
+def test_the_rim_of_near_things_has_little_weight_where_windows_match():
     sensor = Sensor(principle="structured_light", effects=(EdgeFattening(window_px=5.0), AxialNoise(c0=0.001)))
     weight = weight_of(sensor, View(SL, step_image()))
     # half a window of 5 px covers 2.5 px: three columns whose middles lie 0.5, 1.5 and 2.5 px inside
-    assert not weight[24, 20:23].any() and not weight[24, 41:44].any()
-    assert weight[24, 23:41].all() and weight[24, :20].all() and weight[24, 44:].all()
+    full = np.float32(1e6)
+    assert np.allclose(weight[24, [20, 21, 22, 41, 42, 43]], DOUBT * full)
+    assert np.allclose(weight[24, 23:41], full) and np.allclose(weight[24, :20], full)
 
 
-def test_pixels_that_mix_both_sides_have_no_weight():
+def test_pixels_that_mix_both_sides_have_little_weight():
     sensor = Sensor(principle="itof", effects=(MixedPixels(fill=1.0), AxialNoise(c0=0.001)))
-    lost = weight_of(sensor, View(STATED, step_image())) == 0
+    lost = weight_of(sensor, View(STATED, step_image())) < 2e6 * DOUBT
     assert lost[24, 18:22].all() and lost[24, 42:46].all()
     assert not lost[24, 22:42].any() and not lost[24, :18].any()
     # a triangulating sensor mixes nothing
-    assert weight_of(replace(sensor, principle="structured_light"), View(SL, step_image())).all()
+    assert (weight_of(replace(sensor, principle="structured_light"), View(SL, step_image())) > 2e6 * DOUBT).all()
 
 
 def test_a_window_cuts_the_maps_of_the_noise():
