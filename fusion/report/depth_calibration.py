@@ -84,7 +84,9 @@ def _walls(found: DepthCalibration) -> str:
 
 
 def _maps(found: DepthCalibration) -> Figure:
-    order = np.argsort([wall.true_plane.distance for wall in found.walls])
+    seen = np.array([len(e.rest) for e in found.fitted.evidence])
+    large = np.flatnonzero(seen >= seen.max() / 2)  # boards beside walls show little of the image
+    order = large[np.argsort([found.walls[i].true_plane.distance for i in large])]
     some = order[np.unique(np.linspace(0, len(order) - 1, SHOWN).round().astype(int))]
     images = []
     for i in some:

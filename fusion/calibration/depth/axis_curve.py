@@ -49,7 +49,7 @@ def axis_curve(
     rivals = [(rival, axis_terms(rival.terms, distance, *place)) for rival in others]
     std = among_rivals(straight, deviation_of(rows, fitted.covariance), rivals)
     light = light_of(walls)
-    at = np.array([wall.true_plane.distance for wall in walls])
+    at = np.array([w.distance if np.isfinite(w.distance) else w.true_plane.distance for w in walls])
     curve = Curve(distance, axis_bias(fitted.numbers, distance, setting, light), std)
     return curve, *measured_offsets(fitted.evidence, axis_bias(fitted.numbers, at, setting, light))
 
