@@ -91,6 +91,7 @@ def summary(found: "DepthCalibration") -> dict[str, Any]:
         "heldout_before_m": found.before.error,
         "heldout_after_m": found.best.error,
         "heldout_axis_m": _number(float(np.sqrt(np.mean(found.best.offset**2)))),
+        "radial_limit_px": found.radial_limit,
         "walls": walls,
         "candidates": {j.candidate.name: j.error for j in found.judged},
         "curve": None

@@ -57,6 +57,10 @@ def _numbers(found: DepthCalibration) -> list[Number]:
         Number("Error before", f"{found.before.error * 1e3:.2f}", "mm"),
         Number("Error left, held out", f"{found.best.error * 1e3:.2f}", "mm"),
     ]
+    limit = found.radial_limit
+    numbers.append(
+        Number("As good up to a radius of", "everywhere" if limit is None else f"{limit:.0f}", "px" if limit else "")
+    )
     if found.curve is not None:
         widest = float(np.max(found.curve.half_width)) * 1e3
         numbers.append(Number("Widest half of the 90 % interval", f"{widest:.2f}", "mm"))

@@ -10,6 +10,7 @@ import pytest
 from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
 from fusion.calibration.depth.known import start
 from fusion.calibration.depth.plane import Plane, find_wall
+from fusion.calibration.depth.radial_limit import radial_limit
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
 from fusion.commands.main import main
@@ -283,3 +284,14 @@ def test_walls_of_the_open_challenges(shared, case, most):
     # the laser's own 0.7 mm is part of what is left: 0.78 and 1.04 mm were measured
     assert found.best.error < most
     assert "radius^2" in found.best.candidate.name
+
+
+def test_the_radial_limit_is_where_the_border_is_worse():
+    found = calibrated(SL, ())
+    assert found.radial_limit is None
+    bent = []
+    for e, rest in zip(found.fitted.evidence, found.best.residual, strict=True):
+        radius = np.hypot(*(e.tiles.place * e.tiles.side + 2 - [35.5, 47.5]).T)
+        bent.append(rest + np.where(radius > 45, 8 * np.sqrt(e.variance), 0.0))
+    limit = radial_limit(found.fitted.evidence, replace(found.best, residual=tuple(bent)), SL)
+    assert limit is not None and 38 < limit < 48  # a ring is 6 px wide

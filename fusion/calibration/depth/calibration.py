@@ -14,6 +14,7 @@ from fusion.calibration.depth.fitted import Fitted, Setting, finish
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
 from fusion.calibration.depth.notes import notes_on
+from fusion.calibration.depth.radial_limit import radial_limit
 from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, judge_all, level
 from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
@@ -95,6 +96,11 @@ class DepthCalibration:
     def before(self) -> Judged:
         """The errors without any correction."""
         return self.judged[0]
+
+    @property
+    def radial_limit(self) -> float | None:
+        """Radius [px] beyond which the corrected depth is twice as bad as elsewhere; None when it nowhere is."""
+        return radial_limit(self.fitted.evidence, self.best, self.camera)
 
     @property
     def best(self) -> Judged:
