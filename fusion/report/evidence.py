@@ -73,12 +73,12 @@ class Compared:
 
 
 def compared(found: Explanation) -> Compared:
-    """Held-out frames under both models; the fitted ones where there are none, or where the tiles differ.
+    """Held-out frames under both models; the fitted ones where a recording has none, or where the tiles differ.
 
     Where the noise itself was wrong, both are measured by the noise that was found.
     """
     held = [look.held for look in found.looks if look.held is not None]
-    if held:
+    if {look.place for look in held} == {look.place for look in found.looks}:
         before = observe(found.before.sensor, held)
         after = observe(found.sensor, held) if found.named.steps or found.spread else before
         if len(before.residual) == len(after.residual):

@@ -72,7 +72,7 @@ def _write_mask(path: Path, mask: np.ndarray) -> None:
 def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
     missing = verdict["missing"]
     lines = [Light("warning" if missing else "ok", "Verdict", sentence(verdict).replace("_", " "))]
-    frames = "frames that took no part in any fit" if seen.held_out else "the fitted frames (none were held out)"
+    frames = "frames that took no part in any fit" if seen.held_out else "the fitted frames"
     after = seen.misfit[1]
     whole = "It is explained." if level(after, CHI2) == "ok" else "Something stays that nobody has named."
     lines.append(Light(level(after, CHI2), "Fit", f"{said_misfit(seen)}, on {frames}. {whole}"))
@@ -94,6 +94,10 @@ def _numbers(verdict: dict[str, Any], seen: Compared) -> list[Number]:
         for when, size in zip(whens, seen.misfit, strict=False)
     ]
     for when in whens:
+        chi2 = verdict["fit"]["heldout"][f"chi2_per_dof_{when or 'after'}"]
+        if chi2 is not None and not seen.held_out:
+            numbers.append(Number(f"Misfit {when}, held-out frames".replace(" ,", ","), short(chi2)))
+    for when in whens:
         rms = verdict["fit"]["heldout"][f"rms_{when or 'after'}_m"]
         if rms is not None:
             numbers.append(Number(f"Rms {when}, poses as stated".replace(" ,", ","), f"{rms * 1e3:.2f}", "mm"))
@@ -106,7 +110,10 @@ def _numbers(verdict: dict[str, Any], seen: Compared) -> list[Number]:
 def _limits(found: Explanation, verdict: dict[str, Any]) -> Section:
     """What was looked for and not found, the largest first, as the depth it may change at most."""
     per_native = depth_per_native(found.before)
-    sized = sorted(((_depth(found, entry, per_native), entry) for entry in verdict["limits"]), key=_largest_first)
+    # a look-alike of a claim has no limit: it may be the claim
+    alike = {name for entry in verdict["missing"] for name in entry["indistinguishable_from"]}
+    limits = [entry for entry in verdict["limits"] if entry["effect"] not in alike]
+    sized = sorted(((_depth(found, entry, per_native), entry) for entry in limits), key=_largest_first)
     rows = []
     for metres, entry in sized:
         upper, _, unit = quantity(entry["upper"], None, entry["unit"])

@@ -46,7 +46,11 @@ def maps_section(seen: Compared, unit: Unit) -> Section:
         f"{measure}. Shown: the recordings with the largest {'change' if seen.changed else 'leftover'}. Misfit: "
         "mean squared residual in units of the expected noise, also known as chi2 per degree of freedom.",
     )
-    frames = "frames that took no part in any fit" if seen.held_out else "the fitted frames; none were held out"
+    frames = (
+        "frames that took no part in any fit"
+        if seen.held_out
+        else "the fitted frames; not every recording has frames to hold out"
+    )
     labels = ["model as given", "model extended"] if seen.changed else ["the model"]
     title = "Before and after" if seen.changed else "What is left"
     return Section(title, f"Residual maps of {frames}.", (maps_figure(columns, labels, unit, text),))

@@ -96,7 +96,7 @@ def claim_figure(curves: Sequence[Curve], mask: Array, unit: Unit, text: Figure)
                 top.set_ylabel(f"shift [{unit.text}]")
                 low.set_ylabel(f"left over [{unit.text}]")
                 for ax in (top, low):  # the layout does not see how wide the numbers of shared axes are
-                    ax.yaxis.set_label_coords(-0.063 * (len(curves) + 1), 0.5)
+                    ax.yaxis.set_label_coords(-0.08 * (len(curves) + 1), 0.5)
             else:
                 top.tick_params(labelleft=False)
                 low.tick_params(labelleft=False)
@@ -132,7 +132,7 @@ def _curve(top: Any, low: Any, curve: Curve, legend: bool) -> None:
             ax.xaxis.set_minor_formatter(lambda value, _: "")
     if legend:
         for ax in (top, low):
-            ax.legend(loc="best", ncols=2)
+            ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1)
 
 
 def _image(ax: Any, image: Array, **how: Any) -> Any:

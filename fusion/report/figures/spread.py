@@ -54,6 +54,6 @@ def spread_figure(curves: Sequence[SpreadCurve], mask: Array, unit: Unit, text: 
             if column == 0:
                 top.set_ylabel(f"noise of a pixel [{unit.text}]")
                 low.set_ylabel("recorded over predicted")
-                top.legend(loc="best")
+                top.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1)
         mask_panel(figure, figure.add_subplot(grid[:, -1]), mask)
         return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
