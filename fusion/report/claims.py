@@ -156,6 +156,6 @@ def questions(entry: dict[str, Any]) -> str:
     )
     if entry["effect"] == "unknown":
         other = "No effect of the catalogue has this form. Its variables are what is known of it."
-    following = entry["record_next"] or "Nothing more is needed to tell it from others."
+    following = plain(entry["record_next"]) or "Nothing more is needed to tell it from others."
     parts = (("What else it could be", other), ("What to record next", following[:1].upper() + following[1:]))
     return "".join(f"<h3>{escape(title)}</h3><p>{escape(text.rstrip('.'))}.</p>" for title, text in parts)

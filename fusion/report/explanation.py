@@ -39,7 +39,14 @@ def explanation_report(folder: Path, found: Explanation, verdict: dict[str, Any]
         f"{verdict['fit']['frames_heldout']} held out; {found.before.sensor.principle}",
         summary=_summary(verdict, seen),
         numbers=_numbers(verdict, seen),
-        sections=[maps_section(seen, unit), *sections, fit_section(seen), _limits(found, verdict), _invisible(verdict)],
+        sections=[
+            maps_section(seen, unit),
+            *sections,
+            _indicated(verdict),
+            fit_section(seen),
+            _limits(found, verdict),
+            _invisible(verdict),
+        ],
     )
     write_page(Path(folder) / "report.html", page)
 
@@ -105,6 +112,17 @@ def _numbers(verdict: dict[str, Any], seen: Compared) -> list[Number]:
         rms = float(np.sqrt(np.mean(metres**2)))
         numbers.append(Number(f"Rms {when}, poses fitted".replace(" ,", ","), f"{rms * 1e3:.2f}", "mm"))
     return numbers
+
+
+def _indicated(verdict: dict[str, Any]) -> Section:
+    """What is likely but not established."""
+    rows = [
+        [plain(entry["effect"]), entry["where"]["text"], chance(entry["evidence"]["false_alarm_probability"])]
+        for entry in verdict["indicated"]
+    ]
+    lead = "Signs of these are there, but not enough to claim them."
+    table = numbers_table(["effect", "what", "how sure"], rows) if rows else ""
+    return Section("Likely, but not established", lead, html=table)
 
 
 def _limits(found: Explanation, verdict: dict[str, Any]) -> Section:
