@@ -17,6 +17,7 @@ class Score:
     claimed: the first name.
     recalled, missing: effects that are named anywhere, and effects that are missing.
     variables: share of the true variables that an "unknown" names, None for other answers.
+    extra: names that are claimed besides, none of them missing.
     """
 
     points: float
@@ -25,6 +26,7 @@ class Score:
     recalled: int
     missing: int
     variables: float | None = None
+    extra: tuple[str, ...] = ()
 
 
 def score(verdict: dict[str, Any] | None, label: dict[str, Any]) -> Score:
@@ -48,7 +50,8 @@ def score(verdict: dict[str, Any] | None, label: dict[str, Any]) -> Score:
     if first["effect"] == "unknown" and "unknown" in right:
         true, said = set(truths[0]["variables"]), set(first["where"]["variables"])
         variables = len(true & said) / max(len(true), 1)
-    return Score(points, outcome, first["effect"], recalled, len(truths), variables)
+    extra = tuple(sorted(names - right - set(label["equivalent"]) - {first["effect"]}))
+    return Score(points, outcome, first["effect"], recalled, len(truths), variables, extra)
 
 
 def _named(claim: dict[str, Any], right: set[str], alike: set[str]) -> tuple[float, str]:
@@ -94,6 +97,7 @@ def table(results: Iterable[dict[str, Any]]) -> str:
         ("unkn.", -6),
         ("silent", -7),
         ("wrong", -6),
+        ("extra", -6),
         ("points", -8),
     )
     line = f"{'family':<14}" + "".join(f"{name:<{n}}" if n > 0 else f"{name:>{-n}}" for name, n in heads)
@@ -103,8 +107,9 @@ def table(results: Iterable[dict[str, Any]]) -> str:
         good = count["right"] + count["set"] + count["quiet"]
         low, high = interval(good, len(cases))
         bad, mean = count["wrong"] + count["false claim"], sum(c["score"]["points"] for c in cases) / len(cases)
+        extra = sum(bool(c["score"]["extra"]) for c in cases)
         numbers = f"{len(cases):>4}{count['right'] + count['quiet']:>7}{count['set']:>5}{count['unknown']:>6}"
-        numbers += f"{count['silent'] + count['failed']:>7}{bad:>6}{mean:>8.2f}"
+        numbers += f"{count['silent'] + count['failed']:>7}{bad:>6}{extra:>6}{mean:>8.2f}"
         out.append(f"{family:<14}{level:<12}{numbers}  {good / len(cases):.2f} [{low:.2f}, {high:.2f}]")
     return "\n".join(out)
 
