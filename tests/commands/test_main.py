@@ -21,6 +21,7 @@ ARGUMENTS = {
     "turntable": ["IN", "-o", "OUT"],
     "simulate": ["IN", "-o", "OUT"],
     "sensor": ["show", "IN"],
+    "explain": ["IN", "--sensor", "kinect-v1", "-o", "OUT"],
     "compare": ["IN", "IN", "-o", "OUT"],
 }
 READING = [name for name in COMMANDS if "IN" in ARGUMENTS.get(name, ["IN"])]
