@@ -18,6 +18,7 @@ from fusion.simulation.render import Channels, RayCaster
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
 HELD_OUT = 3  # one frame in three takes no part in the fit
+LONG = 6  # looks of a recording that make it a series
 NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobody measured
 
 
@@ -95,7 +96,13 @@ def stage_of(recording: Recording, place: int) -> Stage:
 
 def looks_of(stage: Stage, channels: Channels) -> list[Look]:
     """All stretches of a recording, in order."""
-    return [_look(stage, frames, channels) for frames in _blocks(stage.recording)]
+    looks = [_look(stage, frames, channels) for frames in _blocks(stage.recording)]
+    if len(looks) < LONG or any(look.held for look in looks):
+        return looks
+    # a series of single frames holds out every third of them, whole
+    pairs = zip(looks, [*looks[1:], None], strict=True)
+    kept = [replace(look, held=after) if k % HELD_OUT == 1 else look for k, (look, after) in enumerate(pairs)]
+    return [look for k, look in enumerate(kept) if k % HELD_OUT != 2]
 
 
 def wanted_channels(baseline: float | None, indirect: bool) -> Channels:

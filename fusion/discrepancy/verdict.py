@@ -34,7 +34,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     if found.unknown:
         missing.append(_unknown(found, before))
     missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
-    named = {entry["effect"] for entry in missing}
+    named = {name for entry in missing for name in (entry["effect"], *entry["indistinguishable_from"])}
     limits, invisible = _limits(found, named)
     return {
         "format": FORMAT,
