@@ -9,7 +9,7 @@ moves with the frames and the loop closes in one solution instead of creeping.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,12 +180,11 @@ def _solve(equations: _Equations, cell: float, n: int) -> _Solution:
     cells = np.unique(np.floor(e.place / cell).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
     offset, spread = _offsets(e, cells)
     fits = np.isfinite(spread)
-    e = _Equations(*(values[fits] for values in (
-        e.frame, e.place, e.residual, e.angle, e.shared, e.sigma, e.pixels)))  # fmt: skip
+    e = replace(e, **{entry.name: getattr(e, entry.name)[fits] for entry in fields(e)})
     cells, offset, spread = cells[fits], offset[fits], spread[fits]
     rest = (e.residual - offset) / spread
     J = _wide(np.column_stack([e.shared, e.angle]) / spread[:, None], e.frame, n)
-    count = int(cells.max()) + 1
+    count = int(np.max(cells)) + 1
     member = sparse.csr_matrix((1 / spread, (cells, np.arange(len(cells)))), (count, len(cells)))
     total = np.maximum(np.bincount(cells, spread**-2, count), 1e-12)
     together = member @ J
@@ -204,7 +203,7 @@ def _alike(e: _Equations, rest: Array, spread: Array) -> float:
 
 def _offsets(e: _Equations, cells: NDArray[np.int64]) -> tuple[Array, Array]:
     """Offset of each equation's cell (m,) [m], and the spread (m,) [m] its robust weight stands for; NaN is out."""
-    count = int(cells.max()) + 1
+    count = int(np.max(cells)) + 1
     offset = np.zeros(count)
     spread = np.full(len(cells), np.nan)
     for _ in range(3):
