@@ -1,7 +1,7 @@
 """Law: something in the light, the electronics or the matching that the given sensor model does not hold."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ class Law:
     acts: of a place, at unit size. For "light": (place, phasors (f, h, w), modulations) -> what is added.
     size: times which it acts.
     mask: share (h, w) with which it acts at a place, everywhere without.
+    parameter: name and value at unit size, where a catalogue's parameter means the same.
     """
 
     name: str
@@ -33,7 +34,7 @@ class Law:
     region: tuple[dict[str, Any], ...] = ()
     accept: tuple[str, ...] = ()
     shifted: bool = False
-    notes: dict[str, Any] = field(default_factory=dict)
+    parameter: tuple[str, float] | None = None
 
     @property
     def channel(self) -> str:

@@ -79,6 +79,8 @@ def _label(case: Plan, seed: list[int]) -> dict[str, Any]:
             similar = _similar(case, oracle, law.name, white) if case.family != "mixture" else {}
         one = {"effect": law.name, "channel": law.channel, "variables": list(law.variables), "region": list(law.region)}
         one |= {"accept": list(law.accept), "form_shifted": law.shifted, "size": law.size, "z_o": z, "similar": similar}
+        if law.parameter is not None and law.mask is None:
+            one["parameters"] = {law.parameter[0]: {"value": law.parameter[1] * law.size}}
         label["missing"].append(one)
         label["equivalent"] += [name for name, cosine in similar.items() if cosine > ALIKE]
     found = [one["z_o"] for one in label["missing"] if one["z_o"] is not None]

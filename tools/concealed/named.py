@@ -34,7 +34,7 @@ def amplitude_error(rng: Rng) -> Law:
 
 
 def column_delay(rng: Rng) -> Law:
-    return Law("column_delay", "delay", lambda p: 1e-3 * p.x, ("u",))
+    return Law("column_delay", "delay", lambda p: 1e-5 * (p.u - p.shot.camera.cx), ("u",), parameter=("slope", 1e-5))
 
 
 def emitter_parallax(rng: Rng) -> Law:
@@ -96,7 +96,8 @@ def warm(rng: Rng, stage: str, unit: float) -> Law:
             return unit * (12.0 * rise) * np.ones(p.z.shape)
         return unit * (p.temperature - 24.0) * np.ones(p.z.shape)
 
-    return Law("temperature_drift", stage, acts, ("time", "temperature"), shifted=shifted)
+    known = None if shifted else ("coefficient", unit)
+    return Law("temperature_drift", stage, acts, ("time", "temperature"), shifted=shifted, parameter=known)
 
 
 def vertical_banding(rng: Rng) -> Law:
@@ -142,15 +143,21 @@ FLIGHT: dict[str, Callable[[Rng], Law]] = {
     "stray_light": stray_light,
     "multipath": multipath,
     "temperature_drift": lambda rng: warm(rng, "delay", 3e-4),
-    "depth_offset": lambda rng: Law("depth_offset", "delay", lambda p: 1e-3 * np.ones(p.z.shape), ()),
-    "depth_scale": lambda rng: Law("depth_scale", "delay", lambda p: 1e-3 * p.r, ("depth",)),
+    "depth_offset": lambda rng: Law(
+        "depth_offset", "delay", lambda p: 1e-3 * np.ones(p.z.shape), (), parameter=("offset", 1e-3)
+    ),
+    "depth_scale": lambda rng: Law("depth_scale", "delay", lambda p: 1e-3 * p.r, ("depth",), parameter=("scale", 1e-3)),
 }
 MATCHING: dict[str, Callable[[Rng], Law]] = {
     "disparity_offset": lambda rng: Law(
-        "disparity_offset", "disparity", lambda p: 0.01 * np.ones(p.z.shape), ("depth",)
+        "disparity_offset", "disparity", lambda p: 0.01 * np.ones(p.z.shape), ("depth",), parameter=("offset", 0.01)
     ),
     "depth_scale": lambda rng: Law(
-        "depth_scale", "disparity", lambda p: -1e-3 * p.shot.camera.f * 0.075 / p.z, ("depth",)
+        "depth_scale",
+        "disparity",
+        lambda p: -1e-3 * p.shot.camera.f * 0.075 / p.z,
+        ("depth",),
+        parameter=("scale", 1e-3),
     ),
     "disparity_distortion": disparity_distortion,
     "vertical_banding": vertical_banding,

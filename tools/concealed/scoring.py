@@ -1,11 +1,13 @@
 """Scores a verdict against a label, as the readme of the open challenges defines it."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from scipy.stats import beta
 
+LOOSE = ("amplitude", "rms", "step")  # sizes that are defined in more than one way
 POSSIBLE, MARGINAL = 5.0, 3.0  # significance of the oracle
 
 
@@ -18,6 +20,7 @@ class Score:
     recalled, missing: effects that are named anywhere, and effects that are missing.
     variables: share of the true variables that an "unknown" names, None for other answers.
     extra: names that are claimed besides, none of them missing.
+    errors: of the parameters that can be compared, in standard deviations that the engine states.
     """
 
     points: float
@@ -27,6 +30,7 @@ class Score:
     missing: int
     variables: float | None = None
     extra: tuple[str, ...] = ()
+    errors: tuple[float, ...] = ()
 
 
 def score(verdict: dict[str, Any] | None, label: dict[str, Any]) -> Score:
@@ -51,7 +55,7 @@ def score(verdict: dict[str, Any] | None, label: dict[str, Any]) -> Score:
         true, said = set(truths[0]["variables"]), set(first["where"]["variables"])
         variables = len(true & said) / max(len(true), 1)
     extra = tuple(sorted(names - right - set(label["equivalent"]) - {first["effect"]}))
-    return Score(points, outcome, first["effect"], recalled, len(truths), variables, extra)
+    return Score(points, outcome, first["effect"], recalled, len(truths), variables, extra, _errors(claims, truths))
 
 
 def _named(claim: dict[str, Any], right: set[str], alike: set[str]) -> tuple[float, str]:
@@ -63,6 +67,16 @@ def _named(claim: dict[str, Any], right: set[str], alike: set[str]) -> tuple[flo
     if name in right:
         return 1.0 / (1 + len(alike)), "right"
     return (1.0 / len(said), "set") if said & right else (-1.0, "wrong")
+
+
+def _errors(claims: list[dict[str, Any]], truths: list[dict[str, Any]]) -> tuple[float, ...]:
+    out = []
+    for claim in claims:
+        true = next((t.get("parameters", {}) for t in truths if t["effect"] == claim["effect"]), {})
+        for name, said in claim.get("parameters", {}).items():
+            if name in true and name not in LOOSE and said.get("std") and np.ndim(said["value"]) == 0:
+                out.append((said["value"] - true[name]["value"]) / said["std"])
+    return tuple(out)
 
 
 def stratum(label: dict[str, Any]) -> str:
@@ -84,7 +98,7 @@ def interval(hits: int, of: int, level: float = 0.9) -> tuple[float, float]:
     return low, float(beta.ppf(1 - tail, hits + 1, of - hits)) if hits < of else 1.0
 
 
-def table(results: Iterable[dict[str, Any]]) -> str:
+def table(results: Sequence[dict[str, Any]]) -> str:
     """Families against outcomes, by what the oracle could do, with the interval of the right share."""
     rows: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for result in results:
@@ -111,7 +125,15 @@ def table(results: Iterable[dict[str, Any]]) -> str:
         numbers = f"{len(cases):>4}{count['right'] + count['quiet']:>7}{count['set']:>5}{count['unknown']:>6}"
         numbers += f"{count['silent'] + count['failed']:>7}{bad:>6}{extra:>6}{mean:>8.2f}"
         out.append(f"{family:<14}{level:<12}{numbers}  {good / len(cases):.2f} [{low:.2f}, {high:.2f}]")
-    return "\n".join(out)
+    return "\n".join([*out, _coverage(results)])
+
+
+def _coverage(results: Sequence[dict[str, Any]]) -> str:
+    """How many 90 % intervals of parameters hold the true value."""
+    errors = [error for result in results for error in result["score"]["errors"]]
+    inside = sum(abs(error) < 1.645 for error in errors)
+    low, high = interval(inside, len(errors))
+    return f"90 % intervals that hold the true parameter: {inside} of {len(errors)} [{low:.2f}, {high:.2f}]"
 
 
 OUTCOMES = ("right", "set", "silent", "unknown", "wrong", "false claim", "quiet", "failed")
