@@ -76,7 +76,7 @@ def explain(
     Raises:
         FusionError: a scene or pose is not known, cameras differ, or no tile is left.
     """
-    _same_cameras(recordings)
+    _same_cameras(recordings, sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
     looks: list[Look] = []
     for place, recording in enumerate(recordings):
@@ -115,10 +115,17 @@ def variables_of(observations: Observations) -> dict[str, Vector]:
     return known
 
 
-def _same_cameras(recordings: Sequence[Recording]) -> None:
+def _same_cameras(recordings: Sequence[Recording], sensor: Sensor) -> None:
     if not recordings:
         raise FusionError("nothing to explain", found="no recordings", expected="one or more, better ten")
     first = recordings[0].camera
+    if "unknown" not in (sensor.principle, first.principle) and sensor.principle != first.principle:
+        raise FusionError(
+            "the sensor model is of another kind than the camera",
+            recordings[0].path,
+            f"a {sensor.principle} model for a {first.principle} camera",
+            do="check --sensor",
+        )
     for recording in recordings[1:]:
         if recording.camera.shape != first.shape or recording.camera.principle != first.principle:
             raise FusionError(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,15 +84,24 @@ def stage_of(recording: Recording, place: int) -> Stage:
         raise RecordingError(
             "the poses of the recording are not known", recording.path, expected="groundtruth.txt", do="add the poses"
         )
-    about = recording.scene.get("poses") or {}
+    about = recording.scene.get("poses")
+    about = about if isinstance(about, dict) else {}
     return Stage(
         recording,
         place,
         RayCaster(read_mesh(Path(recording.path) / str(mesh))),
-        float(about.get("sigma_m", NOMINAL[0])),
-        float(about.get("sigma_rad", NOMINAL[1])),
-        float(recording.scene.get("mesh_sigma_m", 0.0)),
+        _sigma(about, "sigma_m", NOMINAL[0], recording),
+        _sigma(about, "sigma_rad", NOMINAL[1], recording),
+        _sigma(recording.scene, "mesh_sigma_m", 0.0, recording),
     )
+
+
+def _sigma(given: dict[str, Any], name: str, usual: float, recording: Recording) -> float:
+    """A standard deviation of `scene.json`; the usual one where it is not said."""
+    value = given.get(name, usual)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 10:
+        raise RecordingError(f"{name} of scene.json cannot be used", recording.path, repr(value), "0 to 10")
+    return float(value)
 
 
 def looks_of(stage: Stage, channels: Channels) -> list[Look]:
