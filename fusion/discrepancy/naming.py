@@ -23,6 +23,7 @@ MOST_STEPS = 6  # waves of one effect count one by one
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 MOST_NAMES = 3
 FALSE_ALARM = 1e-4  # of one step, over all names together
+LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
 ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
 
@@ -55,6 +56,11 @@ class Step:
     white_before: Vector
 
     @property
+    def established(self) -> bool:
+        """True when chance is ruled out and recordings that took no part in the fit show it too."""
+        return self.probability <= FALSE_ALARM and self.held_out >= REPLICATED * self.gain
+
+    @property
     def footprint(self) -> Vector:
         """(n,) what it changes, in units of the gauge."""
         return np.asarray(self.candidate.white @ self.weights)
@@ -69,12 +75,14 @@ class Named:
         sensor: the model with all of them.
         observations: under that model.
         white: (n,) what is left, in units of the gauge.
+        likely: the next one, that is likely but not established; None when there is none.
     """
 
     steps: tuple[Step, ...]
     sensor: Sensor
     observations: Observations
     white: Vector
+    likely: Step | None = None
 
 
 def name_effects(
@@ -83,11 +91,13 @@ def name_effects(
     """Add effects one by one while they pass the tests; `candidates` are those of the given model."""
     sensor = observations.sensor
     steps: list[Step] = []
+    likely: Step | None = None
     white = gauge.whiten(observations.residual)
     for _ in range(MOST_STEPS):
         # what an effect would change is of first order, and stays while others are added
         step = best_step(candidates, observations, gauge, white)
-        if step is None:
+        if step is None or not step.established:
+            likely = step if step is not None and step.probability < LIKELY else None
             break
         names = {s.effect.name for s in steps} | {step.effect.name}
         if len(names) > MOST_NAMES:
@@ -104,7 +114,7 @@ def name_effects(
             break  # to first order it helped, in full it does not
         sensor, observations, white = larger, better, after
         steps.append(step)
-    return Named(tuple(steps), sensor, observations, white)
+    return Named(tuple(steps), sensor, observations, white, likely)
 
 
 def joined(own: Effect, more: Effect) -> Effect:
@@ -122,7 +132,7 @@ def joined(own: Effect, more: Effect) -> Effect:
 
 
 def best_step(candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, white: Vector) -> Step | None:
-    """The candidate that pays most for its columns, when it passes the tests; else None."""
+    """The candidate that pays most for its columns, established or not; None when there is none at all."""
     scores = [_score(c, white) for c in candidates]
     if not scores:
         return None
@@ -135,8 +145,6 @@ def best_step(candidates: Sequence[Candidate], observations: Observations, gauge
     names = len({c.name for c in candidates})
     probability = float(min(1.0, names * chi2.sf(gain / inflated, k)))
     held_out = _held_out(chosen, observations, white)
-    if probability > FALSE_ALARM or held_out < REPLICATED * gain:
-        return None
     effect = map_of(observations, chosen.form, weights) if chosen.form.map else chosen.form.combined(list(weights))
     alike = _alike(chosen, fitted, candidates, white)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))

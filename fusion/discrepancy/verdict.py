@@ -45,7 +45,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
             "frames_fitted": sum(len(look.frames) for look in found.looks),
             "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
         },
-        "indicated": [],
+        "indicated": [_missing([found.named.likely], found, before)] if found.named.likely else [],
         "limits": limits,
         "invisible": invisible,
     }
