@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 Matrix = NDArray[np.float64]
 
 # lengths over which a real surface may leave its mesh [m]: guess, from a dent to the bow of a wall
-BOWS_M = (0.1, 0.4)
+BOWS_M = (0.1, 0.4, 1.2)
 
 
 def grain(cell: NDArray[np.intp], other: NDArray[np.intp], side: int, window_px: float) -> Matrix:
@@ -21,9 +21,9 @@ def grain(cell: NDArray[np.intp], other: NDArray[np.intp], side: int, window_px:
     return along[steps[..., 0]] * along[steps[..., 1]]
 
 
-def bow(points: Matrix, sigma_m: float) -> Matrix:
-    """Covariance (n, n) [m^2] of a smooth unknown shape at surface points (n, 3) [m]."""
-    apart = ((points[:, None] - points[None]) ** 2).sum(axis=-1)
+def bow(points: Matrix, others: Matrix, sigma_m: float) -> Matrix:
+    """Covariance (n, m) [m^2] of a smooth unknown shape between surface points (n, 3) and (m, 3) [m]."""
+    apart = ((points[:, None] - others[None]) ** 2).sum(axis=-1)
     return np.asarray(sigma_m**2 * np.mean([np.exp(-0.5 * apart / length**2) for length in BOWS_M], axis=0))
 
 

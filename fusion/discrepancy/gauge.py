@@ -48,12 +48,13 @@ def gauge_of(observations: Observations) -> Gauge:
     total = np.zeros((n, n))
     speckle = observations.sensor.effect("speckle_noise")
     for rows, patch in observations.rows():
-        total[rows, rows] += _noise(observations, patch) + _shape(patch)
+        total[rows, rows] += _noise(observations, patch)
         if isinstance(speckle, SpeckleNoise):
             for others, other in observations.rows():
                 if other.look.place == patch.look.place:
                     alike = grain(patch.tiles.cell, other.tiles.cell, patch.tiles.side, float(speckle.correlation_px))
                     total[rows, others] += float(np.mean(speckle.sigma_px)) ** 2 * alike
+    _add_shape(observations, total)
     bare = cholesky(total, lower=True, check_finite=False)
     common = np.column_stack([*_poses(observations), *_known(observations)])
     total += common @ common.T
@@ -78,16 +79,20 @@ def _noise(observations: Observations, patch: Patch) -> NDArray[np.float64]:
     return spread / frames + np.diag(own / frames + floor)
 
 
-def _shape(patch: Patch) -> NDArray[np.float64]:
-    """Covariance (n, n) of a target that is not quite its mesh."""
-    sigma = patch.look.stage.mesh_sigma_m
-    n = len(patch.tiles)
-    if not sigma:
-        return np.zeros((n, n))
-    points = patch.view.camera.points(patch.depth)
-    at = np.column_stack([patch.tiles.mean(points[..., axis]) for axis in range(3)])
-    lever = patch.tiles.mean(patch.native / towards(patch.view))
-    return bow(at, sigma) * np.outer(lever, lever)
+def _add_shape(observations: Observations, total: NDArray[np.float64]) -> None:
+    """Add the covariance of a target that is not quite its mesh: one shape in all recordings of that mesh."""
+    known = []
+    for rows, patch in observations.rows():
+        if patch.look.stage.mesh_sigma_m:
+            seen = patch.view.camera.points(patch.depth)
+            at = np.column_stack([patch.tiles.mean(seen[..., axis]) for axis in range(3)])
+            T = patch.look.T_world_camera
+            lever = patch.tiles.mean(patch.native / towards(patch.view)) * patch.look.stage.mesh_sigma_m
+            known.append((rows, patch.look.stage.shape, at @ T[:3, :3].T + T[:3, 3], lever))
+    for rows, shape, points, lever in known:
+        for others, other_shape, other_points, other_lever in known:
+            if shape == other_shape:
+                total[rows, others] += bow(points, other_points, 1.0) * np.outer(lever, other_lever)
 
 
 def _poses(observations: Observations) -> list[Vector]:

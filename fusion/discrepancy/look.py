@@ -1,6 +1,7 @@
 """Look: one known scene seen for one stretch of time; what was measured there, and what stood before the camera."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.series import PixelSeries
 from fusion.errors import RecordingError
+from fusion.geometry.pose import Array
 from fusion.mesh.files import read_mesh
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
@@ -33,6 +35,7 @@ class Stage:
         caster: the mesh, ready to be seen; in the world frame.
         sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis.
         mesh_sigma_m: how far the real surface may be from the mesh.
+        shape: fingerprint of the mesh file: recordings of one target share its errors.
     """
 
     recording: Recording
@@ -41,6 +44,7 @@ class Stage:
     sigma_m: float
     sigma_rad: float
     mesh_sigma_m: float
+    shape: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class Look:
         view: what stood before the camera, with the amplitude of the recording where there is one.
         mean, std: (h, w) of the measured depth [m], NaN where no value (no second one) is.
         count: (h, w) frames with a value.
+        T_world_camera: (4, 4) stated pose.
         held: the same pose and time in frames that take no part in any fit; None where there are too few.
     """
 
@@ -62,6 +67,7 @@ class Look:
     mean: Image
     std: Image
     count: NDArray[np.int32]
+    T_world_camera: Array = field(default_factory=lambda: np.eye(4))
     held: "Look | None" = None
 
     @property
@@ -86,13 +92,16 @@ def stage_of(recording: Recording, place: int) -> Stage:
         )
     about = recording.scene.get("poses")
     about = about if isinstance(about, dict) else {}
+    path = Path(recording.path) / str(mesh)
+    caster = RayCaster(read_mesh(path))
     return Stage(
         recording,
         place,
-        RayCaster(read_mesh(Path(recording.path) / str(mesh))),
+        caster,
         _sigma(about, "sigma_m", NOMINAL[0], recording),
         _sigma(about, "sigma_rad", NOMINAL[1], recording),
         _sigma(recording.scene, "mesh_sigma_m", 0.0, recording),
+        sha256(path.read_bytes()).hexdigest(),
     )
 
 
@@ -155,15 +164,17 @@ def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
     amplitude = None if ir is None else np.asarray(ir, np.float32)
     view = replace(view, ir=amplitude, moment=_moment(recording, frames))
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
-    look = _measured(stage, frames[:kept], view)
-    return look if kept == len(frames) else replace(look, held=_measured(stage, frames[kept:], view))
+    look = _measured(stage, frames[:kept], view, T_world_camera)
+    if kept == len(frames):
+        return look
+    return replace(look, held=_measured(stage, frames[kept:], view, T_world_camera))
 
 
-def _measured(stage: Stage, frames: tuple[int, ...], view: View) -> Look:
+def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera: Array) -> Look:
     series = PixelSeries(view.camera.shape)
     for i in frames:
         series.add(stage.recording[i].depth)
-    return Look(stage, frames, view, series.mean, series.std, series.count)
+    return Look(stage, frames, view, series.mean, series.std, series.count, T_world_camera)
 
 
 def _first_ir(recording: Recording) -> NDArray[np.uint16] | None:

@@ -23,6 +23,7 @@ MOST_STEPS = 6  # waves of one effect count one by one
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 MOST_NAMES = 3
 FALSE_ALARM = 1e-4  # of one step, over all names together
+FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
 ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
@@ -99,6 +100,9 @@ def name_effects(
         if step is None or not step.established:
             likely = step if step is not None and step.probability < LIKELY else None
             break
+        if steps and step.effect.name not in {s.effect.name for s in steps} and step.gain < FAINT_NAME * steps[0].gain:
+            likely = step
+            break
         names = {s.effect.name for s in steps} | {step.effect.name}
         if len(names) > MOST_NAMES:
             break
@@ -162,6 +166,8 @@ def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, white
     about = parameters(candidate.form.kind)
     for name, value in candidate.form.fixed.items():
         values = sorted(about[name].search)
+        if value not in values:
+            continue
         place = values.index(value)
         low, high = values[max(place - 1, 0)], values[min(place + 1, len(values) - 1)]
         if not low < high or value <= 0:

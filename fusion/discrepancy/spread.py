@@ -11,6 +11,7 @@ from fusion.discrepancy.observations import Observations, Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.parameter import Parameter, parameters
 from fusion.sensor.sensor import Sensor
 
@@ -95,8 +96,25 @@ def _excess(patches: Sequence[Patch]) -> tuple[Vector, Vector]:
         measured = patch.tiles.mean(np.nan_to_num(patch.look.std * patch.native) ** 2)
         predicted = patch.tiles.mean((patch.sigma * patch.native) ** 2)
         values.append(np.log(np.maximum(measured, 1e-12) / np.maximum(predicted, 1e-12)))
-        weights.append(1.0 / np.sqrt(2.0 * _window(patch) / (freedom * patch.tiles.pixels) + FLOOR**2))
+        weights.append(
+            1.0 / np.sqrt(2.0 * _window(patch) / (freedom * patch.tiles.pixels) + (FLOOR + _undithered(patch)) ** 2)
+        )
     return np.concatenate(values), np.concatenate(weights)
+
+
+def _undithered(patch: Patch) -> float:
+    """How far a variance may wander (share of it) with the place between two steps of the rounding."""
+    rounding = next((e for e in patch.sensor.effects if isinstance(e, DepthQuantization)), None)
+    if rounding is None:
+        return 0.0
+    slope = float(np.nanmedian(np.abs(patch.native)))
+    step = float(np.mean(rounding.step)) * slope
+    if not patch.view.time_of_flight:
+        step = max(step, float(np.mean(rounding.step_px)))
+    total = float(np.sqrt(patch.tiles.mean((patch.sigma * patch.native) ** 2).mean()))
+    before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
+    # the first harmonic of the rounding's own error, which fades as the noise grows over a step
+    return 4.0 * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
 
 
 def _window(patch: Patch) -> float:

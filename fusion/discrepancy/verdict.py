@@ -214,7 +214,7 @@ def _std(about: Parameter, step: Step) -> float | None:
     atoms = step.candidate.form.atoms
     for atom, spread in zip(atoms, step.weights_std, strict=True):
         if about.name in atom and about.name not in ANGLES:
-            return float(spread) * abs(float(atom[about.name]))
+            return float(spread) * float(np.max(np.abs(atom[about.name])))
     return step.std if about.name in ANGLES else None  # of a small angle: across over along
 
 

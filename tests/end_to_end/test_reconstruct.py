@@ -149,6 +149,7 @@ def folder(tmp_path_factory, depths, truth):
 OPTIONS = ["--voxel", "0.02", "--truncation", "0.08"]
 
 
+@pytest.mark.slow
 def test_the_command_writes_all_that_the_contract_names(folder, tmp_path, capsys, truth):
     assert main(["reconstruct", str(folder), "-o", str(tmp_path / "out"), *OPTIONS, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)

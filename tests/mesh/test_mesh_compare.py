@@ -70,6 +70,7 @@ def test_samples_are_even_over_area_not_over_triangles():
     assert found.accuracy["within"]["0.005"] == pytest.approx(0.5, abs=0.01)
 
 
+@pytest.mark.slow
 def test_pose_and_scale_are_recovered():
     mesh = _object(3)
     reference, turn = _moved(mesh, 3, 1.02)
@@ -137,6 +138,7 @@ def test_units_are_told_from_a_part_or_with_a_plate(part):
         assert factors == (1, UNITS[unit]) or (factors == (1, 1) and "--unit" in notes[0])
 
 
+@pytest.mark.slow
 def test_partial_scan_is_aligned_and_the_rest_counts_as_never_seen():
     whole = _object()
     part = vertices_kept(whole, whole.vertices[:, 2] + 0.3 * whole.vertices[:, 0] > -0.005)
@@ -158,6 +160,7 @@ def test_missing_part_of_a_closed_scan_is_not_excused():
     assert found.completeness["max"] > 0.09
 
 
+@pytest.mark.slow
 def test_plate_around_the_object_is_left_out():
     whole = _object()
     plate = trimesh.creation.cylinder(0.15, 0.004)

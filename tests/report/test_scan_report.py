@@ -31,6 +31,7 @@ def headings(path) -> list[str]:
     return re.findall(r"<h2>(.*?)</h2>", path.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_sections_appear_only_with_their_data(tmp_path):
     small = bumpy_sphere(2)
     scan_report(tmp_path / "bare.html", ScanReport(small))
@@ -64,6 +65,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", BROKEN.values(), ids=BROKEN)
 def test_broken_data_still_makes_a_page(tmp_path, change):
     report = replace(made_up_scan(), mesh=bumpy_sphere(1), mesh_raw=None, times_seen=None)
@@ -74,6 +76,7 @@ def test_broken_data_still_makes_a_page(tmp_path, change):
     assert "How it was made" in headings(tmp_path / "report.html")
 
 
+@pytest.mark.slow
 def test_a_single_frame_makes_a_page(tmp_path):
     scan_report(
         tmp_path / "report.html", replace(made_up_scan(1), mesh=bumpy_sphere(1), mesh_raw=None, times_seen=None)

@@ -91,7 +91,8 @@ class Flight:
     def record(self, shot: Shot, laws: Sequence[Law], rng: np.random.Generator) -> tuple[Array, Array]:
         """Depth (n, h, w) [m], 0 where invalid, and amplitude (h, w) of the first frame."""
         near = np.nan_to_num(shot.hits.z) * shot.stretch
-        frames, first, raw = [], None, None
+        frames: list[Array] = []
+        first, raw = None, None
         per_count, dark = self.spread()
         noisy = float(np.prod([law.size * law.acts(None) for law in laws if law.stage == "noise"]))
         memory = sum(law.size * law.acts(None) for law in laws if law.stage == "filter")

@@ -34,7 +34,7 @@ def leak(rng: Rng) -> Law:
     """A constant phasor: the modulation that reaches the samples through the electronics."""
     turns = rng.uniform(0, 2 * np.pi, 3)
 
-    def acts(p, light, modulations):  # type: ignore[no-untyped-def]
+    def acts(p, light, modulations):
         return 10.0 * np.exp(1j * turns)[:, None, None] * np.ones(p.z.shape)
 
     return _unknown("light", acts, "amplitude", "depth")

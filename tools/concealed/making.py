@@ -72,12 +72,18 @@ def _label(case: Plan, seed: list[int]) -> dict[str, Any]:
     if any(law.channel == "bias" for law in case.missing):
         oracle = oracle_of(case.device, case.shots, known, case.mesh_sigma_m)
     for law in case.missing:
-        z, similar = None, {}
+        z: float | None = None
+        similar: dict[str, float] = {}
         if oracle is not None and law.channel == "bias":
             white = oracle.field([law], case.known)
             z = float(np.linalg.norm(white))
             similar = _similar(case, oracle, law.name, white) if case.family != "mixture" else {}
-        one = {"effect": law.name, "channel": law.channel, "variables": list(law.variables), "region": list(law.region)}
+        one: dict[str, Any] = {
+            "effect": law.name,
+            "channel": law.channel,
+            "variables": list(law.variables),
+            "region": list(law.region),
+        }
         one |= {"accept": list(law.accept), "form_shifted": law.shifted, "size": law.size, "z_o": z, "similar": similar}
         if law.parameter is not None and law.mask is None:
             one["parameters"] = {law.parameter[0]: {"value": law.parameter[1] * law.size}}

@@ -72,7 +72,7 @@ def _named(claim: dict[str, Any], right: set[str], alike: set[str]) -> tuple[flo
 def _errors(claims: list[dict[str, Any]], truths: list[dict[str, Any]]) -> tuple[float, ...]:
     out = []
     for claim in claims:
-        true = next((t.get("parameters", {}) for t in truths if t["effect"] == claim["effect"]), {})
+        true: dict[str, Any] = next((t.get("parameters", {}) for t in truths if t["effect"] == claim["effect"]), {})
         for name, said in claim.get("parameters", {}).items():
             if name in true and name not in LOOSE and said.get("std") and np.ndim(said["value"]) == 0:
                 out.append((said["value"] - true[name]["value"]) / said["std"])

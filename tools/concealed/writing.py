@@ -22,7 +22,7 @@ def write_recording(folder: Path, shot: Shot, depth: Array, amplitude: Array | N
     for name in ("depth", "ir") if flight else ("depth",):
         (folder / name).mkdir(parents=True)
     c = shot.camera
-    camera = {"width": c.width, "height": c.height, "fx": c.f, "fy": c.f, "cx": c.cx, "cy": c.cy}
+    camera: dict[str, Any] = {"width": c.width, "height": c.height, "fx": c.f, "fy": c.f, "cx": c.cx, "cy": c.cy}
     camera |= {"distortion": [0.0] * 5, "depth_scale": about["scale"]}
     camera |= {"principle": "itof" if flight else "structured_light", "sensor": "trial"}
     scene = {"mesh": "scene.ply", "poses": {"source": "surveyed", "sigma_m": SIGMA_M, "sigma_rad": SIGMA_RAD}}
@@ -53,7 +53,8 @@ def _lines(path: Path, lines: list[str]) -> None:
 
 def _mesh(panels: list[Panel]) -> str:
     """ASCII PLY: every printed cell a square of its own; flat, whatever the surface really is."""
-    vertices, faces = [], []
+    vertices: list[Any] = []
+    faces: list[Any] = []
     for panel in panels:
         rows, columns = panel.cells.shape
         for i in range(rows):

@@ -33,6 +33,8 @@ POSES = [
     ]
 ]
 
+pytestmark = pytest.mark.slow  # whole calibrations from rendered pictures
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
