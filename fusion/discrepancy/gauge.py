@@ -39,7 +39,7 @@ class Gauge:
     def visible(self, values: NDArray[np.float64]) -> float:
         """Share of the norm of a vector (n,) that poses and known parameters leave to be seen."""
         free = solve_triangular(self.bare, values, lower=True, check_finite=False)
-        return float(np.linalg.norm(self.whiten(values)) / max(np.linalg.norm(free), 1e-300))
+        return float(np.linalg.norm(self.whiten(values))) / max(float(np.linalg.norm(free)), 1e-300)
 
 
 def gauge_of(observations: Observations) -> Gauge:

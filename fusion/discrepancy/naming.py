@@ -142,7 +142,7 @@ def best_step(candidates: Sequence[Candidate], observations: Observations, gauge
         return None
     best = int(np.argmax(scores))
     chosen = _tuned(candidates[best], observations, gauge, white)
-    weights = np.linalg.lstsq(chosen.white, white, rcond=None)[0]
+    weights = np.asarray(np.linalg.lstsq(chosen.white, white, rcond=None)[0], float)
     fitted = chosen.white @ weights
     gain, k = float(fitted @ white), chosen.basis.shape[1]
     inflated = max(1.0, _robust_variance(white - fitted))
@@ -152,7 +152,7 @@ def best_step(candidates: Sequence[Candidate], observations: Observations, gauge
     effect = map_of(observations, chosen.form, weights) if chosen.form.map else chosen.form.combined(list(weights))
     alike = _alike(chosen, fitted, candidates, white)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))
-    spread = np.sqrt(inflated * np.diag(np.linalg.pinv(chosen.white.T @ chosen.white)))
+    spread = np.asarray(np.sqrt(inflated * np.diag(np.linalg.pinv(chosen.white.T @ chosen.white))), float)
     return Step(chosen, effect, gain, held_out, probability, alike, std, weights, spread, white)
 
 

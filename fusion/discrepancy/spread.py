@@ -122,7 +122,7 @@ def _window(patch: Patch) -> float:
     axial = next((e for e in patch.sensor.effects if isinstance(e, AxialNoise)), None)
     if axial is None or patch.view.time_of_flight or not np.any(axial.sigma_px):
         return 1.0
-    side = float(max(1.0, np.mean(axial.correlation_px)))
+    side = max(1.0, float(np.mean(axial.correlation_px)))
     # sum of the squared correlations 1 - d / side over both directions
     lags = np.arange(1, int(np.ceil(side)))
     return float((1 + 2 * ((1 - lags / side) ** 2).sum()) ** 2)

@@ -34,7 +34,7 @@ def rocking(R_object_camera: Array, along: Array) -> Rocking:
         R_object_camera: (n, 3, 3) rotations of the camera in the object's frame, NaN where a frame has no pose.
         along: (3,) about where the axis points in the object's frame; says which end is up.
     """
-    known = np.isfinite(R_object_camera).all(axis=(1, 2))
+    known = np.asarray(np.isfinite(R_object_camera).all(axis=(1, 2)))
     tilt = np.full((len(known), 2), np.nan)
     if not known.any():
         return Rocking(np.array([0.0, -1.0, 0.0]), tilt, float("nan"))

@@ -48,7 +48,7 @@ def _best(information: Information, fixed: list[int], waves: Array) -> int:
         scale = np.sqrt(np.maximum(np.diag(M)[fixed], 1e-300))
         inner = np.linalg.pinv(M[np.ix_(fixed, fixed)] / np.outer(scale, scale), rcond=1e-10, hermitian=True)
         inner /= np.outer(scale, scale)
-        cross = M[np.ix_(pairs.ravel(), fixed)].reshape(len(waves), 2, len(fixed))
+        cross = M[np.ix_(pairs.ravel(), np.asarray(fixed))].reshape(len(waves), 2, len(fixed))
         taken = cross @ inner
         own = own - taken @ cross.transpose(0, 2, 1)
         rest = rest - taken @ b[fixed]

@@ -86,7 +86,7 @@ def _least_squares(design: Array, values: Array) -> Array:
     normal = design.T @ design
     normal[np.diag_indices_from(normal)] *= 1 + 1e-9  # a corner without contrast leaves a column open
     normal[np.diag_indices_from(normal)] += 1e-12
-    return np.linalg.solve(normal, design.T @ values)
+    return np.asarray(np.linalg.solve(normal, design.T @ values), float)
 
 
 def _around(grey: NDArray, start: Array, edges: Array, reach: float) -> tuple[Array, Array]:

@@ -90,7 +90,9 @@ class AxialNoise(Effect):
         sigma = c0 + z * (c1 + c2 * z)
         tilted = view.incidence is not None and (np.any(self.angle) or np.any(self.sunlight))
         # a pixel of unknown tilt counts as frontal
-        theta = np.minimum(np.nan_to_num(view.incidence), STEEPEST).astype(z.dtype) if tilted else np.zeros((), z.dtype)
+        theta = np.zeros((), z.dtype)
+        if tilted and view.incidence is not None:
+            theta = np.minimum(np.nan_to_num(view.incidence), STEEPEST).astype(z.dtype)
         if np.any(self.angle):
             tilt = theta / (z.dtype.type(np.pi / 2) - theta)
             sigma = sigma + self._number("angle", z) * z ** self._number("angle_exponent", z) * (tilt * tilt)
