@@ -74,6 +74,17 @@ class TestEveryEffect:
         if effect.name != "lateral_noise":
             assert np.abs(scaled.std(axis=0) - 1).max() < 5 / np.sqrt(2 * DRAWS)
 
+    def test_samples_are_missing_as_often_as_declared(self, kind, view):
+        sensor = sensor_of(typical(kind))
+        declared = sensor.dropout(view.depth, view)
+        rng = np.random.default_rng(2)
+        frames = 20  # times some 3000 pixels
+        missing = sum(np.isnan(sensor.sample(view.depth, view, None, rng)) for _ in range(frames))
+        there = np.isfinite(view.depth) & np.isfinite(sensor.predict(view.depth, view))
+        expected, spread = declared[there].sum() * frames, np.sqrt((declared * (1 - declared))[there].sum() * frames)
+        # four standard errors; two values more where a noisy depth falls below 0
+        assert abs(missing[there].sum() - expected) <= 4 * spread + 2
+
     def test_every_parameter_is_described(self, kind, view):
         assert parameters(kind)
         for about in parameters(kind).values():
