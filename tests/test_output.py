@@ -99,7 +99,8 @@ def test_a_file_where_a_folder_should_be_is_told(tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=lambda number: number.name)
 def test_a_stopped_process_leaves_no_half_result(tmp_path, number):
     program = """
-import sys, time
+import signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job may have it switched off
 from pathlib import Path
 from fusion.output import output_folder
 with output_folder(Path(sys.argv[1])) as partial:
