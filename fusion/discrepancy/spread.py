@@ -20,8 +20,8 @@ Vector = NDArray[np.float64]
 LEAST_FRAMES = 4  # a variance from fewer says little
 FLOOR = 0.03  # of a variance: what the model of the noise leaves open, from recordings in which nothing is missing
 SIZES = np.geomspace(0.03, 10.0, 11)  # of a typical size, that are tried
-FALSE_ALARM = 1e-6
-LEAST_CHANGE = 0.05  # of a variance, in the tiles that change most: below, it is a matter of the noise model
+FALSE_ALARM = 1e-12  # the noise model is a model: what is improbable by chance alone is common by its faults
+LEAST_CHANGE = 0.15  # of a variance, in the tiles that change most: below, it is a matter of the noise model
 ALIKE = 0.95
 
 
