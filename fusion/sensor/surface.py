@@ -51,11 +51,6 @@ def seen_along(depth: Image, rays: NDArray[np.floating], view: View) -> Image:
     return depth * np.where(sound, ratio, 1.0).astype(depth.dtype)
 
 
-def points(depth: Image, view: View) -> NDArray[np.floating]:
-    """(h, w, 3) [m] in the camera frame."""
-    return np.dstack([view.camera.rays() * depth[..., None], depth])
-
-
 def towards(view: View) -> Image:
     """n . ray (h, w) [1] with a ray of z = 1: negative, and held away from 0, where a surface is seen edge-on."""
     assert view.normals is not None

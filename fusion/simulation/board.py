@@ -1,12 +1,12 @@
 """Calibration boards as pictures: checkerboards and ChArUco boards, from the fields of `board.json`."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.lens.board import Board as CalibrationBoard
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array, transform
 from fusion.mesh.mesh import Mesh
@@ -19,21 +19,12 @@ MOST_SQUARES = 100
 
 
 @dataclass(frozen=True)
-class Board:
-    """A board of black and white squares.
-
-    Attributes:
-        columns, rows: numbers of inner corners.
-        square_m: side of a square [m].
-        marker_m: side of a marker [m] of a ChArUco board; 0 for a checkerboard.
-        dictionary: OpenCV's name of the markers, such as "DICT_5X5_100".
-    """
+class Board(CalibrationBoard):
+    """A board of black and white squares that can be drawn; its fields are those of a calibration's board."""
 
     columns: int = 9
     rows: int = 6
     square_m: float = 0.04
-    marker_m: float = 0.0
-    dictionary: str = ""
 
     def __post_init__(self) -> None:
         if not (2 <= self.columns < MOST_SQUARES and 2 <= self.rows < MOST_SQUARES):
@@ -52,11 +43,6 @@ class Board:
         """Width and height with the white margin [m]."""
         across, down = self.columns + 1 + 2 * MARGIN, self.rows + 1 + 2 * MARGIN
         return across * self.square_m, down * self.square_m
-
-    def to_dict(self) -> dict[str, Any]:
-        """The content of `board.json`."""
-        fields = {"columns": self.columns, "rows": self.rows, "square_m": self.square_m}
-        return fields | ({"marker_m": self.marker_m, "dictionary": self.dictionary} if self.marker_m else {})
 
     def picture(self) -> NDArray[np.uint8]:
         """Grey image with the margin; the top-left square is black."""

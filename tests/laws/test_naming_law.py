@@ -11,9 +11,9 @@ from scipy.special import digamma
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.expectation import Expectation, expectation
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.signature import Expectation, expectation
 from fusion.sensor.view import View
 
 FRAMES = 100
