@@ -14,6 +14,7 @@ from fusion.geometry.pose import Array
 from fusion.mesh.files import read_mesh
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
+from fusion.sensor.moments import moments_of
 from fusion.sensor.view import Image, View
 from fusion.simulation.indirect import Bounce
 from fusion.simulation.render import Channels, RayCaster
@@ -98,18 +99,18 @@ def stage_of(recording: Recording, place: int) -> Stage:
         recording,
         place,
         caster,
-        _sigma(about, "sigma_m", NOMINAL[0], recording),
-        _sigma(about, "sigma_rad", NOMINAL[1], recording),
-        _sigma(recording.scene, "mesh_sigma_m", 0.0, recording),
+        _number(about, "sigma_m", NOMINAL[0], recording),
+        _number(about, "sigma_rad", NOMINAL[1], recording),
+        _number(recording.scene, "mesh_sigma_m", 0.0, recording),
         sha256(path.read_bytes()).hexdigest(),
     )
 
 
-def _sigma(given: dict[str, Any], name: str, usual: float, recording: Recording) -> float:
-    """A standard deviation of `scene.json`; the usual one where it is not said."""
+def _number(given: dict[str, Any], name: str, usual: float, recording: Recording, most: float = 10.0) -> float:
+    """A number of `scene.json` from 0 on; the usual one where it is not said."""
     value = given.get(name, usual)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 10:
-        raise RecordingError(f"{name} of scene.json cannot be used", recording.path, repr(value), "0 to 10")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < most:
+        raise RecordingError(f"{name} of scene.json cannot be used", recording.path, repr(value), f"0 to {most:g}")
     return float(value)
 
 
@@ -183,13 +184,12 @@ def _first_ir(recording: Recording) -> NDArray[np.uint16] | None:
 
 
 def _moment(recording: Recording, frames: tuple[int, ...]) -> Moment:
-    def mean_of(column: str, missing: float) -> float:
-        values = recording.telemetry_at_frames(column)
-        return missing if values is None else float(np.mean(values[list(frames)]))
-
+    logged, some = moments_of(recording), list(frames)
+    ambient = float(np.mean(logged.ambient[some]))
     return Moment(
-        time=float(np.mean(recording.timestamps[list(frames)])),
-        temperature=mean_of("temperature_c", float("nan")),
-        ambient=mean_of("ambient_lux", float(recording.scene.get("ambient_lux", 0.0))),
-        table_angle=float(np.deg2rad(mean_of("turntable_deg", 0.0))),
+        # stamps as they are: dates too tell one look from the next
+        time=float(np.mean(recording.timestamps[some])),
+        temperature=float(np.mean(logged.temperature[some])),
+        ambient=ambient if np.isfinite(ambient) else _number(recording.scene, "ambient_lux", 0.0, recording, 1e6),
+        table_angle=float(np.nan_to_num(np.mean(logged.table_angle[some]))),
     )

@@ -4,6 +4,7 @@ A renderer applies them exactly, before it casts a ray, and names them in `View.
 is that of the tangent plane.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -18,14 +19,14 @@ from fusion.sensor.view import Image, View, stretch
 
 
 @dataclass(frozen=True)
-class CameraEffect(Effect):
+class CameraEffect(Effect, ABC):
     """The stated camera is wrong: every ray goes elsewhere."""
 
     not_undone: ClassVar[str] = "use the true camera instead of the stated one"
 
+    @abstractmethod
     def true_camera(self, stated: Camera) -> Camera:
         """The camera that took the pictures, from the stated one."""
-        raise NotImplementedError
 
     def bias(self, depth: Image, view: View) -> Image:
         true = self.true_camera(view.camera)
@@ -39,17 +40,17 @@ class CameraEffect(Effect):
 
 
 @dataclass(frozen=True)
-class RigEffect(Effect):
+class RigEffect(Effect, ABC):
     """What is seen stands elsewhere than stated: a rigid motion of the surface in the camera frame."""
 
     not_undone: ClassVar[str] = "it belongs to the pose of the frame, not to its depth"
 
+    @abstractmethod
     def motion(self, moment: Moment) -> NDArray[np.float64] | None:
         """(6,) rotation [rad] about the camera, then translation [m], as `geometry.pose.exp`; None when all stands.
 
         A point of the surface stated at P (camera frame) stands at R P + t.
         """
-        raise NotImplementedError
 
     def bias(self, depth: Image, view: View) -> Image:
         motion = self.motion(view.moment)
