@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.calibration.target import Target
-from fusion.calibration.target_noise import TargetNoise, measure_target
+from fusion.calibration.noise.target import Target
+from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise

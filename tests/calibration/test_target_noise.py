@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from fusion.calibration.noise.target import find_target
+from fusion.calibration.noise.target_noise import lateral_spread, measure_target
 from fusion.calibration.series import PixelSeries
-from fusion.calibration.target import find_target
-from fusion.calibration.target_noise import lateral_spread, measure_target
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 

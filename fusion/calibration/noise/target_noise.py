@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.noise.target import Target, find_target
 from fusion.calibration.series import PixelSeries
-from fusion.calibration.target import Target, find_target
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 
