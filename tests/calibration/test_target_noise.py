@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from fusion.calibration.noise.edge import lateral_spread
 from fusion.calibration.noise.target import find_target
-from fusion.calibration.noise.target_noise import lateral_spread, measure_target
+from fusion.calibration.noise.target_noise import measure_target
 from fusion.calibration.series import PixelSeries
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera

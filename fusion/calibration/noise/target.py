@@ -1,6 +1,6 @@
 """A flat target in an image: found by itself, with the parts of it that each measurement may use."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -58,6 +58,12 @@ def find_target(depth: Image, camera: Camera, smallest: int = SMALLEST) -> Targe
     box = _inside(mask)
     normal, distance = _plane(camera.points(np.where(mask, depth, np.nan))[box])
     return Target(mask, (box[0].start, box[0].stop), (box[1].start, box[1].stop), normal, distance)
+
+
+def fit_plane(depth: Image, camera: Camera, target: Target) -> Target:
+    """The same pixels with the plane of another depth image (h, w) [m], for instance a corrected one."""
+    normal, distance = _plane(camera.points(np.where(target.mask, depth, np.nan))[target.inside])
+    return replace(target, normal=normal, distance=distance)
 
 
 def _middle_piece(depth: Image, smallest: int) -> NDArray[np.bool_]:

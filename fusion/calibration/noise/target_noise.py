@@ -1,12 +1,14 @@
 """Noise and valid shares on a flat target, as Fankhauser 2015 measures them."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.target import Target, find_target
+from fusion.calibration.noise.edge import edge_positions, nothing_behind, spread_with_error
+from fusion.calibration.noise.repeats import Repeats, repeats_of
+from fusion.calibration.noise.target import Target, find_target, fit_plane
 from fusion.calibration.series import PixelSeries
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
@@ -14,9 +16,10 @@ from fusion.geometry.camera import Camera
 Image = NDArray[np.floating]
 
 PATCH = 240  # [px] of the target nearest to its middle: noise changes little over them
-STRIP = 8  # [px] on both sides of an edge
 OUTLIER = 6.0  # standard deviations from the plane
 LEAST_OUTLIER = 0.03  # [m] nearer to the plane than this nothing is an outlier
+MOST_FRAMES = 2000  # whose values are kept at a time; of longer series every second, third, ...
+SCORES = 20  # frames whose z-scores are kept
 
 
 @dataclass(frozen=True)
@@ -28,11 +31,15 @@ class TargetNoise:
         depth: there [m], of the plane through the target.
         tilt: between the line of sight to the middle and the normal [rad].
         frames: number of frames.
-        axial: standard deviation of one depth at the middle [m], NaN without values.
-        axial_std: how well it is known [m].
+        axial: standard deviation of one depth at the middle [m], NaN without values; outliers are left out.
+        axial_std: how well it is known [m], from the scatter between frames: neighbours may share their noise.
         lateral: of the left and of the right edge [m], the spread of their pixels; NaN where there is none.
         valid, no_data, outliers: shares of the pixels inside, one in sum.
         z_scores: a sample of depths less their pixel's mean, over their pixel's standard deviation.
+        lateral_std: how well the lateral spreads are known [m].
+        nothing_behind: whether most pixels just outside the left and the right edge have no depth: a shadow, or nothing.
+        step: mean gap between neighbouring values that occur [m]: the rounding; 0 where it cannot be told.
+        middle: rows and columns (n,) of the pixels that `axial` is of.
     """
 
     pixel: tuple[int, int]
@@ -46,10 +53,18 @@ class TargetNoise:
     no_data: float
     outliers: float
     z_scores: NDArray[np.float32]
+    lateral_std: tuple[float, float] = (float("nan"), float("nan"))
+    nothing_behind: tuple[bool, bool] = (False, False)
+    step: float = 0.0
+    middle: tuple[NDArray[np.intp], ...] = ()
 
 
 def measure_target(
-    depths: Iterable[Image], camera: Camera, target: Target | None = None, sigma: float | None = None
+    depths: Iterable[Image],
+    camera: Camera,
+    target: Target | None = None,
+    sigma: float | None = None,
+    correct: Callable[[Image], Image] | None = None,
 ) -> TargetNoise:
     """Noise of a target that stands still in front of a still camera.
 
@@ -57,6 +72,8 @@ def measure_target(
         depths: frames (h, w) [m], iterated twice, so no one-way iterator.
         target: where it is, when that is known; else it is found in the mean of the frames.
         sigma: a noise [m] to judge outliers by; the measured one by default.
+        correct: takes known errors out of a mean depth (h, w) [m]; depth and tilt are then those of the corrected
+            target. The noise is that of the depths as they come.
     Raises:
         FusionError: no target, or fewer than two frames.
     """
@@ -66,82 +83,62 @@ def measure_target(
     if series.frames < 2:
         raise FusionError("too few frames for a noise", found=series.frames, expected="2 or more, better 100")
     # a pixel with few values would bring its outliers into the search
-    found = target or find_target(np.where(series.valid > 0.5, series.mean, np.nan), camera)
-    plane, tilt = found.plane_depth(camera), found.tilt(camera)
+    mean = np.where(series.valid > 0.5, series.mean, np.nan)
+    found = target or find_target(mean, camera)
+    plane = found.plane_depth(camera)
     middle = _middle(found, camera.shape)
-    axial, error = _pooled(series, middle)
-    limit = max(OUTLIER * (sigma if sigma is not None else np.nan_to_num(axial)), LEAST_OUTLIER)
-    shares = np.zeros(3)
+    limit = max(OUTLIER * (sigma if sigma is not None else _pooled(series, middle)), LEAST_OUTLIER)
+    look = _look(depths, found, plane, (middle, limit, -(-series.frames // MOST_FRAMES)))
+    where = np.nonzero(middle)
+    v, u = (int(np.mean(indices)) for indices in where)
+    scale = plane[v, u] / camera.fx
+    lateral = [[scale * x for x in spread_with_error(p)] for p in look.edges]
+    stands = found if correct is None else fit_plane(correct(mean), camera, found)
+    return TargetNoise(
+        (v, u),
+        float(stands.plane_depth(camera)[v, u]),
+        float(stands.tilt(camera)[v, u]),
+        series.frames,
+        look.repeats.sigma,
+        look.repeats.sigma_std,
+        (lateral[0][0], lateral[1][0]),
+        valid=look.shares[0],
+        no_data=look.shares[1],
+        outliers=look.shares[2],
+        z_scores=look.repeats.scores[: SCORES * PATCH],
+        lateral_std=(lateral[0][1], lateral[1][1]),
+        nothing_behind=(nothing_behind(series.valid, found, 0), nothing_behind(series.valid, found, 1)),
+        step=look.repeats.step,
+        middle=where,
+    )
+
+
+@dataclass(frozen=True)
+class _Look:
+    """What the second look at the frames gives: shares inside, edge positions (frames, rows), values of the middle."""
+
+    shares: tuple[float, float, float]
+    edges: tuple[Image, Image]
+    repeats: Repeats
+
+
+def _look(depths: Iterable[Image], found: Target, plane: Image, about: tuple[NDArray[np.bool_], float, int]) -> _Look:
+    """The frames once more, now that the target is known; `about`: middle, outlier limit [m], every which frame."""
+    middle, limit, every = about
+    shares, frames = np.zeros(3), 0
     edges: tuple[list[Image], list[Image]] = ([], [])
-    scores: list[Image] = []
-    for depth in depths:
+    values: list[Image] = []
+    for frames, depth in enumerate(depths, start=1):
         inside = depth[found.inside]
         off = np.abs(inside - plane[found.inside]) > limit
         none = ~np.isfinite(inside)
         shares += [(~off & ~none).mean(), none.mean(), (off & ~none).mean()]
-        for side, positions in zip((0, 1), edges, strict=True):
-            positions.append(edge_positions(depth, found, plane, side))
-        if len(scores) < 20:
-            scores.append(_scores(depth, series, middle))
-    v, u = (int(np.mean(indices)) for indices in np.nonzero(middle))
-    lateral = tuple(lateral_spread(np.array(p)) * plane[v, u] / camera.fx for p in edges)
-    return TargetNoise(
-        (v, u),
-        float(plane[v, u]),
-        float(tilt[v, u]),
-        series.frames,
-        axial,
-        error,
-        (lateral[0], lateral[1]),
-        valid=float(shares[0] / series.frames),
-        no_data=float(shares[1] / series.frames),
-        outliers=float(shares[2] / series.frames),
-        z_scores=np.concatenate(scores).astype(np.float32),
-    )
-
-
-def edge_positions(depth: Image, target: Target, plane: Image, side: int) -> NDArray[np.float64]:
-    """(rows,) column [px] at which the target ends in every row of its inside; NaN where that cannot be said.
-
-    Args:
-        side: 0 for the left edge, 1 for the right.
-    """
-    rows = np.arange(*target.rows)
-    columns = np.arange(target.mask.shape[1])
-    held = target.mask[rows]
-    ends = np.where(
-        held.any(axis=1), held.argmax(axis=1) if side == 0 else columns[-1] - held[:, ::-1].argmax(axis=1), -1
-    )
-    strip = ends[:, None] + np.arange(-STRIP, STRIP + 1)[None, :]
-    whole = (ends >= 0) & (strip[:, 0] >= 0) & (strip[:, -1] < len(columns))
-    strip = np.clip(strip, 0, len(columns) - 1)
-    z, at = depth[rows[:, None], strip], plane[rows[:, None], strip]
-    # the outer end of the strip sees what is behind; nearer to the plane than half way is target
-    outer = z[:, :4] if side == 0 else z[:, -4:]
-    behind = np.nanmedian(outer) if np.isfinite(outer).any() else np.nan
-    half = 0.5 * (behind - at) if np.isfinite(behind) else np.full(at.shape, LEAST_OUTLIER)
-    on = np.abs(z - at) < np.maximum(np.abs(half), 1e-3)
-    count = on.sum(axis=1)
-    position = strip[:, -1] + 0.5 - count if side == 0 else strip[:, 0] - 0.5 + count
-    return np.where(whole, position, np.nan)
-
-
-def lateral_spread(positions: NDArray[np.float64]) -> float:
-    """Standard deviation [px] of edge positions (frames, rows) about a smooth line, the pixel grid's part removed.
-
-    An edge that is not parallel to the columns meets all phases of the grid, so that rounding to whole pixels adds
-    1/12 px^2 to the variance.
-    """
-    if not np.isfinite(positions).any():
-        return float("nan")
-    rows = np.broadcast_to(np.linspace(-1, 1, positions.shape[1]), positions.shape)
-    known = np.isfinite(positions)
-    # a parabola: a lens bends straight edges
-    line = np.polynomial.polynomial.polyfit(rows[known], positions[known], 2)
-    residual = (positions - np.polynomial.polynomial.polyval(rows, line))[known]
-    centre = np.median(residual)
-    kept = residual[np.abs(residual - centre) < 0.75 * STRIP]
-    return float(np.sqrt(max(kept.var() - 1 / 12, 0.0)))
+        if frames % every == 0:
+            values.append(depth[middle])
+            for side, positions in zip((0, 1), edges, strict=True):
+                positions.append(edge_positions(depth, found, plane, side))
+    valid, no_data, outliers = (float(share) for share in shares / max(frames, 1))
+    return _Look((valid, no_data, outliers), (np.array(edges[0]), np.array(edges[1])), repeats_of(np.array(values)))
 
 
 def _middle(target: Target, shape: tuple[int, int]) -> NDArray[np.bool_]:
@@ -159,19 +156,8 @@ def _middle(target: Target, shape: tuple[int, int]) -> NDArray[np.bool_]:
     return out
 
 
-def _pooled(series: PixelSeries, where: NDArray[np.bool_]) -> tuple[float, float]:
-    """Standard deviation of one value [m], and how well it is known: pixels taken as independent."""
+def _pooled(series: PixelSeries, where: NDArray[np.bool_]) -> float:
+    """Standard deviation of one value [m], 0 where there are none."""
     variance, freedom = series.std[where] ** 2, series.count[where] - 1
     known = freedom > 0
-    total = int(freedom[known].sum())
-    if not total:
-        return float("nan"), float("nan")
-    sigma = float(np.sqrt((variance[known] * freedom[known]).sum() / total))
-    return sigma, sigma / float(np.sqrt(2 * total))
-
-
-def _scores(depth: Image, series: PixelSeries, where: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Depths less their pixel's mean over its standard deviation; pixels that never change are left out."""
-    spread = series.std[where]
-    known = np.isfinite(spread) & (spread > 0)
-    return ((depth[where] - series.mean[where])[known] / spread[known]).astype(np.float32)
+    return float(np.sqrt((variance[known] * freedom[known]).sum() / max(freedom[known].sum(), 1)))

@@ -1,0 +1,86 @@
+"""The left and right edge of a target: where they are in every row of every frame, how much they jitter."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.noise.repeats import batch_error
+from fusion.calibration.noise.target import Target
+
+Image = NDArray[np.floating]
+
+STRIP = (4, 14)  # [px] on both sides of an edge: fewest and most
+OUTER = 4  # [px] at the outer end of the strip that show what is behind
+NEAR = 0.03  # [m] with nothing behind, nearer to the plane than this is target
+
+
+def strip_width(target: Target) -> int:
+    """Pixels on both sides of an edge that belong to it: a third of the target, so that its two edges stay apart."""
+    width = int(np.median(target.mask[slice(*target.rows)].sum(axis=1)))
+    return int(np.clip(width // 3, *STRIP))
+
+
+def edge_positions(depth: Image, target: Target, plane: Image, side: int) -> NDArray[np.float64]:
+    """(rows,) column [px] at which the target ends in every row of its inside; NaN where that cannot be said.
+
+    Args:
+        side: 0 for the left edge, 1 for the right.
+    """
+    rows, ends, width = _ends(target, side)
+    columns = depth.shape[1]
+    strip = ends[:, None] + np.arange(-width, width + 1)[None, :]
+    whole = (ends >= 0) & (strip[:, 0] >= 0) & (strip[:, -1] < columns)
+    strip = np.clip(strip, 0, columns - 1)
+    z, at = depth[rows[:, None], strip], plane[rows[:, None], strip]
+    # the outer end of the strip sees what is behind; nearer to the plane than half way is target
+    outer = z[:, :OUTER] if side == 0 else z[:, -OUTER:]
+    behind = np.nanmedian(outer) if np.isfinite(outer).any() else np.nan
+    half = 0.5 * (behind - at) if np.isfinite(behind) else np.full(at.shape, NEAR)
+    on = np.abs(z - at) < np.maximum(np.abs(half), 1e-3)
+    count = on.sum(axis=1)
+    position = strip[:, -1] + 0.5 - count if side == 0 else strip[:, 0] - 0.5 + count
+    return np.where(whole, position, np.nan)
+
+
+def nothing_behind(valid: Image, target: Target, side: int) -> bool:
+    """Whether most of the pixels just outside an edge have no depth in most frames; `valid`: (h, w) shares."""
+    rows, ends, width = _ends(target, side)
+    away = np.arange(2, width + 1) * (1 if side else -1)
+    strip = ends[:, None] + away[None, :]
+    inside = (ends >= 0)[:, None] & (strip >= 0) & (strip < valid.shape[1])
+    seen = valid[np.broadcast_to(rows[:, None], strip.shape)[inside], strip[inside]]
+    return bool(seen.size and np.median(seen) < 0.5)
+
+
+def lateral_spread(positions: NDArray[np.float64]) -> float:
+    """Standard deviation [px] of edge positions (frames, rows) about a smooth line, the pixel grid's part removed.
+
+    An edge that is not parallel to the columns meets all phases of the grid, so that rounding to whole pixels adds
+    1/12 px^2 to the variance.
+    """
+    return spread_with_error(positions)[0]
+
+
+def spread_with_error(positions: NDArray[np.float64]) -> tuple[float, float]:
+    """The lateral spread [px], and how well it is known, from the scatter between frames."""
+    known = np.isfinite(positions)
+    if known.sum() < 10:
+        return float("nan"), float("nan")
+    rows = np.broadcast_to(np.linspace(-1, 1, positions.shape[1]), positions.shape)
+    # a parabola: a lens bends straight edges
+    line = np.polynomial.polynomial.polyfit(rows[known], positions[known], 2)
+    residual = np.where(known, positions - np.polynomial.polynomial.polyval(rows, line), np.nan)
+    kept = np.abs(residual - np.nanmedian(residual)) < 0.75 * STRIP[1]
+    residual = np.where(kept, residual - residual[kept].mean(), np.nan)
+    variance = float(np.nanmean(residual**2))
+    spread = float(np.sqrt(max(variance - 1 / 12, 0.0)))
+    error = batch_error(residual**2)
+    return spread, error / (2 * max(spread, np.sqrt(error) if error > 0 else 1e-6))
+
+
+def _ends(target: Target, side: int) -> tuple[NDArray[np.intp], NDArray[np.intp], int]:
+    """Rows of the inside, the column where the target ends in each (-1 without target), and the strip's width."""
+    rows = np.arange(*target.rows)
+    held = target.mask[rows]
+    last = target.mask.shape[1] - 1
+    ends = np.where(held.any(axis=1), held.argmax(axis=1) if side == 0 else last - held[:, ::-1].argmax(axis=1), -1)
+    return rows, ends, strip_width(target)

@@ -1,0 +1,90 @@
+"""Repeated values of some pixels: their standard deviation without outliers, and how well it is known."""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.floating]
+
+FAR = 6.0  # robust standard deviations from its pixel's median: an outlier
+BATCHES = 20  # parts of a series whose scatter tells the error of its mean
+OCCUPIED = 8  # mean number of values per level below which levels may be missing
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Values (frames, pixels) of some pixels, summed up.
+
+    Attributes:
+        sigma: standard deviation of one value [m], NaN without values.
+        sigma_std: how well it is known [m].
+        scores: values less their pixel's mean, over their pixel's standard deviation; outliers are in it.
+        step: mean gap between neighbouring values that occur [m], 0 where it cannot be told.
+    """
+
+    sigma: float
+    sigma_std: float
+    scores: NDArray[np.float32]
+    step: float
+
+
+def repeats_of(values: Image) -> Repeats:
+    """Sum up values (frames, pixels) [m] that may hold NaN."""
+    known = np.isfinite(values)
+    several = known.sum(axis=0) > 1
+    if not several.any():
+        return Repeats(float("nan"), float("nan"), np.zeros(0, np.float32), 0.0)
+    values = values[:, several].astype(float)
+    away = values - np.nanmedian(values, axis=0)
+    step = _step(values, away)
+    scale = 1.4826 * float(np.nanmedian(np.abs(away)))
+    # rounding can make the median distance 0 although the values scatter
+    limit = FAR * max(scale, step) if max(scale, step) > 0 else np.inf
+    kept = np.where(np.abs(away) <= limit, values, np.nan)
+    count = np.isfinite(kept).sum(axis=0)
+    kept, count = kept[:, count > 1], count[count > 1]
+    if not len(count):
+        return Repeats(float("nan"), float("nan"), np.zeros(0, np.float32), step)
+    mean = np.nanmean(kept, axis=0)
+    squares = (kept - mean) ** 2 * (count / (count - 1))
+    variance = float(np.nanmean(squares))
+    sigma = float(np.sqrt(variance))
+    independent = variance * np.sqrt(2.0 / (count - 1).sum())
+    error = max(batch_error(squares), independent)
+    return Repeats(sigma, error / (2 * max(sigma, 1e-9)), _scores(values), step)
+
+
+def batch_error(squares: Image) -> float:
+    """Standard error of the mean of (frames, places), frames taken as what is independent; places need not be.
+
+    Frames are joined into batches, so that what lasts for a few frames counts too.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a frame without a value
+        per_frame = np.nanmean(squares, axis=1)
+    per_frame = per_frame[np.isfinite(per_frame)]
+    parts = min(BATCHES, len(per_frame))
+    if parts < 2:
+        return 0.0
+    means = np.array([part.mean() for part in np.array_split(per_frame, parts)])
+    return float(means.std(ddof=1) / np.sqrt(parts))
+
+
+def _step(values: Image, away: Image) -> float:
+    """Mean gap between the values that occur in the middle of the distribution [m]; 0 where levels are too rare."""
+    near = np.isfinite(away) & (np.abs(away) <= np.nanpercentile(np.abs(away), 60))
+    levels = np.unique(values[near])
+    # float values that never repeat have no levels
+    if len(levels) < 2 or near.sum() < OCCUPIED * len(levels):
+        return 0.0
+    return float((levels[-1] - levels[0]) / (len(levels) - 1))
+
+
+def _scores(values: Image) -> NDArray[np.float32]:
+    """Values less their pixel's mean over its standard deviation; pixels that never change are left out."""
+    spread = np.nanstd(values, axis=0, ddof=1)
+    known = np.isfinite(spread) & (spread > 0)
+    scores = (values[:, known] - np.nanmean(values[:, known], axis=0)) / spread[known]
+    return scores[np.isfinite(scores)].astype(np.float32)
