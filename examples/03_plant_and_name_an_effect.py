@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from fusion.discrepancy.explain import explain
-from fusion.discrepancy.verdict import sentence, verdict_of
+from fusion.discrepancy.verdict.verdict import sentence, verdict_of
 from fusion.recording.open import open_recording
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise

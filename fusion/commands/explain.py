@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Explain and write the results."""
     from fusion.discrepancy.explain import explain
-    from fusion.discrepancy.verdict import sentence, verdict_of
+    from fusion.discrepancy.verdict.verdict import sentence, verdict_of
     from fusion.output import output_folder
     from fusion.recording.open import open_recording
     from fusion.report.explanation import explanation_report

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.candidates import Candidate, candidates_of
+from fusion.discrepancy.channels.spread import SpreadStep, spread_step
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.look import Look, looks_of, stage_of, wanted_channels
-from fusion.discrepancy.naming import Named, name_effects
+from fusion.discrepancy.naming.candidates import Candidate, candidates_of
+from fusion.discrepancy.naming.naming import Named, name_effects
 from fusion.discrepancy.observations import Observations, observe
-from fusion.discrepancy.spread import SpreadStep, spread_step
-from fusion.discrepancy.unrestricted import Found, covariates, explained, groups_of
+from fusion.discrepancy.unknown.unrestricted import Found, covariates, explained, groups_of
 from fusion.errors import FusionError
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor

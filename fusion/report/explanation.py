@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.verdict import sentence
+from fusion.discrepancy.verdict.verdict import sentence
 from fusion.output import atomic_file
 from fusion.report.claims import chance, claim_section, plain, quantity
 from fusion.report.evidence import Compared, claims_of, compared, depth_per_native, recording_names

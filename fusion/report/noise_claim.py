@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.channels.spread import SpreadStep
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.spread import SpreadStep
 from fusion.report.claims import bins, lead, parameters_table, plain, questions, shown_variables
 from fusion.report.evidence import mask_of, variables_here
 from fusion.report.figures.explanation import Unit

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.candidates import candidates_of
 from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming import best_step, name_effects
+from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.naming.naming import name_effects
+from fusion.discrepancy.naming.region import region_of
+from fusion.discrepancy.naming.step import best_step
 from fusion.discrepancy.observations import observe
-from fusion.discrepancy.region import region_of
-from fusion.discrepancy.unrestricted import covariates, explained, groups_of
+from fusion.discrepancy.unknown.unrestricted import covariates, explained, groups_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.effects.phase.column_delay import ColumnDelay

@@ -3,8 +3,8 @@
 import pytest
 from made_up_walls import looks_at, sensor_of
 
+from fusion.discrepancy.channels.spread import spread_step
 from fusion.discrepancy.observations import observe
-from fusion.discrepancy.spread import spread_step
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.sensor_interference import SensorInterference
 

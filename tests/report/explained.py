@@ -11,13 +11,13 @@ import numpy as np
 sys.path.append(str(Path(__file__).parents[1] / "discrepancy"))
 from made_up_walls import WALLS, looks_at, sensor_of
 
-from fusion.discrepancy.candidates import candidates_of
+from fusion.discrepancy.channels.spread import spread_step
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming import name_effects
+from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.observations import observe
-from fusion.discrepancy.spread import spread_step
-from fusion.discrepancy.unrestricted import explained, groups_of
+from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.sensor.effect import Effect
 
 

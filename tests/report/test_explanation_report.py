@@ -10,8 +10,8 @@ import pytest
 from browser import BINARY, Browser
 from explained import explanation_of
 
-from fusion.discrepancy.unrestricted import Found
-from fusion.discrepancy.verdict import verdict_of
+from fusion.discrepancy.unknown.unrestricted import Found
+from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.report.claims import chance, quantity
 from fusion.report.evidence import claims_of, cleaned, compared
 from fusion.report.explanation import explanation_report

@@ -15,7 +15,7 @@ BRIEF = """
 import json, sys
 from pathlib import Path
 from fusion.discrepancy.explain import explain
-from fusion.discrepancy.verdict import verdict_of
+from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.recording.open import open_recording
 from fusion.sensor.file import read_sensor
 recordings, (_, sensor, _, out) = sys.argv[2:-4], sys.argv[-4:]

@@ -1,82 +1,25 @@
-"""The verdict: what an explanation says, as the file that others read (`fusion-verdict/1`)."""
+"""Claims: what is said to be missing, as entries of the verdict."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 
-from fusion.discrepancy.candidates import Candidate
+from fusion.discrepancy.channels.spread import SpreadStep
 from fusion.discrepancy.explain import Explanation, variables_of
-from fusion.discrepancy.naming import Step
-from fusion.discrepancy.region import Region, region_of
-from fusion.discrepancy.spread import SpreadStep
-from fusion.discrepancy.unrestricted import Found
+from fusion.discrepancy.naming.region import Region, region_of
+from fusion.discrepancy.naming.step import Step
+from fusion.discrepancy.unknown.unrestricted import Found
+from fusion.discrepancy.verdict.record_next import record_next
 from fusion.sensor.effect import Effect
-from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import ANGLES
 from fusion.sensor.parameter import Parameter, parameters
 
-FORMAT = "fusion-verdict/1"
-CONFIDENCE = 0.95
-UNSEEN = 0.01  # share of a footprint that must survive poses and known parameters, or it counts as invisible
 # a law of the range or of the disparity is one of the depth too
 ALSO = {"range": "depth", "disparity": "depth"}
 
 
-def verdict_of(found: Explanation) -> dict[str, Any]:
-    """The content of `verdict.json`; masks are added by whoever writes pictures."""
-    groups = _by_name(found)
-    before = float(found.white @ found.white)
-    missing = [_missing(steps, found, before) for steps in groups]
-    if found.spread is not None:
-        missing.append(_noise(found.spread))
-    if found.unknown:
-        missing.append(_unknown(found, before))
-    missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
-    named = {name for entry in missing for name in (entry["effect"], *entry["indistinguishable_from"])}
-    limits, invisible = _limits(found, named)
-    return {
-        "format": FORMAT,
-        "nothing_missing": not missing,
-        "missing": missing,
-        "fit": {
-            "heldout": {key: _number(value) for key, value in found.held_out.items()},
-            "frames_fitted": sum(len(look.frames) for look in found.looks),
-            "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
-        },
-        "indicated": [_missing([found.named.likely], found, before)] if found.named.likely else [],
-        "limits": limits,
-        "invisible": invisible,
-    }
-
-
-def sentence(verdict: dict[str, Any]) -> str:
-    """The verdict in one sentence for a person."""
-    missing = verdict["missing"]
-    if not missing:
-        return (
-            "Nothing is missing: the model explains these recordings; "
-            f"{len(verdict['limits'])} effects were looked for, {len(verdict['invisible'])} cannot be seen here."
-        )
-    names = [
-        f"an unknown effect that depends on {', '.join(entry['where']['variables'])}"
-        if entry["effect"] == "unknown"
-        else entry["effect"]
-        + (f" (or {', '.join(entry['indistinguishable_from'])})" if entry["indistinguishable_from"] else "")
-        for entry in missing
-    ]
-    return "Missing in the model: " + "; ".join(names) + "."
-
-
-def _by_name(found: Explanation) -> list[list[Step]]:
-    groups: dict[str, list[Step]] = {}
-    for step in found.named.steps:
-        groups.setdefault(step.effect.name, []).append(step)
-    return list(groups.values())
-
-
-def _missing(steps: list[Step], found: Explanation, before: float) -> dict[str, Any]:
+def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str, Any]:
     first = steps[0]
     effect = found.named.sensor.effect(first.effect.name) or first.effect
     region = region_of(first.white_before, first.footprint, variables_of(found.before))
@@ -95,11 +38,11 @@ def _missing(steps: list[Step], found: Explanation, before: float) -> dict[str, 
             "visible_share": found.gauge.visible(first.candidate.columns @ first.weights),
         },
         "indistinguishable_from": alike,
-        "record_next": _record_next(effect, alike),
+        "record_next": record_next(effect, alike),
     }
 
 
-def _noise(step: SpreadStep) -> dict[str, Any]:
+def noise_claim(step: SpreadStep) -> dict[str, Any]:
     effect, about = step.effect, step.parameter
     variables = list(dict.fromkeys(v for name in effect.variables for v in (name, *_also(name))))
     value = {"value": float(getattr(effect, about.name)), "std": step.std, "unit": about.unit}
@@ -114,11 +57,11 @@ def _noise(step: SpreadStep) -> dict[str, Any]:
             "visible_share": 1.0,
         },
         "indistinguishable_from": list(step.alike),
-        "record_next": _record_next(effect, list(step.alike)),
+        "record_next": record_next(effect, list(step.alike)),
     }
 
 
-def _unknown(found: Explanation, before: float) -> dict[str, Any]:
+def unknown_claim(found: Explanation, before: float) -> dict[str, Any]:
     left: Found = found.left
     variables = list(left.variables) or ["u", "v"]
     nearest = _nearest(found)
@@ -222,63 +165,6 @@ def _value(value: float, relative: float, unit: str) -> dict[str, Any]:
     return {"value": value, "std": abs(value) * relative, "unit": unit}
 
 
-def _record_next(effect: Effect, alike: list[str]) -> str:
-    """What to vary so that look-alikes part: the variables that one of them has and the other has not."""
-    if not alike:
-        return ""
-    kinds = {kind.name: kind for kind in EFFECTS}
-    other = kinds.get(alike[0])
-    own = set(effect.variables) ^ set(other.variables if other else ())
-    vary = ", ".join(sorted(own)) or ", ".join(effect.variables)
-    return (
-        f"the same target with other values of {vary} and nothing else changed: {effect.name} and {alike[0]} part there"
-    )
-
-
-def _limits(found: Explanation, named: set[str]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Upper limits of what was looked for and not found, and the names that this data cannot show."""
-    limits, seen = {}, set()
-    for candidate in found.candidates:
-        white = candidate.white
-        visible = found.gauge.visible(candidate.columns[:, 0])
-        if visible < UNSEEN or not np.any(white):
-            continue
-        seen.add(candidate.name)
-        if candidate.name not in named and candidate.form.atoms:
-            entry = _limit(candidate, found.named.white)
-            if candidate.name not in limits:
-                limits[candidate.name] = entry
-    invisible = [
-        kind.name for kind in EFFECTS if kind.name not in seen and _could_be(kind, found.before.sensor.principle)
-    ]
-    return list(limits.values()), invisible
-
-
-def _limit(candidate: Candidate, white: NDArray[np.float64]) -> dict[str, Any]:
-    about = parameters(candidate.form.kind)
-    name = next(key for key in candidate.form.atoms[0] if key not in (*ANGLES, "columns"))
-    column = candidate.white[:, 0]
-    power = float(column @ column)
-    size = float(np.max(np.abs(np.asarray(candidate.form.atoms[0].get(name, 0.0), float))))
-    upper = (abs(float(column @ white)) / power + norm.isf(1 - CONFIDENCE) / np.sqrt(power)) * size
-    parameter: Parameter = about[name]
-    return {
-        "effect": candidate.name,
-        "parameter": parameter.label,
-        "upper": upper,
-        "unit": parameter.unit,
-        "confidence": CONFIDENCE,
-    }
-
-
-def _could_be(kind: type[Effect], principle: str) -> bool:
-    return not kind.principles or principle in kind.principles
-
-
 def _end(value: float) -> float:
     """JSON has no infinity."""
     return float(np.clip(value, -1e9, 1e9))
-
-
-def _number(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -1,0 +1,1 @@
+"""What no entry of the catalogue explains."""

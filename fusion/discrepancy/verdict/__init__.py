@@ -1,0 +1,1 @@
+"""The verdict, as the file that others read (`fusion-verdict/1`)."""
