@@ -1,0 +1,1 @@
+"""Parts of the benchmark: workloads, environments of the peers, the contest, the judge, the pictures."""
