@@ -41,6 +41,12 @@ def edge_positions(depth: Image, target: Target, plane: Image, side: int) -> NDA
     return np.where(whole, position, np.nan)
 
 
+def edge_depth(target: Target, plane: Image, side: int) -> float:
+    """Depth [m] of the target's plane at its left (0) or right (1) edge."""
+    rows, ends, _ = _ends(target, side)
+    return float(np.median(plane[rows[ends >= 0], ends[ends >= 0]])) if (ends >= 0).any() else float("nan")
+
+
 def nothing_behind(valid: Image, target: Target, side: int) -> bool:
     """Whether most of the pixels just outside an edge have no depth in most frames; `valid`: (h, w) shares."""
     rows, ends, width = _ends(target, side)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.edge import edge_positions, nothing_behind, spread_with_error
+from fusion.calibration.noise.edge import edge_depth, edge_positions, nothing_behind, spread_with_error
 from fusion.calibration.noise.repeats import Repeats, repeats_of
 from fusion.calibration.noise.target import Target, find_target, fit_plane
 from fusion.calibration.series import PixelSeries
@@ -37,7 +37,7 @@ class TargetNoise:
         valid, no_data, outliers: shares of the pixels inside, one in sum.
         z_scores: a sample of depths less their pixel's mean, over their pixel's standard deviation.
         lateral_std: how well the lateral spreads are known [m].
-        nothing_behind: whether most pixels just outside the left and the right edge have no depth: a shadow, or nothing.
+        nothing_behind: whether most pixels just outside the left and the right edge have no depth: shadow or empty.
         step: mean gap between neighbouring values that occur [m]: the rounding; 0 where it cannot be told.
         middle: rows and columns (n,) of the pixels that `axial` is of.
     """
@@ -91,8 +91,9 @@ def measure_target(
     look = _look(depths, found, plane, (middle, limit, -(-series.frames // MOST_FRAMES)))
     where = np.nonzero(middle)
     v, u = (int(np.mean(indices)) for indices in where)
-    scale = plane[v, u] / camera.fx
-    lateral = [[scale * x for x in spread_with_error(p)] for p in look.edges]
+    # a tilted target's edges are nearer and farther than its middle
+    scales = [edge_depth(found, plane, side) / camera.fx for side in (0, 1)]
+    lateral = [[scale * x for x in spread_with_error(p)] for scale, p in zip(scales, look.edges, strict=True)]
     stands = found if correct is None else fit_plane(correct(mean), camera, found)
     return TargetNoise(
         (v, u),

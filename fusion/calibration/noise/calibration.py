@@ -1,0 +1,151 @@
+"""Noise of a camera from a target at many poses: measure, fit the laws, and put them into the sensor model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fusion.calibration.depth.known import start
+from fusion.calibration.noise.axial import AxialLaw, axial_law
+from fusion.calibration.noise.dropout import DropoutLaw, dropout_law
+from fusion.calibration.noise.lateral import LateralLaw, lateral_law
+from fusion.calibration.noise.poses import Pose, read_poses
+from fusion.errors import FusionError
+from fusion.geometry.camera import Camera
+from fusion.recording.recording import Recording
+from fusion.sensor.effect import Effect
+from fusion.sensor.sensor import Sensor
+
+FEW_FRAMES = 30  # a spread is then known to a tenth or worse
+FEW_POSES = 12
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """What a noise calibration may be told.
+
+    Attributes:
+        camera: calibrated camera; None takes that of the recordings.
+        sensor: what is already known of the sensor; its noise laws are fitted anew, all else stays.
+        force: take recordings or models of another camera.
+    """
+
+    camera: Camera | None = None
+    sensor: Sensor | None = None
+    force: bool = False
+
+
+@dataclass(frozen=True)
+class NoiseCalibration:
+    """Noise laws with their evidence.
+
+    Attributes:
+        sensor: the model with the laws' effects.
+        camera: that it belongs to.
+        poses: of the target, as they were measured.
+        axial, lateral, dropout: the laws; None where the data show none.
+        notes: ("ok", "warning" or "bad", sentence).
+    """
+
+    sensor: Sensor
+    camera: Camera
+    poses: list[Pose]
+    axial: AxialLaw
+    lateral: LateralLaw | None
+    dropout: DropoutLaw | None
+    notes: tuple[tuple[str, str], ...]
+
+
+def calibrate_noise(recordings: Sequence[Recording], settings: NoiseSettings | None = None) -> NoiseCalibration:
+    """Find the noise of a camera from recordings of a flat target (or a wall) at several distances and tilts.
+
+    Args:
+        recordings: one pose each, or several poses one after the other.
+        settings: camera, known sensor and so on.
+    Raises:
+        FusionError: no recording, recordings of different cameras, no target in view, no noise.
+    """
+    settings = settings or NoiseSettings()
+    if not recordings:
+        raise FusionError("no recording of a target", found=0, expected="a flat target at several distances and tilts")
+    begin = start(recordings, settings.camera, settings.sensor, settings.force)
+    model = settings.sensor or begin.known
+    model = replace(model, principle=begin.known.principle, sensor=begin.sensor, serial=begin.serial, left_out=())
+    poses, lost = read_poses(recordings, begin.camera, begin.known)
+    return calibrate_poses(poses, begin.camera, model, tuple(("warning", text) for text in lost))
+
+
+def calibrate_poses(
+    poses: list[Pose], camera: Camera, model: Sensor, notes: tuple[tuple[str, str], ...] = ()
+) -> NoiseCalibration:
+    """The same from poses that are already measured; `model`: what the laws are put into."""
+    principle = model.principle if model.principle != "unknown" else camera.principle
+    axial = axial_law(poses, principle, model, camera.fx * abs(model.baseline))
+    lateral, dropout = lateral_law(poses, camera.fx), dropout_law(poses)
+    laws: list[tuple[Effect, dict[str, float], str]] = [(axial.effect, axial.std, _axial_source(axial))]
+    kept = {name: std for name in axial.kept if isinstance(std := model.std.get(("axial_noise", name)), float)}
+    laws[0][1].update(kept)
+    if lateral is not None:
+        laws.append((lateral.effect, lateral.std, _lateral_source(lateral)))
+    if dropout is not None:
+        std = dict(zip(("ir_threshold", "width"), dropout.std, strict=True))
+        said = f"fusion calibrate noise: missing values over amplitude at {len(dropout.ir)} poses"
+        laws.append((dropout.effect, std, said))
+    sensor = model
+    for effect, std, source in laws:
+        sensor = _with(sensor, effect, std, source)
+    return NoiseCalibration(
+        sensor, camera, poses, axial, lateral, dropout, (*notes, *_notes(poses, axial, lateral, dropout))
+    )
+
+
+def _with(sensor: Sensor, effect: Effect, std: dict[str, float], source: str) -> Sensor:
+    """The sensor with an effect in place of its own of that name."""
+    deviations = {key: value for key, value in sensor.std.items() if key[0] != effect.name}
+    deviations |= {(effect.name, name): value for name, value in std.items()}
+    return replace(sensor.having(effect), std=deviations, sources=sensor.sources | {effect.name: source})
+
+
+def _axial_source(axial: AxialLaw) -> str:
+    z, tilt = axial.places.depth, np.rad2deg(axial.places.tilt)
+    return (
+        f"fusion calibrate noise: {len(z)} poses, {z.min():.2f} to {z.max():.2f} m, {tilt.min():.0f} to "
+        f"{tilt.max():.0f} deg; {axial.form.title}; {axial.best.rms * 1e3:.3f} mm rms left over"
+    )
+
+
+def _lateral_source(lateral: LateralLaw) -> str:
+    where = "" if lateral.edges.shadowed.all() or not lateral.edges.shadowed.any() else " not beside a shadow"
+    title = lateral.held.form.title  # type: ignore[attr-defined]
+    return f"fusion calibrate noise: {len(lateral.held.heldout)} edges{where}, {title}"
+
+
+def _notes(
+    poses: list[Pose], axial: AxialLaw, lateral: LateralLaw | None, dropout: DropoutLaw | None
+) -> list[tuple[str, str]]:
+    notes = []
+    for name, record in axial.visible.hidden.items():
+        text = f"axial_noise.{name} cannot be seen in these recordings"
+        text += f" and stays {axial.kept[name]:.3g}, as --sensor has it" if name in axial.kept else ""
+        notes.append(("warning", f"{text}; to see it, record {record}"))
+    for name, value, std in zip(axial.form.names, axial.best.numbers, axial.best.std, strict=True):
+        if name in ("angle", "sunlight") and abs(value) < 2 * std:
+            notes.append(("warning", f"axial_noise.{name} is not established: {value:.2g} with a deviation of {std:.2g}"))
+    if len(poses) < FEW_POSES:
+        notes.append(("warning", f"{len(poses)} poses: intervals are wide; 9 distances at 6 angles each are usual"))
+    fewest = min(pose.seen.frames for pose in poses)
+    if fewest < FEW_FRAMES:
+        notes.append(("warning", f"a pose has {fewest} frames: 100 are usual"))
+    if len(axial.poses) < len(poses):
+        notes.append(("warning", f"{len(poses) - len(axial.poses)} poses show no noise: left out of the axial law"))
+    if lateral is None:
+        notes.append(("warning", "no lateral noise: no target that stands free with its left and right edge in view"))
+    elif len(lateral.best.numbers) > 1:
+        grows = float(lateral.best.numbers[1])
+        notes.append(("ok", f"lateral noise grows with the tilt, {grows:.3f} px theta / (pi/2 - theta), which "
+                            "lateral_noise cannot hold: a constant is written"))  # fmt: skip
+    worst = max(poses, key=lambda pose: pose.seen.no_data)
+    if dropout is None and worst.seen.no_data > 0.02:
+        notes.append(("warning", f"up to {100 * worst.seen.no_data:.0f} % of the values are missing ({worst.name}), "
+                                 "which does not follow the infrared brightness: no dropout law is written"))  # fmt: skip
+    return notes

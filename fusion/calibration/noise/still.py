@@ -1,0 +1,81 @@
+"""Parts of a recording in which the target stands still: split where log, poses or images say that it was moved."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.pose import angle, inverse
+from fusion.recording.recording import Recording
+
+LEAST = 10  # frames: fewer say little about a noise, and are what a moved target leaves
+BLOCK = 8  # [px] images are compared by medians over such squares
+MOVED, MOVED_SHARE = 0.03, 0.02  # share of the depth; share of the blocks that change by more when a target is moved
+STATED_M, STATED_RAD = 0.003, 0.003  # stated poses scatter by less where nothing moves
+
+
+def still_parts(recording: Recording) -> list[range]:
+    """Frame numbers of each part; one that is shorter than 10 frames is dropped, unless the recording itself is."""
+    cuts = [0, *np.flatnonzero(_stated(recording)) + 1, len(recording)]
+    parts = [part for a, b in zip(cuts[:-1], cuts[1:], strict=True) for part in _seen(recording, int(a), int(b))]
+    least = min(LEAST, len(recording))
+    return [part for part in parts if len(part) >= least]
+
+
+def _stated(recording: Recording) -> NDArray[np.bool_]:
+    """(n - 1,) True where something was moved between two frames by the log or the poses."""
+    moved = np.zeros(max(len(recording) - 1, 0), bool)
+    for column in ("distance_m", "turntable_deg"):
+        values = recording.telemetry_at_frames(column)
+        if values is not None:
+            moved |= np.abs(np.diff(values)) > (1e-4 if column == "distance_m" else 0.05)
+    poses = recording.poses
+    if poses is not None and len(poses.timestamps) == len(recording) and poses.valid.all():
+        T = poses.poses
+        away = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
+        turned = np.array([angle(step) for step in inverse(T[:-1]) @ T[1:]])
+        moved |= (away > STATED_M) | (turned > STATED_RAD)
+    return moved
+
+
+def _seen(recording: Recording, first: int, last: int) -> list[range]:
+    """Parts of the frames [first, last) whose images agree; looks are half as far apart as the shortest part is long."""
+    every = LEAST // 2
+    looks = [*range(first, last, every)]
+    if looks[-1] != last - 1:
+        looks.append(last - 1)
+    parts: list[range] = []
+    begin = first
+    anchor = _blocks(recording, looks[0])
+    for before, look in zip(looks[:-1], looks[1:], strict=True):
+        image = _blocks(recording, look)
+        if image is None or anchor is None or not _differ(anchor, image):
+            anchor = image if anchor is None else anchor
+            continue
+        end = next(i for i in range(before + 1, look + 1) if i == look or _other(recording, anchor, i))
+        parts.append(range(begin, end))
+        begin, anchor = look if _other(recording, image, end) else end, image
+    return [*parts, range(begin, last)]
+
+
+def _other(recording: Recording, anchor: NDArray[np.floating], index: int) -> bool:
+    image = _blocks(recording, index)
+    return image is not None and _differ(anchor, image)
+
+
+def _blocks(recording: Recording, index: int) -> NDArray[np.floating] | None:
+    """Medians of a frame's squares; None for a frame that cannot be read."""
+    try:
+        depth = recording[index].depth
+    except RecordingError:
+        return None
+    h, w = (size // BLOCK * BLOCK for size in depth.shape)
+    squares = depth[:h, :w].reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK).swapaxes(1, 2).reshape(-1, BLOCK**2)
+    # missing as infinity: the median of a square is a value when most of its pixels have one
+    return np.asarray(np.median(np.where(np.isfinite(squares), squares, np.inf), axis=1))
+
+
+def _differ(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:
+    both = np.isfinite(one) & np.isfinite(other)
+    if both.sum() < 4:
+        return False
+    return bool((np.abs(one[both] - other[both]) > MOVED * one[both]).sum() > max(MOVED_SHARE * both.sum(), 3))
