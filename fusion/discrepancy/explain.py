@@ -82,6 +82,13 @@ def explain(
     for place, recording in enumerate(recordings):
         progress(f"looking at {recording.path.name}")
         looks += looks_of(stage_of(recording, place), wanted_channels(baseline, sensor.principle == "itof"))
+    return explained_looks(looks, sensor, progress)
+
+
+def explained_looks(
+    looks: Sequence[Look], sensor: Sensor, progress: Callable[[str], None] = lambda text: None
+) -> Explanation:
+    """What looks at known scenes show beyond a sensor model; FusionError when too few tiles are left."""
     progress("comparing with the prediction")
     before = observe(sensor, looks)
     if len(before.residual) < 20:
