@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.series import PixelSeries
+from fusion.discrepancy.frames import FrameSeries
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.mesh.files import read_mesh
@@ -60,6 +60,8 @@ class Look:
         count: (h, w) frames with a value.
         T_world_camera: (4, 4) stated pose.
         held: the same pose and time in frames that take no part in any fit; None where there are too few.
+        succession: (h, w) half the mean square of the change from a frame to the next [m^2]; None where not known.
+        alike: (2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None where not known.
     """
 
     stage: Stage
@@ -70,6 +72,8 @@ class Look:
     count: NDArray[np.int32]
     T_world_camera: Array = field(default_factory=lambda: np.eye(4))
     held: "Look | None" = None
+    succession: Image | None = None
+    alike: NDArray[np.float64] | None = None
 
     @property
     def place(self) -> int:
@@ -172,10 +176,21 @@ def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
 
 
 def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera: Array) -> Look:
-    series = PixelSeries(view.camera.shape)
+    series = FrameSeries(view.camera.shape)
     for i in frames:
         series.add(stage.recording[i].depth)
-    return Look(stage, frames, view, series.mean, series.std, series.count, T_world_camera)
+    pixels = series.pixels
+    return Look(
+        stage,
+        frames,
+        view,
+        pixels.mean,
+        pixels.std,
+        pixels.count,
+        T_world_camera,
+        succession=series.succession if len(frames) > 1 else None,
+        alike=series.alike,
+    )
 
 
 def _first_ir(recording: Recording) -> NDArray[np.uint16] | None:
