@@ -18,11 +18,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from concealed.engine import explained
+from trial.engine import explained
 from concealed.making import make
 from concealed.plan import FAMILIES
-from concealed.scoring import score, stratum, table
-from concealed.sealing import sealed
+from trial.scoring import score, stratum, table
+from trial.sealing import sealed
 
 
 def main() -> None:

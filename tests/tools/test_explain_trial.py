@@ -14,8 +14,8 @@ from concealed.flight import Flight
 from concealed.law import Law
 from concealed.making import make
 from concealed.matching import Matching
-from concealed.scoring import interval, score
-from concealed.sealing import digest, sealed
+from trial.scoring import interval, score
+from trial.sealing import digest, sealed
 
 
 @pytest.fixture(scope="module")
