@@ -8,8 +8,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from fusion.discrepancy.covariance import bow, grain
 from fusion.discrepancy.observations import Observations, Patch
-from fusion.sensor.effects.readout.axial_noise import AxialNoise
-from fusion.sensor.effects.triangulation.speckle_noise import SpeckleNoise
+from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.surface import moved_rigidly, towards
 
@@ -46,14 +45,11 @@ def gauge_of(observations: Observations) -> Gauge:
     """The gauge of observations: their frame noise averaged, frozen and common errors as covariance."""
     n = len(observations.residual)
     total = np.zeros((n, n))
-    speckle = observations.sensor.effect("speckle_noise")
     for rows, patch in observations.rows():
-        total[rows, rows] += _noise(observations, patch)
-        if isinstance(speckle, SpeckleNoise):
-            for others, other in observations.rows():
-                if other.look.place == patch.look.place:
-                    alike = grain(patch.tiles.cell, other.tiles.cell, patch.tiles.side, float(speckle.correlation_px))
-                    total[rows, others] += float(np.mean(speckle.sigma_px)) ** 2 * alike
+        total[rows, rows] += _noise(patch)
+    for effect in observations.sensor.effects:
+        if effect.anew:
+            _add_grain(observations, effect, total)
     _add_shape(observations, total)
     bare = cholesky(total, lower=True, check_finite=False)
     common = np.column_stack([*_poses(observations), *_known(observations)])
@@ -61,22 +57,36 @@ def gauge_of(observations: Observations) -> Gauge:
     return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare)
 
 
-def _noise(observations: Observations, patch: Patch) -> NDArray[np.float64]:
+def _noise(patch: Patch) -> NDArray[np.float64]:
     """Covariance (n, n) of the mean over frames, and a floor."""
     tiles, frames = patch.tiles, len(patch.look.frames)
     variance = tiles.mean((patch.sigma * patch.native) ** 2)
-    axial = observations.sensor.effect("axial_noise")
-    shared = np.zeros(len(tiles))
-    window = 0.0
-    if isinstance(axial, AxialNoise) and np.any(axial.sigma_px) and not patch.view.time_of_flight:
-        window = float(np.mean(axial.correlation_px))
-        shared = np.minimum(np.sqrt(variance), float(np.mean(axial.sigma_px))) if window > 1 else shared
+    window, shared = 1.0, np.zeros(len(tiles))
+    for effect in patch.sensor.effects:
+        if not effect.frozen and effect.window(patch.view) > 1:
+            window = max(window, effect.window(patch.view))
+            shared = np.hypot(shared, _size(patch, effect))
     # a tile with fewer pixels averages less
-    shared = shared * np.sqrt(tiles.side**2 / tiles.pixels)
+    shared = np.minimum(np.sqrt(variance), shared) * np.sqrt(tiles.side**2 / tiles.pixels)
     own = (variance - np.minimum(variance, shared**2 * tiles.pixels / tiles.side**2)) / tiles.pixels
     spread = grain(tiles.cell, tiles.cell, tiles.side, window) * np.outer(shared, shared)
     floor = FLOOR[patch.view.time_of_flight] ** 2
     return spread / frames + np.diag(own / frames + floor)
+
+
+def _add_grain(observations: Observations, effect: Effect, total: NDArray[np.float64]) -> None:
+    """Add the covariance of an error that is frozen in each recording and drawn anew for the next."""
+    for rows, patch in observations.rows():
+        for others, other in observations.rows():
+            if other.look.place == patch.look.place:
+                alike = grain(patch.tiles.cell, other.tiles.cell, patch.tiles.side, effect.window(patch.view))
+                total[rows, others] += alike * np.outer(_size(patch, effect), _size(other, effect))
+
+
+def _size(patch: Patch, effect: Effect) -> Vector:
+    """(n,) spread of a pixel by one effect, in native units."""
+    with np.errstate(all="ignore"):
+        return np.sqrt(patch.tiles.mean((effect.noise(patch.depth, patch.view) * patch.native) ** 2))
 
 
 def _add_shape(observations: Observations, total: NDArray[np.float64]) -> None:

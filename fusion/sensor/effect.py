@@ -5,7 +5,7 @@ through an effect: `light` changes the amplitude that arrives, `spread` the nois
 Neighbours, edges and history are arguments (the whole image, `View`), never hidden state.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from fusion.errors import SensorError
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import Image, View
+from fusion.sensor.where import Bound, inside
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,9 @@ class Effect:
 
     All functions take the depth (h, w) [m] as it arrives at this place of the light path, NaN where
     missing, and return something that broadcasts to (h, w), in the type of the depth.
+
+    Attributes:
+        where: bounds outside which it does not change the mean; empty: it acts everywhere.
     """
 
     name: ClassVar[str] = ""
@@ -31,6 +35,10 @@ class Effect:
     not_undone: ClassVar[str] = ""  # why `correct` leaves it; empty when it is undone
     per_frequency: ClassVar[bool] = False  # from the phase at one modulation: `change` is the mean over all of them
     frozen: ClassVar[bool] = False  # noise is the spread of its own bias: never drawn a second time
+
+    anew: ClassVar[bool] = False  # frozen for as long as the scene stands still, drawn anew for the next one
+
+    where: tuple[Bound, ...] = field(default=(), kw_only=True)
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -68,6 +76,10 @@ class Effect:
 
         A range from several phases weighs each with the square of its frequency, as equal phase noise makes best.
         """
+        whole = self._everywhere(depth, view)
+        return np.where(inside(self.where, depth, view), whole, 0).astype(depth.dtype) if self.where else whole
+
+    def _everywhere(self, depth: Image, view: View) -> Image:
         if not (self.per_frequency and view.frequencies and view.time_of_flight):
             return self.bias(depth, view)
         total = sum(f**2 for f in view.frequencies)
@@ -90,6 +102,10 @@ class Effect:
         """Standard deviation (h, w) [m] behind this effect, `sigma` in front of it; independent unless overridden."""
         return np.hypot(sigma, self.noise(depth, view)) if self.changes("noise") else sigma
 
+    def follows(self) -> float:
+        """Share of the frame before that is in each frame behind this effect [1]: its noise comes again."""
+        return 0.0
+
     def repeated(self, mean: Image, sigma: Image, view: View) -> tuple[Image, Image]:
         """Mean and standard deviation (h, w) [m] of repeated frames behind this effect, from those in front of it.
 
@@ -103,6 +119,18 @@ class Effect:
         if self.frozen or not self.changes("noise"):
             return np.zeros((), depth.dtype)
         return self.noise(depth, view) * normal(rng, depth)
+
+    def window(self, view: View) -> float:
+        """Side [px] of the square over which neighbours share this noise; 1 where pixels are independent."""
+        return 1.0
+
+    def summary(self, spread: float) -> dict[str, tuple[float, str]]:
+        """What a person wants to know of long lists, as name: (value, unit); empty where the values say it themselves.
+
+        Args:
+            spread: standard deviation of one entry of a fitted list.
+        """
+        return {}
 
     def left(self) -> str:
         """Why `correct` leaves this effect; empty when it is undone."""

@@ -8,6 +8,7 @@ from fusion.sensor.catalogue import IMPLEMENTED, KNOWN
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.raw_values import numbers, setting_of, shown, std_of, value_of
+from fusion.sensor.where import Bound, bound_of
 
 Given = dict[str, dict[str, Any]]  # by the name in the file: an object with "value" and perhaps "unit" and "std"
 
@@ -49,6 +50,14 @@ def effect_of(name: str, given: Given, path: Path) -> Effect:
         return kind(**values)
     except SensorError as error:  # values that do not fit each other
         raise SensorError(error.what, path, error.found, error.expected, error.do) from error
+
+
+def where_of(entry: Any, path: Path) -> tuple[Bound, ...]:
+    """Where the effect of a checked entry acts; empty: everywhere."""
+    given = entry.get("where") or []
+    if not isinstance(given, list):
+        raise SensorError("where an effect acts is no list", path, shown(given), '[{"variable", "low", "high"}]')
+    return tuple(bound_of(bound) for bound in given)
 
 
 def stds_of(effect: Effect, given: Given, path: Path) -> dict[tuple[str, str], float | tuple[float, ...]]:

@@ -1,6 +1,7 @@
 """`sensor.json`: a sensor model as a file."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from fusion.errors import SensorError
 from fusion.output import atomic_file
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
-from fusion.sensor.entries import checked_entry, effect_of, missing_parameters, stds_of
+from fusion.sensor.entries import checked_entry, effect_of, missing_parameters, stds_of, where_of
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.raw_values import shown
@@ -41,7 +42,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
             raise SensorError(f"{effect} is given twice", path, do="keep one of the two")
         sources[effect] = str(entry.get("source") or "")
         if effect in IMPLEMENTED:
-            effects.append(effect_of(effect, given, path))
+            effects.append(replace(effect_of(effect, given, path), where=where_of(entry, path)))
             std |= stds_of(effects[-1], given, path)
             warnings += missing_parameters(effect, given)
         else:
@@ -95,7 +96,8 @@ def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
         written[label] = {"value": _stored(effect, about, path), "unit": about.unit}
         if (effect.name, about.name) in sensor.std:
             written[label]["std"] = sensor.std[effect.name, about.name]
-    return {"effect": effect.name, "parameters": written, "source": sensor.sources.get(effect.name, "")}
+    out = {"effect": effect.name, "parameters": written, "source": sensor.sources.get(effect.name, "")}
+    return out | ({"where": [bound.entry() for bound in effect.where]} if effect.where else {})
 
 
 def _stored(effect: Effect, about: Parameter, path: Path) -> Any:

@@ -70,6 +70,10 @@ class AxialNoise(Effect):
         typical=2.0,
     )
 
+    def window(self, view: View) -> float:
+        shared = np.any(self.sigma_px) and not view.time_of_flight
+        return max(1.0, float(np.mean(self.correlation_px))) if shared else 1.0
+
     def noise(self, depth: Image, view: View) -> Image:
         sigma = self._shape(depth, view)
         if np.any(self.ir_reference) and view.ir is not None:

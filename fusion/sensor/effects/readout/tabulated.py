@@ -1,6 +1,5 @@
 """Tabulated: an error that is measured but has no name yet, as a table over what it was seen to depend on."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -8,30 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import SensorError
-from fusion.sensor.disparity import depth_change, disparity
+from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
 from fusion.sensor.layers import layers_of
 from fusion.sensor.parameter import Value, parameter, setting
 from fusion.sensor.table import interpolated
+from fusion.sensor.variables import VARIABLES
 from fusion.sensor.view import Image, View
 
-# each variable as an array that broadcasts to (h, w), or None where it is not known
-VARIABLES: dict[str, Callable[[Image, View], Any]] = {
-    "depth": lambda depth, view: depth,
-    "range": lambda depth, view: depth * view.stretch,
-    "disparity": disparity,
-    "u": lambda depth, view: view.u,
-    "v": lambda depth, view: view.v,
-    "radius": lambda depth, view: view.radius,
-    "incidence": lambda depth, view: view.incidence,
-    "amplitude": lambda depth, view: view.ir,
-    "reflectance": lambda depth, view: view.reflectance,
-    "edge": lambda depth, view: None if view.edges is None else view.edges.distance,
-    "time": lambda depth, view: view.moment.time,
-    "temperature": lambda depth, view: view.moment.temperature,
-    "table_angle": lambda depth, view: view.moment.table_angle,
-    "ambient": lambda depth, view: view.moment.ambient,
-}
 MOST = 6  # variables: every one doubles the work
 STEEPEST = 0.5  # m of error per m, or px per px: beyond, the fixed point of the correction may not settle
 

@@ -23,6 +23,7 @@ class SpeckleNoise(Effect):
     principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
     not_undone: ClassVar[str] = "each placement of the scene has another grain, which one image does not tell"
     frozen: ClassVar[bool] = True
+    anew: ClassVar[bool] = True
 
     sigma_px: Value = parameter("px", (0, 1), "spread of the disparity", "0.05 to 0.15 px, from memory", typical=0.05)
     correlation_px: Value = parameter(
@@ -39,6 +40,9 @@ class SpeckleNoise(Effect):
         width = float(np.mean(self.correlation_px))
         grain = frozen_field(depth.shape, width, self.name, view.moment.placement, window=True)
         return depth_change(depth, np.asarray(self.sigma_px, depth.dtype) * grain, view)
+
+    def window(self, view: View) -> float:
+        return max(1.0, float(np.mean(self.correlation_px)))
 
     def noise(self, depth: Image, view: View) -> Image:
         spread = np.asarray(self.sigma_px, depth.dtype) / depth.dtype.type(view.focal_baseline)

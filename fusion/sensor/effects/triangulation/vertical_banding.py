@@ -40,7 +40,7 @@ class VerticalBanding(Effect):
         typical=0.06,
     )
     columns: Value = parameter(
-        "px", (0, 1e5), "where the known bands begin", SOURCE, "bands", typical=20.0, kind="list"
+        "px", (-1, 1e5), "where the known bands begin", SOURCE, "bands", typical=20.0, kind="list"
     )
     steps: Value = parameter(
         "px", (-1, 1), "change of the disparity at each column", SOURCE, "bands", typical=0.125, kind="list"
@@ -61,10 +61,25 @@ class VerticalBanding(Effect):
         spread = np.sqrt(BANDS / 3 * (x**3 + (1 - x) ** 3))
         return np.abs(depth_change(depth, np.asarray(self.step) * spread, view))
 
+    def summary(self, spread: float) -> dict[str, tuple[float, str]]:
+        """Typical jump between bands: what stands at neighbouring columns is one jump, and noise is none."""
+        columns, steps = np.broadcast_arrays(np.atleast_1d(self.columns), np.atleast_1d(self.steps))
+        steps = steps[columns >= 0]
+        jumps: list[float] = []
+        last = -2
+        for place in np.flatnonzero(np.abs(steps) > 4 * spread):
+            if place == last + 1 and jumps and np.sign(jumps[-1]) == np.sign(steps[place]):
+                jumps[-1] += float(steps[place])
+            else:
+                jumps.append(float(steps[place]))
+            last = int(place)
+        sizes = np.abs(jumps) if jumps else np.abs(steps)
+        return {"step": (float(np.sqrt(np.mean(sizes**2))) if sizes.size else 0.0, "px")}
+
     @staticmethod
     def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
-        """A step at every sixteenth column: any bands, as coarse as that."""
-        atoms = tuple({"columns": [float(c)], "steps": [0.002]} for c in range(16, shape[1], 16))
+        """A level of the first band, then a step at every sixteenth column: any bands, as coarse as that."""
+        atoms = tuple({"columns": [float(c)], "steps": [0.002]} for c in (-1, *range(16, shape[1], 16)))
         return [{"atoms": atoms, "join": _joined}]
 
 

@@ -1,0 +1,61 @@
+"""Where an effect acts: everywhere, or only where some variables are within bounds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fusion.errors import SensorError
+from fusion.sensor.variables import VARIABLES
+from fusion.sensor.view import Image, View
+
+MOST = 1e9  # JSON has no infinity
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One variable within bounds.
+
+    Attributes:
+        variable: its name, of `VARIABLES`.
+        low, high: both included; infinite where open.
+    """
+
+    variable: str
+    low: float = -np.inf
+    high: float = np.inf
+
+    def __post_init__(self) -> None:
+        if self.variable not in VARIABLES:
+            raise SensorError("an effect cannot be confined by this variable", found=str(self.variable)[:40])
+
+    def entry(self) -> dict[str, Any]:
+        """As it stands in files."""
+        low, high = (float(np.clip(end, -MOST, MOST)) for end in (self.low, self.high))
+        return {"variable": self.variable, "low": low, "high": high}
+
+
+def bound_of(entry: Any) -> Bound:
+    """A bound of a file; raises SensorError."""
+    try:
+        low, high = (float(entry[end]) for end in ("low", "high"))
+        variable = str(entry["variable"])
+        good = low <= high
+    except (KeyError, TypeError, ValueError) as error:
+        raise SensorError("where an effect acts cannot be read", found=str(entry)[:80]) from error
+    if not good:
+        raise SensorError("an effect that acts nowhere", found=str(entry)[:80], expected="low of at most high")
+    return Bound(variable, -np.inf if low <= -MOST else low, np.inf if high >= MOST else high)
+
+
+def inside(where: Sequence[Bound], depth: Image, view: View) -> Any:
+    """True (broadcasts to (h, w)) where all bounds hold; the true depth decides where it is known."""
+    seen = depth if view.depth is None else view.depth
+    out: Any = np.True_
+    for bound in where:
+        value = VARIABLES[bound.variable](seen, view)
+        if value is None:
+            return np.False_
+        out = out & (value >= bound.low) & (value <= bound.high)
+    return out
