@@ -44,7 +44,7 @@ def test_what_was_put_in_is_measured(tilt):
     # the middle of the target is within a few pixels of the optical axis
     assert abs(np.rad2deg(found.tilt) - tilt) < 1.5
     # 60 frames of some 60 rows: 1.2 % of one spread
-    expected = JITTER * found.depth / CAMERA.fx
+    expected = JITTER * np.array(found.edge_depth) / CAMERA.fx
     assert np.allclose(found.lateral, expected, rtol=0.05)
     assert found.valid > 0.999 and found.outliers < 1e-3
 

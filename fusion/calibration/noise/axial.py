@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.axial_forms import POLYNOMIAL, AxialForm, Places, candidates, places_of
-from fusion.calibration.noise.fit import Fit, choose, fit_law
+from fusion.calibration.noise.fit import Data, Fit, choose, fit_law
 from fusion.calibration.noise.poses import Pose
 from fusion.calibration.noise.visible import Visible, visible
 from fusion.errors import FusionError
@@ -98,7 +98,7 @@ def axial_law(poses: list[Pose], principle: str, known: Sensor, focal_baseline: 
     can = visible(places, sigma, np.array([p.lux for p in some]), principle)
     kept = _kept(known, can)
     forms = candidates(places, principle, can.seen, kept)
-    fits = [fit_law(form, sigma, deviation) for form in forms]
+    fits = [fit_law(form, Data(sigma, deviation)) for form in forms]
     return AxialLaw(some, sigma, deviation, places, fits, choose(fits), can, kept)
 
 

@@ -130,7 +130,9 @@ def _notes(
         notes.append(("warning", f"{text}; to see it, record {record}"))
     for name, value, std in zip(axial.form.names, axial.best.numbers, axial.best.std, strict=True):
         if name in ("angle", "sunlight") and abs(value) < 2 * std:
-            notes.append(("warning", f"axial_noise.{name} is not established: {value:.2g} with a deviation of {std:.2g}"))
+            notes.append(
+                ("warning", f"axial_noise.{name} is not established: {value:.2g} with a deviation of {std:.2g}")
+            )
     if len(poses) < FEW_POSES:
         notes.append(("warning", f"{len(poses)} poses: intervals are wide; 9 distances at 6 angles each are usual"))
     fewest = min(pose.seen.frames for pose in poses)

@@ -79,7 +79,10 @@ def spread_with_error(positions: NDArray[np.float64]) -> tuple[float, float]:
     residual = np.where(kept, residual - residual[kept].mean(), np.nan)
     variance = float(np.nanmean(residual**2))
     spread = float(np.sqrt(max(variance - 1 / 12, 0.0)))
-    error = batch_error(residual**2)
+    # few phases of the grid: the part of the rounding is not 1/12 px^2 where the jitter is far below a pixel
+    across = np.ptp(np.polynomial.polynomial.polyval(rows[0], line))
+    phases = np.exp(-2 * (np.pi * max(spread, 0.1)) ** 2) / 6 / (1 + 2 * across)
+    error = float(np.hypot(batch_error(residual**2), phases))
     return spread, error / (2 * max(spread, np.sqrt(error) if error > 0 else 1e-6))
 
 

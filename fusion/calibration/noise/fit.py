@@ -1,8 +1,8 @@
-"""Fitting a law to standard deviations measured at many poses; the poses, not the pixels, count as measurements."""
+"""Fitting a law to noise measured at many poses; the poses, not the pixels, count as measurements."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,17 @@ from scipy.stats import t as student
 Array = NDArray[np.floating]
 
 FOLDS = 10
-ROUNDS = 8  # of weights and scatter; they settle within four
+ROUNDS = 6  # of weights and scatter; they settle within four
 LEAST_SCATTER = 0.01  # share: held-out errors below this tell laws apart no better
-SMALLEST = 1e-7  # [m] laws stay positive where they are compared
+SMALLEST = 1e-12  # laws stay positive where they are compared
 
 
 class Form(Protocol):
     """A law with free numbers."""
+
+    @property
+    def title(self) -> str:
+        """For a person."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -27,14 +31,36 @@ class Form(Protocol):
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest numbers."""
 
-    def start(self, sigma: Array) -> Array:
+    def start(self, values: Array) -> Array:
         """Numbers to begin with."""
 
     def predict(self, numbers: Array) -> Array:
-        """(n,) standard deviations [m] at the places where it was measured."""
+        """(n,) values at the places where it was measured."""
 
-    def part(self, which: NDArray[np.bool_]) -> "Form":
+    def part(self, which: NDArray[np.bool_]) -> Self:
         """The same law at some of the places."""
+
+
+@dataclass(frozen=True)
+class Data:
+    """Measured values (n,) with their standard deviations; `relative`: those grow with the true value."""
+
+    value: Array
+    std: Array
+    relative: bool = True
+
+    def part(self, which: NDArray[np.bool_]) -> "Data":
+        """Some of them."""
+        return Data(self.value[which], self.std[which], self.relative)
+
+    def error(self, about: Array) -> Array:
+        """(n,) deviations where the law says `about`.
+
+        Where they grow with the value they follow the law: else a value that is low by chance would count more.
+        """
+        if not self.relative:
+            return self.std
+        return np.maximum(self.std / np.maximum(self.value, SMALLEST), 1e-4) * about
 
 
 @dataclass(frozen=True)
@@ -46,10 +72,10 @@ class Fit:
         numbers: (k,) in the order of its names.
         covariance: (k, k), from the measurements' errors and the scatter between poses.
         freedom: poses less numbers.
-        scatter: share of the noise by which poses scatter beyond their measurements' errors.
-        rms: of measured less fitted [m].
-        heldout: (n,) logarithm of measured over predicted, each by a fit without it, over its expected error; NaN
-            where that was not possible.
+        scatter: share of the value by which poses scatter beyond their measurements' errors.
+        rms: of measured less fitted values.
+        heldout: (n,) measured less predicted, each by a fit without it, over the expected error; NaN where that was
+            not possible.
     """
 
     form: Form
@@ -76,10 +102,9 @@ class Fit:
         return float(student.ppf(0.5 + level / 2, max(self.freedom, 1)))
 
     def predict_with_std(self, form: Form) -> tuple[Array, Array]:
-        """The law at other places (a form of the same names) and its standard deviation [m]."""
-        value = form.predict(self.numbers)
+        """The law at other places (a form of the same names) and its standard deviation."""
         slopes = _slopes(form.predict, self.numbers, self.std)
-        return value, np.sqrt(np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes))
+        return form.predict(self.numbers), np.sqrt(np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes))
 
     @property
     def score(self) -> float:
@@ -88,17 +113,17 @@ class Fit:
         return float(np.sqrt(np.mean(known**2))) if len(known) else float("inf")
 
 
-def fit_law(form: Form, sigma: Array, sigma_std: Array) -> Fit:
-    """Fit a law to (n,) standard deviations [m] that are known to `sigma_std` [m], and judge it on held-out poses."""
-    share = np.maximum(sigma_std / np.maximum(sigma, SMALLEST), 1e-4)
-    numbers, scatter = _solve(form, sigma, share)
+def fit_law(form: Form, data: Data) -> Fit:
+    """Fit a law to measured values, and judge it on held-out poses."""
+    numbers, scatter = _solve(form, data)
     value = np.maximum(form.predict(numbers), SMALLEST)
-    weight = 1.0 / ((share**2 + scatter**2) * value**2)
+    weight = 1.0 / (data.error(value) ** 2 + (scatter * value) ** 2)
     slopes = _slopes(form.predict, numbers, np.abs(numbers))
-    covariance = np.linalg.pinv(slopes.T @ (slopes * weight[:, None]), rcond=1e-14, hermitian=True)
-    rms = float(np.sqrt(np.mean((sigma - form.predict(numbers)) ** 2)))
-    heldout = _held_out(form, sigma, share, scatter)
-    return Fit(form, numbers, covariance, len(sigma) - len(numbers), scatter, rms, heldout)
+    scale = np.sqrt(np.maximum((slopes**2 * weight[:, None]).sum(axis=0), 1e-300))  # numbers differ in unit
+    information = (slopes / scale).T @ (slopes / scale * weight[:, None])
+    covariance = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    rms = float(np.sqrt(np.mean((data.value - form.predict(numbers)) ** 2)))
+    return Fit(form, numbers, covariance, len(data.value) - len(numbers), scatter, rms, _held_out(form, data, scatter))
 
 
 def choose(fits: Sequence[Fit]) -> int:
@@ -108,28 +133,27 @@ def choose(fits: Sequence[Fit]) -> int:
     for i in order:
         worse = fits[i].heldout ** 2 - fits[best].heldout ** 2
         worse = worse[np.isfinite(worse)]
-        if i == best or worse.mean() <= worse.std() / np.sqrt(max(len(worse), 1)):
+        if i == best or (len(worse) and worse.mean() <= worse.std() / np.sqrt(len(worse))):
             return i
     return best
 
 
-def _solve(form: Form, sigma: Array, share: Array, scatter: float | None = None) -> tuple[Array, float]:
+def _solve(form: Form, data: Data, scatter: float | None = None) -> tuple[Array, float]:
     """Numbers, and the scatter (share) between poses, found unless it is given."""
-    numbers, extra = form.start(sigma), scatter or 0.0
+    extra, about = scatter or 0.0, np.maximum(data.value, SMALLEST)
     low, high = form.bounds()
-    numbers = np.clip(numbers, low, high)
-    about = sigma
+    numbers = np.clip(form.start(data.value), low, high)
     for _ in range(ROUNDS):
-        error = np.sqrt(share**2 + extra**2) * np.maximum(about, SMALLEST)
-        found = least_squares(
-            lambda p, error=error: (form.predict(p) - sigma) / error, numbers, bounds=(low, high), x_scale="jac"
-        )
-        numbers = found.x
-        # weights follow the law, not the measurement: else a value that is low by chance counts more
-        about = form.predict(numbers)
+        error = np.hypot(data.error(about), extra * about)
+        numbers = least_squares(_misfit, numbers, bounds=(low, high), x_scale="jac", args=(form, data, error)).x
+        about = np.maximum(form.predict(numbers), SMALLEST)
         if scatter is None:
-            extra = _scatter(np.log(sigma / np.maximum(about, SMALLEST)), share, len(sigma) - len(numbers))
+            extra = _scatter((data.value - about) / about, data.error(about) / about, len(about) - len(numbers))
     return numbers, extra
+
+
+def _misfit(numbers: Array, form: Form, data: Data, error: Array) -> Array:
+    return np.asarray((form.predict(numbers) - data.value) / error)
 
 
 def _scatter(off: Array, share: Array, freedom: int) -> float:
@@ -143,19 +167,20 @@ def _scatter(off: Array, share: Array, freedom: int) -> float:
     return high
 
 
-def _held_out(form: Form, sigma: Array, share: Array, scatter: float) -> Array:
-    """(n,) logarithm of measured over predicted by fits to the other folds, over the expected error."""
-    n = len(sigma)
+def _held_out(form: Form, data: Data, scatter: float) -> Array:
+    """(n,) measured less predicted by fits to the other folds, over the expected error."""
+    n = len(data.value)
     out = np.full(n, np.nan)
-    folds = min(FOLDS, n)
     if n <= len(form.names) + 1:
         return out
-    expected = np.hypot(share, LEAST_SCATTER)
-    for fold in range(folds):
-        out_of = np.arange(n) % folds == fold
-        numbers, _ = _solve(form.part(~out_of), sigma[~out_of], share[~out_of], scatter)
-        value = np.maximum(form.part(out_of).predict(numbers), SMALLEST)
-        out[out_of] = np.log(sigma[out_of] / value) / expected[out_of]
+    for fold in range(min(FOLDS, n)):
+        left = np.arange(n) % min(FOLDS, n) == fold
+        numbers, _ = _solve(form.part(~left), data.part(~left), scatter)
+        value = np.maximum(form.part(left).predict(numbers), SMALLEST)
+        measured = data.part(left)
+        # the measurement's own error, not the law's: the same for all laws
+        expected = np.hypot(measured.error(np.maximum(measured.value, SMALLEST)), LEAST_SCATTER * measured.value)
+        out[left] = (measured.value - value) / expected
     return out
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.fit import Fit, choose, fit_law
+from fusion.calibration.noise.fit import Data, Fit, choose, fit_law
 from fusion.calibration.noise.poses import Pose
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 
@@ -20,7 +20,7 @@ class Edges:
     """Edges of targets, all (n,).
 
     Attributes:
-        depth: of the target's middle [m].
+        depth: of the edge [m].
         tilt: of the target [rad].
         sigma, sigma_std: jitter [m], and how well it is known.
         shadowed: whether it lies beside a shadow.
@@ -56,17 +56,18 @@ class LateralForm:
         """All are spreads; a growth of 0 is none."""
         return np.zeros(len(self.names)), np.full(len(self.names), 100.0)
 
-    def start(self, sigma: Array) -> Array:
+    def start(self, values: Array) -> Array:
         """Medians."""
+        sigma = np.sqrt(np.maximum(values, 0))
         usual = {"sigma": np.median(sigma), "sigma_px": np.median(sigma / self.edges.depth) * self.fx}
         return np.array([float(usual.get(name, 0.01)) for name in self.names])
 
     def predict(self, numbers: Array) -> Array:
-        """(n,) [m]."""
+        """(n,) variances [m^2]: they, not their roots, are measured without bias where a jitter is below a pixel."""
         p = dict(zip(self.names, numbers, strict=True))
         grows = self.edges.tilt / (np.pi / 2 - np.minimum(self.edges.tilt, np.deg2rad(85)))
         pixels = p.get("sigma_px", 0.0) + p.get("growth_px", 0.0) * grows
-        return np.asarray(p.get("sigma", 0.0) + pixels * self.edges.depth / self.fx)
+        return np.asarray((p.get("sigma", 0.0) + pixels * self.edges.depth / self.fx) ** 2)
 
 
 FORMS = {
@@ -118,7 +119,14 @@ class LateralLaw:
 def edges_of(poses: list[Pose]) -> Edges:
     """The edges whose jitter was measured."""
     rows = [
-        (pose.depth, pose.tilt, pose.seen.lateral[side], pose.seen.lateral_std[side], pose.shadowed[side], side)
+        (
+            pose.seen.edge_depth[side],
+            pose.tilt,
+            pose.seen.lateral[side],
+            pose.seen.lateral_std[side],
+            pose.shadowed[side],
+            side,
+        )
         for pose in poses
         for side in (0, 1)
         if np.isfinite(pose.seen.lateral[side]) and pose.seen.lateral_std[side] > 0
@@ -131,20 +139,22 @@ def lateral_law(poses: list[Pose], fx: float) -> LateralLaw | None:
     """Fit the forms and choose by held-out edges; None when there are fewer than three edges."""
     edges = edges_of(poses)
     use = ~edges.shadowed if (~edges.shadowed).sum() >= FEWEST else np.ones(len(edges.depth), bool)
-    use &= edges.sigma > 0  # less than the pixel grid's own spread
     if use.sum() < FEWEST:
         return None
-    open_ones, dark = edges.part(use), edges.part(edges.shadowed & (edges.sigma > 0))
-    fits = [
-        fit_law(LateralForm(title, names, open_ones, fx), open_ones.sigma, open_ones.sigma_std)
-        for title, names in FORMS.items()
-    ]
+    open_ones, dark = edges.part(use), edges.part(edges.shadowed)
+    fits = [fit_law(LateralForm(title, names, open_ones, fx), _variances(open_ones)) for title, names in FORMS.items()]
     chosen = choose(fits)
     names = fits[chosen].form.names[:1]
     shadow = None
     if len(dark.depth) >= FEWEST:
-        shadow = fit_law(LateralForm("beside a shadow", names, dark, fx), dark.sigma, dark.sigma_std)
+        shadow = fit_law(LateralForm("beside a shadow", names, dark, fx), _variances(dark))
     return LateralLaw(edges, fits, chosen, shadow, *(_percentile(e.sigma) for e in (edges.part(~edges.shadowed), dark)))
+
+
+def _variances(edges: Edges) -> Data:
+    """Measured variances [m^2]; where a jitter is below the pixel grid's own, half its deviation is the variance's."""
+    error = 2 * edges.sigma_std * np.maximum(edges.sigma, 2 * edges.sigma_std)
+    return Data(edges.sigma**2, error, relative=False)
 
 
 def _percentile(sigma: Array) -> float:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 Image = NDArray[np.floating]
 
 FAR = 6.0  # robust standard deviations from its pixel's median: an outlier
+GROUPS = 15  # pixels of like tilt are pooled, in this many groups at most and as many pixels at least
 BATCHES = 20  # parts of a series whose scatter tells the error of its mean
 OCCUPIED = 8  # mean number of values per level below which levels may be missing
 
@@ -30,13 +31,20 @@ class Repeats:
     step: float
 
 
-def repeats_of(values: Image) -> Repeats:
-    """Sum up values (frames, pixels) [m] that may hold NaN."""
+def repeats_of(values: Image, tilts: Image | None = None) -> Repeats:
+    """Sum up values (frames, pixels) [m] that may hold NaN.
+
+    Args:
+        tilts: (pixels,) that the pixels look at [rad]: noise may grow steeply with it. The result is the mean of the
+            standard deviations over the pixels, as laws are linear in terms of the tilt, and not the root of their
+            mean square.
+    """
     known = np.isfinite(values)
     several = known.sum(axis=0) > 1
     if not several.any():
         return Repeats(float("nan"), float("nan"), np.zeros(0, np.float32), 0.0)
     values = values[:, several].astype(float)
+    tilts = np.zeros(values.shape[1]) if tilts is None else tilts[several]
     away = values - np.nanmedian(values, axis=0)
     step = _step(values, away)
     scale = 1.4826 * float(np.nanmedian(np.abs(away)))
@@ -44,16 +52,18 @@ def repeats_of(values: Image) -> Repeats:
     limit = FAR * max(scale, step) if max(scale, step) > 0 else np.inf
     kept = np.where(np.abs(away) <= limit, values, np.nan)
     count = np.isfinite(kept).sum(axis=0)
-    kept, count = kept[:, count > 1], count[count > 1]
+    kept, tilts, count = kept[:, count > 1], tilts[count > 1], count[count > 1]
     if not len(count):
         return Repeats(float("nan"), float("nan"), np.zeros(0, np.float32), step)
     mean = np.nanmean(kept, axis=0)
     squares = (kept - mean) ** 2 * (count / (count - 1))
     variance = float(np.nanmean(squares))
-    sigma = float(np.sqrt(variance))
     independent = variance * np.sqrt(2.0 / (count - 1).sum())
-    error = max(batch_error(squares), independent)
-    return Repeats(sigma, error / (2 * max(sigma, 1e-9)), _scores(values), step)
+    error = max(batch_error(squares), independent) / (2 * max(np.sqrt(variance), 1e-9))
+    per_pixel = np.nanmean(squares, axis=0)
+    groups = np.array_split(np.argsort(tilts, kind="stable"), min(GROUPS, -(-len(tilts) // GROUPS)))
+    sigma = float(np.average([np.sqrt(per_pixel[g].mean()) for g in groups], weights=[len(g) for g in groups]))
+    return Repeats(sigma, error, _scores(values), step)
 
 
 def batch_error(squares: Image) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.edge import edge_depth, edge_positions, nothing_behind, spread_with_error
-from fusion.calibration.noise.repeats import Repeats, repeats_of
+from fusion.calibration.noise.repeats import repeats_of
 from fusion.calibration.noise.target import Target, find_target, fit_plane
 from fusion.calibration.series import PixelSeries
 from fusion.errors import FusionError
@@ -27,9 +27,9 @@ class TargetNoise:
     """What one pose of the target says.
 
     Attributes:
-        pixel: (v, u) of the target's middle, to which all else belongs.
-        depth: there [m], of the plane through the target.
-        tilt: between the line of sight to the middle and the normal [rad].
+        pixel: (v, u) of the target's middle.
+        depth: there [m], of the plane through the target as it was measured, mean over the pixels of `axial`.
+        tilt: between the lines of sight to these pixels and the normal [rad], as `mean_tilt`.
         frames: number of frames.
         axial: standard deviation of one depth at the middle [m], NaN without values; outliers are left out.
         axial_std: how well it is known [m], from the scatter between frames: neighbours may share their noise.
@@ -40,6 +40,7 @@ class TargetNoise:
         nothing_behind: whether most pixels just outside the left and the right edge have no depth: shadow or empty.
         step: mean gap between neighbouring values that occur [m]: the rounding; 0 where it cannot be told.
         middle: rows and columns (n,) of the pixels that `axial` is of.
+        edge_depth: of the left and the right edge [m]: those of a tilted target are nearer and farther than its middle.
     """
 
     pixel: tuple[int, int]
@@ -57,6 +58,7 @@ class TargetNoise:
     nothing_behind: tuple[bool, bool] = (False, False)
     step: float = 0.0
     middle: tuple[NDArray[np.intp], ...] = ()
+    edge_depth: tuple[float, float] = (float("nan"), float("nan"))
 
 
 def measure_target(
@@ -72,8 +74,8 @@ def measure_target(
         depths: frames (h, w) [m], iterated twice, so no one-way iterator.
         target: where it is, when that is known; else it is found in the mean of the frames.
         sigma: a noise [m] to judge outliers by; the measured one by default.
-        correct: takes known errors out of a mean depth (h, w) [m]; depth and tilt are then those of the corrected
-            target. The noise is that of the depths as they come.
+        correct: takes known errors out of a mean depth (h, w) [m]; the tilt is then that of the corrected target.
+            Depth and noise are those of the images as they come, which is what a filter knows later.
     Raises:
         FusionError: no target, or fewer than two frames.
     """
@@ -88,44 +90,51 @@ def measure_target(
     plane = found.plane_depth(camera)
     middle = _middle(found, camera.shape)
     limit = max(OUTLIER * (sigma if sigma is not None else _pooled(series, middle)), LEAST_OUTLIER)
-    look = _look(depths, found, plane, (middle, limit, -(-series.frames // MOST_FRAMES)))
     where = np.nonzero(middle)
-    v, u = (int(np.mean(indices)) for indices in where)
-    # a tilted target's edges are nearer and farther than its middle
-    scales = [edge_depth(found, plane, side) / camera.fx for side in (0, 1)]
-    lateral = [[scale * x for x in spread_with_error(p)] for scale, p in zip(scales, look.edges, strict=True)]
+    look = _look(depths, (found, plane), (limit, -(-series.frames // MOST_FRAMES)), where)
+    v, u = (round(float(np.mean(indices))) for indices in where)
+    at_edges = edge_depth(found, plane, 0), edge_depth(found, plane, 1)
+    lateral = [[z / camera.fx * x for x in spread_with_error(p)] for z, p in zip(at_edges, look.edges, strict=True)]
     stands = found if correct is None else fit_plane(correct(mean), camera, found)
+    tilts = stands.tilt(camera)[middle]
+    repeats = repeats_of(look.values, tilts)
     return TargetNoise(
         (v, u),
-        float(stands.plane_depth(camera)[v, u]),
-        float(stands.tilt(camera)[v, u]),
+        float(plane[middle].mean()),
+        mean_tilt(tilts),
         series.frames,
-        look.repeats.sigma,
-        look.repeats.sigma_std,
+        repeats.sigma,
+        repeats.sigma_std,
         (lateral[0][0], lateral[1][0]),
         valid=look.shares[0],
         no_data=look.shares[1],
         outliers=look.shares[2],
-        z_scores=look.repeats.scores[: SCORES * PATCH],
+        z_scores=repeats.scores[: SCORES * PATCH],
         lateral_std=(lateral[0][1], lateral[1][1]),
         nothing_behind=(nothing_behind(series.valid, found, 0), nothing_behind(series.valid, found, 1)),
-        step=look.repeats.step,
+        step=repeats.step,
         middle=where,
+        edge_depth=at_edges,
     )
 
 
 @dataclass(frozen=True)
 class _Look:
-    """What the second look at the frames gives: shares inside, edge positions (frames, rows), values of the middle."""
+    """The second look at the frames: shares inside, edge positions (frames, rows), values (frames, n) of the middle."""
 
     shares: tuple[float, float, float]
     edges: tuple[Image, Image]
-    repeats: Repeats
+    values: Image
 
 
-def _look(depths: Iterable[Image], found: Target, plane: Image, about: tuple[NDArray[np.bool_], float, int]) -> _Look:
-    """The frames once more, now that the target is known; `about`: middle, outlier limit [m], every which frame."""
-    middle, limit, every = about
+def _look(
+    depths: Iterable[Image],
+    target: tuple[Target, Image],
+    limits: tuple[float, int],
+    where: tuple[NDArray[np.intp], ...],
+) -> _Look:
+    """The frames once more: target and its plane (h, w) [m], outlier limit [m] and every which frame, middle."""
+    (found, plane), (limit, every) = target, limits
     shares, frames = np.zeros(3), 0
     edges: tuple[list[Image], list[Image]] = ([], [])
     values: list[Image] = []
@@ -135,11 +144,18 @@ def _look(depths: Iterable[Image], found: Target, plane: Image, about: tuple[NDA
         none = ~np.isfinite(inside)
         shares += [(~off & ~none).mean(), none.mean(), (off & ~none).mean()]
         if frames % every == 0:
-            values.append(depth[middle])
+            values.append(depth[where])
             for side, positions in zip((0, 1), edges, strict=True):
                 positions.append(edge_positions(depth, found, plane, side))
     valid, no_data, outliers = (float(share) for share in shares / max(frames, 1))
-    return _Look((valid, no_data, outliers), (np.array(edges[0]), np.array(edges[1])), repeats_of(np.array(values)))
+    return _Look((valid, no_data, outliers), (np.array(edges[0]), np.array(edges[1])), np.array(values))
+
+
+def mean_tilt(tilts: Image) -> float:
+    """The tilt [rad] at which noise grows as on the average over these: noise is steep in the angle near 90 deg."""
+    held = np.clip(tilts, 0.0, np.deg2rad(89.0))
+    root = float(np.sqrt(np.mean((held / (np.pi / 2 - held)) ** 2)))  # laws hold this square
+    return np.pi / 2 * root / (1.0 + root)
 
 
 def _middle(target: Target, shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -43,7 +43,9 @@ def visible(places: Places, sigma: NDArray[np.floating], lux: NDArray[np.floatin
             hidden["angle_exponent"] = "the target turned to 60 and 75 deg at a near and at a far distance"
     else:
         most = float(np.rad2deg(places.tilt.max()))
-        hidden["angle"] = f"the target turned to 45, 60 and 75 deg at two or more distances (at most {most:.0f} deg now)"
+        hidden["angle"] = (
+            f"the target turned to 45, 60 and 75 deg at two or more distances (at most {most:.0f} deg now)"
+        )
     sunny = np.nanmax(lux, initial=0.0) > SUNNY_LUX or float(np.median(sigma / places.depth**2)) > SUNNY
     if principle == "itof" and sunny:
         if {"c2", "angle"} <= seen and count_apart(1.0 + places.tilt) >= 3:
