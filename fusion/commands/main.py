@@ -18,6 +18,7 @@ COMMANDS = {
     "simulate": "a recording as a sensor would have made it; the same seed, the same bits",
     "sensor": "a sensor model as a table with units, intervals and sources; the models known by name",
     "calibrate": "camera, depth or noise from recordings of boards and walls",
+    "evaluate": "the sensor bench: noise, offset, shares, steps and drift of still recordings",
     "explain": "where simulation and recording differ, which physics is missing, and the better model",
     "compare": "signed distances between a mesh and a reference",
 }

@@ -21,6 +21,7 @@ ARGUMENTS = {
     "turntable": ["IN", "-o", "OUT"],
     "simulate": ["IN", "-o", "OUT"],
     "sensor": ["show", "IN"],
+    "evaluate": ["IN", "-o", "OUT"],
     "explain": ["IN", "--sensor", "kinect-v1", "-o", "OUT"],
     "compare": ["IN", "IN", "-o", "OUT"],
 }

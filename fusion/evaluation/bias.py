@@ -1,0 +1,112 @@
+"""How far the mean depth is from what should be seen: on the axis, and over the image."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.evaluation.still import Still, centre_of
+from fusion.evaluation.surface import WALL, Surface
+from fusion.geometry.camera import Camera
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+
+LEVEL = 1.645  # standard deviations of a 90 % interval
+INDEPENDENT = 16.0  # [px^2] that share their error: lens and filters correlate neighbours (guess)
+
+Image = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Bias:
+    """Errors of the mean depth of a stretch.
+
+    Attributes:
+        distance: of the surface at the image's centre [m].
+        truth: "distance_m", "scene" or "": then only the residual from the plane is known.
+        offset: mean depth of the centre less the truth [m], NaN without one.
+        offset_std: how well it is known, the stated distance's own deviation included [m].
+        corrected: the same after the sensor model has undone what it can [m], NaN without a model.
+        spread: standard deviation of one depth in the centre, pixels and frames together [m].
+        residual: (h, w) mean depth less plane or scene [m], NaN beside it.
+        rms: of the residual [m], its own noise not taken out.
+    """
+
+    distance: float
+    truth: str
+    offset: float
+    offset_std: float
+    corrected: float
+    spread: float
+    residual: Image
+    rms: float
+
+
+def bias_of(still: Still, surface: Surface, camera: Camera, known: tuple[Sensor | None, float]) -> Bias | None:
+    """Bias of a stretch; None where nothing is known of the surface.
+
+    Args:
+        known: the sensor model, or None; standard deviation of a stated distance [m].
+    """
+    if surface.kind == "unknown":
+        return None
+    sensor, distance_std = known
+    mean = still.depth.mean
+    with np.errstate(invalid="ignore"):
+        # a plane goes on beyond the region that is counted
+        residual = mean - surface.depth
+        residual[~(np.abs(residual) <= WALL * surface.depth)] = np.nan
+    patch = centre_of(camera.shape)
+    # a skewed noise shifts the mean against the plane through the usual depths
+    shift_of_mean = _finite_median(residual[surface.region]) if surface.kind == "plane" else 0.0
+    shape = residual - shift_of_mean
+    rest, known_here = residual[patch], np.isfinite(residual[patch])
+    count = int(known_here.sum())
+    middle = float(np.median(rest[known_here])) if count else float("nan")
+    shift, truth = _shift(surface)
+    spread = float(np.hypot(_rms(still.depth.std[patch]), float(rest[known_here].std()) if count else 0.0))
+    own = spread / np.sqrt(max(count / INDEPENDENT, 1.0))
+    stated = distance_std if truth == "distance_m" else 0.0
+    return Bias(
+        distance=surface.distance,
+        truth=truth,
+        offset=middle + shift if truth else float("nan"),
+        offset_std=float(np.hypot(own, stated)) if truth and count else float("nan"),
+        corrected=middle + shift + _correction(still, surface, camera, sensor) if truth else float("nan"),
+        spread=spread,
+        residual=shape,
+        rms=_rms(shape),
+    )
+
+
+def _shift(surface: Surface) -> tuple[float, str]:
+    """What to add to the residual from the surface to get the error, and where the truth comes from."""
+    if surface.kind == "scene":
+        return 0.0, "scene"
+    if not np.isfinite(surface.stated):
+        return 0.0, ""
+    if surface.kind == "distance":
+        return 0.0, "distance_m"
+    # the fitted plane moved to the stated distance keeps its tilt
+    return surface.plane_distance - surface.stated, "distance_m"
+
+
+def _correction(still: Still, surface: Surface, camera: Camera, sensor: Sensor | None) -> float:
+    """Median change of the centre's mean depth when the model undoes what it knows [m]; NaN without a model."""
+    if sensor is None:
+        return float("nan")
+    mean = still.depth.mean
+    ir = None if still.ir is None else np.nan_to_num(still.ir.mean)
+    view = View(camera, mean, surface.incidence, ir=ir)
+    patch = centre_of(camera.shape)
+    return _finite_median((sensor.correct(mean, view) - mean)[patch])
+
+
+def _finite_median(values: Image) -> float:
+    values = values[np.isfinite(values)]
+    return float(np.median(values)) if values.size else float("nan")
+
+
+def _rms(values: Image) -> float:
+    values = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(values**2))) if values.size else float("nan")

@@ -1,0 +1,198 @@
+"""The sensor bench: still recordings in, statistics, bias, noise, shares, steps and drift out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fusion.calibration.depth.known import start
+from fusion.calibration.noise.target_noise import TargetNoise, measure_target
+from fusion.errors import FusionError
+from fusion.evaluation.bias import Bias, bias_of
+from fusion.evaluation.drift import Drift, drift_of
+from fusion.evaluation.light import AmbientLight, ambient_light
+from fusion.evaluation.near_limit import NearLimit, Seen, near_limits
+from fusion.evaluation.notes import Note, notes_on
+from fusion.evaluation.quantization import Quantization, quantization_of
+from fusion.evaluation.shares import Shares, Tiles, brightness_of, joined, shares_over, tiles_of
+from fusion.evaluation.still import Sample, Still, measure_still, sample_of
+from fusion.evaluation.stretches import Stretch, still_stretches
+from fusion.evaluation.surface import Surface, expected_depth, surface_of
+from fusion.geometry.camera import Camera
+from fusion.recording.recording import Recording
+from fusion.sensor.sensor import Sensor
+
+VARIABLES = ("depth", "incidence", "brightness")
+DISTANCE_STD = 0.001  # [m] of a stated distance: what makers of laser distance meters promise
+
+
+@dataclass(frozen=True)
+class EvaluationSettings:
+    """What an evaluation may be told.
+
+    Attributes:
+        sensor: a model to compare with: its noise, and the bias that it leaves.
+        pixel: (u, v) whose series is shown; None takes the centre.
+        distance_std: standard deviation of the stated distances [m].
+        force: take recordings or models of another camera.
+    """
+
+    sensor: Sensor | None = None
+    pixel: tuple[int, int] | None = None
+    distance_std: float = DISTANCE_STD
+    force: bool = False
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.distance_std) and self.distance_std >= 0):
+            raise FusionError(
+                "the deviation of the distances is not usable", "--distance-std", self.distance_std, "0 m or more"
+            )
+
+
+@dataclass(frozen=True)
+class Look:
+    """All that one still stretch says.
+
+    Attributes:
+        name: of the recording, with the frames where it has several stretches.
+        still: statistics per pixel and over time.
+        surface: what should be seen.
+        bias: None where the surface is not known.
+        noise: of the target, None without one or with a single frame.
+        expected_sigma: what the sensor model says for the target [m], NaN without a model.
+        drift: of the centre.
+        quantization: of this stretch, None where too few levels occur.
+        tiles: shares, noise and offset in parts of the image.
+        valid, missing, outliers: shares in the surface's region; NaN when all of it moves.
+    """
+
+    name: str
+    still: Still
+    surface: Surface
+    bias: Bias | None
+    noise: TargetNoise | None
+    expected_sigma: float
+    drift: Drift
+    quantization: Quantization | None
+    tiles: Tiles
+    valid: float
+    missing: float
+    outliers: float
+
+    @property
+    def common(self) -> float:
+        """Standard deviation of the centre's mean from frame to frame [m]: noise that its pixels share."""
+        centre = self.still.centre[np.isfinite(self.still.centre)]
+        return float(centre.std(ddof=1)) if len(centre) > 2 else float("nan")
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The bench's findings.
+
+    Attributes:
+        camera: that made the recordings.
+        looks: one per still stretch.
+        shares: over depth, incidence and brightness, as far as each is known.
+        near: shortest usable distances.
+        quantization: over all stretches.
+        ambient: light estimated from the noise; None where it cannot be.
+        notes: what a reader should know.
+        sensor: the model compared with.
+    """
+
+    camera: Camera
+    looks: list[Look]
+    shares: dict[str, Shares]
+    near: list[NearLimit]
+    quantization: Quantization | None
+    ambient: AmbientLight | None
+    notes: list[Note] = field(default_factory=list)
+    sensor: Sensor | None = None
+
+    @property
+    def longest(self) -> Look:
+        """The stretch that lasted longest: the one that can tell of drift."""
+        return max(self.looks, key=lambda look: float(look.still.time[-1]))
+
+
+def evaluate(recordings: Sequence[Recording], settings: EvaluationSettings | None = None) -> Evaluation:
+    """Measure what a camera does in front of still scenes.
+
+    Args:
+        recordings: of one camera; each is split where something is moved.
+        settings: sensor model, pixel and so on.
+    Raises:
+        FusionError: no recording, nothing still, no depth, recordings of different cameras.
+    """
+    settings = settings or EvaluationSettings()
+    if not recordings:
+        raise FusionError("no recording", found=0, expected="one or more recordings of a camera that stands still")
+    camera = start(recordings, None, settings.sensor, settings.force).camera
+    stretches = [stretch for recording in recordings for stretch in still_stretches(recording)]
+    looks = [look_at(stretch, camera, settings) for stretch in stretches]
+    tiles = joined([look.tiles for look in looks])
+    shares = {name: found for name in VARIABLES if (found := shares_over(tiles, name)) is not None}
+    levels = np.sum([look.still.levels for look in looks], axis=0)
+    ambient = ambient_light([look.noise for look in looks if look.noise is not None], camera, settings.sensor)
+    return Evaluation(
+        camera,
+        looks,
+        shares,
+        near_limits([_seen(look) for look in looks]),
+        quantization_of(levels, camera.depth_scale),
+        ambient,
+        notes_on(looks, recordings),
+        settings.sensor,
+    )
+
+
+def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> Look:
+    """Everything that one stretch says."""
+    sample = sample_of(stretch)
+    surface = surface_of(sample, camera)
+    u, v = settings.pixel or (camera.width // 2, camera.height // 2)
+    still = measure_still(sample, expected_depth(surface, sample.reference.depth), (v, u))
+    bias = bias_of(still, surface, camera, (settings.sensor, settings.distance_std))
+    noise = _noise(sample, surface, camera)
+    tiles = tiles_of(still, surface)
+    counts = np.array([part.sum() for part in (tiles.valid, tiles.missing, tiles.outliers)])
+    shares = counts / counts.sum() if counts.sum() else np.full(3, np.nan)
+    return Look(
+        stretch.name,
+        still,
+        surface,
+        bias,
+        noise,
+        _expected(noise, still, settings.sensor, camera),
+        drift_of(still.time, still.centre),
+        quantization_of(still.levels, camera.depth_scale),
+        tiles,
+        *map(float, shares),
+    )
+
+
+def _noise(sample: Sample, surface: Surface, camera: Camera) -> TargetNoise | None:
+    """Axial and lateral noise of the target, from the frames that are held anyway."""
+    if surface.target is None or len(sample.frames) < 2:
+        return None
+    return measure_target(sample.quiet(), camera, surface.target)
+
+
+def _expected(noise: TargetNoise | None, still: Still, sensor: Sensor | None, camera: Camera) -> float:
+    """What the model says of the noise at the target's middle [m]."""
+    if noise is None or sensor is None:
+        return float("nan")
+    flat = np.full(camera.shape, noise.depth, np.float32)
+    ir = None if still.ir is None else np.nan_to_num(still.ir.mean)
+    return float(sensor.sigma(flat, np.full(camera.shape, noise.tilt, np.float32), camera, ir)[noise.pixel])
+
+
+def _seen(look: Look) -> Seen:
+    """The stretch as one point of valid share over distance."""
+    distance = look.surface.distance
+    light = brightness_of(look.still)[look.surface.region]
+    light = light[np.isfinite(light)]
+    # light falls with the distance squared, so at 1 m surfaces can be told apart
+    bright = float(np.median(light)) * distance**2 if light.size else float("nan")
+    return Seen(distance, look.valid, bright)

@@ -1,0 +1,98 @@
+"""What a reader of an evaluation should know, in sentences."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fusion.evaluation.still import centre_of
+from fusion.recording.recording import Recording
+
+if TYPE_CHECKING:
+    from fusion.evaluation.evaluate import Look
+
+FEW = 20  # frames below which a standard deviation of a pixel is worth little
+JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a frame stand out
+SHARED = 0.5  # of the noise of one pixel
+MOVED = 0.02  # share of pixels and frames that move
+Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
+
+
+def notes_on(looks: "Sequence[Look]", recordings: Sequence[Recording]) -> list[Note]:
+    """Remarks on frames, movement, light and truth, the grave ones first."""
+    notes = _joined([(look.name, level, text) for look in looks for level, text in _on_look(look)])
+    if not any(look.bias is not None and look.bias.truth for look in looks):
+        text = "No distance is known: the offset cannot be told, only what bends. Log distance_m in telemetry.csv."
+        notes.append(("warning", text))
+    if all(look.still.ir is None and look.still.color is None for look in looks):
+        notes.append(
+            (
+                "ok",
+                "Neither IR nor colour was recorded in the depth camera's pixels: shares are not told over brightness.",
+            )
+        )
+    notes += [("warning", f"{recording.path.name}: {text}.") for recording in recordings for text in recording.warnings]
+    order = {"bad": 0, "warning": 1, "ok": 2}
+    return sorted(dict.fromkeys(notes), key=lambda note: order[note[0]])
+
+
+def _joined(told: list[tuple[str, str, str]]) -> list[Note]:
+    """Notes with the names in front; what holds for several views is said once."""
+    names: dict[Note, list[str]] = {}
+    for name, level, text in told:
+        names.setdefault((level, text), []).append(name)
+    return [
+        (level, f"{where[0] if len(where) == 1 else f'{len(where)} views, {where[0]} first'}: {text}")
+        for (level, text), where in names.items()
+    ]
+
+
+def _on_look(look: "Look") -> list[Note]:
+    still, notes = look.still, list[Note]()
+    if still.frames == 1:
+        notes.append(("warning", "one frame only, so nothing is said about noise and drift."))
+    elif still.frames < FEW:
+        notes.append(("warning", f"{still.frames} frames only; 100 are usual."))
+    if still.failures:
+        first = next(iter(still.failures.values()))
+        notes.append(("warning", f"{len(still.failures)} frames could not be read, the first: {first}."))
+    if len(still.disturbed):
+        notes.append(("warning", _movement(look)))
+    notes += _shared_noise(look)
+    if look.surface.kind == "distance" and not look.valid > 0:
+        notes.append(("warning", f"no depth at the stated {look.surface.stated:.2f} m."))
+    return notes
+
+
+def _shared_noise(look: "Look") -> list[Note]:
+    """Whole frames that jump, and noise that averaging over pixels does not remove."""
+    centre, notes = look.still.centre, list[Note]()
+    known = np.flatnonzero(np.isfinite(centre))
+    if len(known) < 6:
+        return notes
+    spread = 1.4826 * float(np.median(np.abs(centre[known] - np.median(centre[known]))))
+    off = np.abs(centre - np.nanmedian(centre))
+    jumps = known[off[known] > max(JUMP * spread, JUMP_M)]
+    if len(jumps):
+        most = f"the most frame {int(np.nanargmax(off))}, by {np.nanmax(off) * 1e3:.1f} mm"
+        notes.append(("warning", f"{len(jumps)} frame{'s' if len(jumps) > 1 else ''} jump as a whole, {most}."))
+    sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
+    one = float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
+    if look.common > SHARED * one:
+        text = f"{look.common * 1e3:.1f} of {one * 1e3:.1f} mm noise is shared by all pixels of the centre"
+        notes.append(("warning", f"{text}; averaging pixels does not remove it, averaging frames does."))
+    return notes
+
+
+def _movement(look: "Look") -> str:
+    still = look.still
+    share = float(still.moving.mean())
+    frames = still.disturbed
+    cleaned = "it is left out of the statistics there"
+    pixels = 100 * float((still.moved > 0).mean())
+    lost = float(np.mean(still.moved == still.frames))
+    more = f"; {100 * lost:.0f} % of the pixels have no still frame" if lost > MOVED else ""
+    return (
+        f"something moves in {len(frames)} of {still.frames} frames, the first {frames[0]}, over "
+        f"{pixels:.0f} % of the image ({100 * share:.1f} % of all values): {cleaned}{more}."
+    )

@@ -1,0 +1,126 @@
+"""The quantisation step over distance, from the depths that occur at all: a single frame is enough."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+NEIGHBOURS = 12  # levels in a row that give one step
+PER_LEVEL = 4.0  # pixels a level needs on average: fewer leave levels out by chance
+RARE = 0.1  # share of the usual count of the levels around: rarer ones are mixtures, not levels
+FEWEST_GAPS = 3  # between levels, for one step
+FEWEST = 5  # windows that a law needs
+LEVEL = 1.645  # standard deviations of a 90 % interval
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Quantization:
+    """Steps between neighbouring depths.
+
+    Attributes:
+        depth: (k,) middle of each window of levels [m].
+        step: (k,) [m].
+        unit: one count of the file [m].
+        law: "z^2", "constant", "file" (every count occurs: the sensor's own step is not larger) or "unknown".
+        value: step at 1 m [m] for "z^2", the step [m] otherwise; NaN when unknown.
+        interval: 90 % of it [m].
+        exponent, exponent_std: of distance in the step.
+    """
+
+    depth: Array
+    step: Array
+    unit: float
+    law: str
+    value: float
+    interval: tuple[float, float]
+    exponent: float
+    exponent_std: float
+
+    def at(self, depth: Array) -> Array:
+        """Step of the law [m]."""
+        return self.value * (np.square(depth) if self.law == "z^2" else np.ones_like(depth))
+
+
+def quantization_of(counts: NDArray[np.int64], depth_scale: float) -> Quantization | None:
+    """Steps of the depths that occur.
+
+    Args:
+        counts: how often each count of the file occurs.
+        depth_scale: counts per metre.
+    Returns: None where too little occurs.
+    """
+    levels = np.flatnonzero(counts)
+    levels = levels[(levels > 0) & (levels < 65535)]
+    if len(levels) < FEWEST_GAPS + 1:
+        return None
+    weight = counts[levels].astype(float)
+    middle, step = [], []
+    for start in range(0, max(len(levels) - NEIGHBOURS, 1), NEIGHBOURS // 2):
+        window = slice(start, start + NEIGHBOURS + 1)
+        found = _step(levels[window].astype(float), weight[window])
+        if found:
+            middle.append(found[0] / depth_scale)
+            step.append(found[1] / depth_scale)
+    if not middle:
+        return None
+    return _law(np.array(middle), np.array(step), 1.0 / depth_scale)
+
+
+def _step(levels: Array, weight: Array) -> tuple[float, float] | None:
+    """Middle and step of neighbouring levels [count]; None where chance leaves too many out."""
+    if weight.mean() < PER_LEVEL:
+        return None
+    kept = weight >= RARE * np.median(weight)
+    levels = levels[kept]
+    gaps = np.diff(levels)
+    if len(gaps) < FEWEST_GAPS:
+        return None
+    usual = float(np.median(gaps))
+    # a gap of two steps is a level that did not occur; counts round a step of 2.6 to 2 or 3
+    steps = np.maximum(np.rint(gaps / usual), 1.0)
+    if (np.abs(gaps - steps * usual) > np.maximum(0.2 * steps * usual, 1.01)).any() or (steps > 1).mean() > 0.3:
+        return None
+    return float(0.5 * (levels[0] + levels[-1])), float(gaps.sum() / steps.sum())
+
+
+def _law(depth: Array, step: Array, unit: float) -> Quantization:
+    """Which law holds, by the exponent of the distance."""
+    nothing = float("nan")
+    if float(np.median(step)) <= 1.1 * unit:
+        return Quantization(depth, step, unit, "file", unit, (0.0, unit), nothing, nothing)
+    # what is coarser than the file's unit tells the law
+    told = step > 1.5 * unit
+    z, s = depth[told], step[told]
+    if len(z) < FEWEST or np.max(z) < 1.1 * np.min(z):
+        value = float(np.median(step))
+        return Quantization(
+            depth, step, unit, "unknown", value, (float(np.min(step)), float(np.max(step))), nothing, nothing
+        )
+    exponent, deviation = _exponent(np.log(z), np.log(s))
+    law = "z^2" if abs(exponent - 2) < abs(exponent) else "constant"
+    if min(abs(exponent - 2), abs(exponent)) > max(0.25, 3 * deviation):
+        law = "unknown"
+    ratio = s / z**2 if law == "z^2" else s
+    value = float(np.median(ratio))
+    # windows overlap by half, and a window's ends are rounded to the file's unit
+    rounding = float(np.median(unit / NEIGHBOURS / s))
+    scatter = 1.4826 * float(np.median(np.abs(ratio / value - 1))) / np.sqrt(len(z) / 2)
+    error = value * float(np.hypot(scatter, rounding))
+    interval = (value - LEVEL * error, value + LEVEL * error)
+    return Quantization(depth, step, unit, law, value, interval, exponent, deviation)
+
+
+def _exponent(x: Array, y: Array) -> tuple[float, float]:
+    """Slope of y over x and its standard deviation, windows that stand out left out."""
+    keep = np.ones(len(x), bool)
+    for _ in range(3):
+        A = np.column_stack([np.ones(keep.sum()), x[keep]])
+        c = np.linalg.lstsq(A, y[keep], rcond=None)[0]
+        rest = y - c[0] - c[1] * x
+        spread = 1.4826 * float(np.median(np.abs(rest[keep]))) + 1e-9
+        keep = np.abs(rest) < 4 * spread + 0.02
+    variance = float((rest[keep] ** 2).sum()) / max(int(keep.sum()) - 2, 1)
+    # overlapping windows: half of them count
+    return float(c[1]), float(np.sqrt(2 * variance / ((x[keep] - x[keep].mean()) ** 2).sum()))

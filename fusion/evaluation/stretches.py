@@ -1,0 +1,142 @@
+"""Still stretches of a recording: frames in a row that see the same."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import FusionError, RecordingError
+from fusion.recording.recording import Recording
+from fusion.recording.sample import spread
+
+LOOKS = 32  # frames compared with each other
+GRID = 4  # [px] between the pixels compared
+CHANGE = 0.02  # share of the depth: more is a change of a pixel
+CHANGED = 0.5  # share of the pixels: more is a camera that was moved; people and turntables leave more unchanged
+STEP_M, STEP_RAD = 0.005, 0.005  # stated poses that differ by less are one
+SIGMAS = 5.0  # or by as many of their stated standard deviations
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames of a recording in which neither camera nor scene was moved.
+
+    Attributes:
+        name: of the recording, with the frames where there are several stretches.
+        recording: it is part of.
+        frames: first and last + 1.
+    """
+
+    name: str
+    recording: Recording
+    frames: tuple[int, int]
+
+    def __len__(self) -> int:
+        return self.frames[1] - self.frames[0]
+
+    def telemetry(self, column: str) -> float:
+        """Mean of a telemetry column over the frames, NaN when it was not logged."""
+        values = self.recording.telemetry_at_frames(column)
+        return float("nan") if values is None else float(np.mean(values[slice(*self.frames)]))
+
+
+def still_stretches(recording: Recording) -> list[Stretch]:
+    """Split a recording where its log, its stated poses or its images change.
+
+    A recording of one frame is one stretch; so is each frame that has a stated distance of its own.
+
+    Raises:
+        FusionError: no frame, or nothing stands still.
+    """
+    if not len(recording):
+        raise RecordingError("the recording has no frames", recording.path, 0, "still frames, better 100")
+    bounds = [0, *np.flatnonzero(_stated_changes(recording)) + 1, len(recording)]
+    parts = [part for first, last in pairwise(bounds) for part in _without_change(recording, int(first), int(last))]
+    if not parts:
+        raise FusionError(
+            "nothing stands still in the recording",
+            recording.path,
+            f"{len(recording)} frames, each with another view",
+            "frames of a camera that is not moved",
+            "put the camera on a tripod and record 100 frames",
+        )
+    name = recording.path.name or str(recording.path)
+    if len(parts) == 1:
+        return [Stretch(name, recording, parts[0])]
+    return [Stretch(f"{name} [{a}:{b}]", recording, (a, b)) for a, b in parts]
+
+
+def _stated_changes(recording: Recording) -> NDArray[np.bool_]:
+    """(n - 1,) True where log or poses say that something was moved between two frames."""
+    changed = np.zeros(len(recording) - 1, bool)
+    distance = recording.telemetry_at_frames("distance_m")
+    if distance is not None:
+        changed |= np.abs(np.diff(distance)) > 1e-6
+    if recording.poses is not None and len(recording.poses):
+        changed |= _pose_steps(recording)
+    return changed
+
+
+def _pose_steps(recording: Recording) -> NDArray[np.bool_]:
+    """(n - 1,) True where the stated pose nearest in time is another one."""
+    assert recording.poses is not None
+    stated = recording.scene.get("poses")
+    about = stated if isinstance(stated, dict) else {}
+    sigmas = [about.get(key) for key in ("sigma_m", "sigma_rad")]
+    far, turn = (
+        max(least, SIGMAS * float(s) if isinstance(s, int | float) else 0.0)
+        for least, s in zip((STEP_M, STEP_RAD), sigmas, strict=True)
+    )
+    stamps = recording.poses.timestamps
+    nearest = np.abs(recording.timestamps[:, None] - stamps[None, :]).argmin(axis=1)
+    T = np.where(recording.poses.valid[nearest, None, None], recording.poses.poses[nearest], np.nan)
+    moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
+    # |R1 - R2| = 2 sqrt(2) sin(angle / 2), which is 1.41 angles where they are small
+    turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2)
+    return np.asarray((moved > far) | (turned > turn))
+
+
+def _without_change(recording: Recording, first: int, last: int) -> list[tuple[int, int]]:
+    """Parts of the frames [first, last) whose images agree with the first of the part; one look alone is dropped."""
+    looks = [first + i for i in spread(last - first, LOOKS)]
+    seen = {i: image for i in looks if (image := _coarse(recording, i)) is not None}
+    looks = list(seen)
+    if len(looks) <= 1 or last - first == 1:
+        return [(first, last)]
+    parts, begin, anchor, count = [], first, looks[0], 1
+    for before, look in pairwise(looks):
+        if not _differ(seen[anchor], seen[look]):
+            count += 1
+            continue
+        end = _bisected(recording, seen[anchor], before, look)
+        parts += [(begin, end)] if count > 1 else []
+        begin, anchor, count = end, look, 1
+    return [*parts, (begin, last)] if count > 1 else parts
+
+
+def _bisected(recording: Recording, anchor: NDArray, same: int, other: int) -> int:
+    """The first frame in (same, other] that no longer looks like the anchor."""
+    while other - same > 1:
+        middle = (same + other) // 2
+        image = _coarse(recording, middle)
+        if image is not None and _differ(anchor, image):
+            other = middle
+        else:
+            same = middle
+    return other
+
+
+def _coarse(recording: Recording, index: int) -> NDArray[np.float32] | None:
+    try:
+        return recording[index].depth[::GRID, ::GRID].copy()
+    except RecordingError:
+        return None
+
+
+def _differ(one: NDArray, other: NDArray) -> bool:
+    """True when most of the pixels that both have changed."""
+    both = np.isfinite(one) & np.isfinite(other)
+    if both.sum() < 20:
+        return False
+    return bool((np.abs(one[both] - other[both]) > CHANGE * one[both]).mean() > CHANGED)

@@ -1,0 +1,56 @@
+"""One sentence that says what was found."""
+
+import numpy as np
+
+from fusion.evaluation.evaluate import Evaluation
+
+
+def summary(found: Evaluation) -> str:
+    """The finding in one sentence, from the most asked: offset, noise, valid share, warm or not."""
+    looks = found.looks
+    frames = sum(look.still.frames for look in looks)
+    places = f"{len(looks)} views, " if len(looks) > 1 else ""
+    parts = [part for part in (_offset(found), _noise(found), _valid(found)) if part]
+    verdict = found.longest.drift.verdict
+    warm = {"ready": "the camera is warm", "not warmed up": "the camera is not warm yet"}.get(
+        verdict, "too short to say whether it is warm"
+    )
+    return f"{places}{frames} frame{'s' if frames > 1 else ''}: {'; '.join([*parts, warm])}."
+
+
+def _offset(found: Evaluation) -> str:
+    known = [look.bias for look in found.looks if look.bias is not None and np.isfinite(look.bias.offset)]
+    if not known:
+        return ""
+    off = np.array([bias.offset for bias in known]) * 1e3
+    if len(known) == 1:
+        return f"depth off by {off[0]:+.1f} mm at {known[0].distance:.2f} m"
+    return (
+        f"depth off by {np.min(off):+.1f} to {np.max(off):+.1f} mm between {_range([bias.distance for bias in known])}"
+    )
+
+
+def _noise(found: Evaluation) -> str:
+    known = [(look.surface.distance, float(np.nanmedian(look.still.depth.std))) for look in found.looks
+             if np.isfinite(look.still.depth.std).any()]  # fmt: skip
+    if not known:
+        return ""
+    sigma = np.array([s for _, s in known]) * 1e3
+    if len(known) == 1:
+        return f"noise {sigma[0]:.1f} mm at {known[0][0]:.2f} m"
+    return f"noise {np.min(sigma):.1f} to {np.max(sigma):.1f} mm"
+
+
+def _valid(found: Evaluation) -> str:
+    counts = np.array(
+        [[t.valid.sum(), t.missing.sum(), t.outliers.sum()] for t in (look.tiles for look in found.looks)]
+    )
+    total = counts.sum()
+    if not total:
+        return ""
+    valid, _, outliers = 100 * counts.sum(axis=0) / total
+    return f"{valid:.1f} % of the values valid, {outliers:.2f} % outliers"
+
+
+def _range(values: list[float]) -> str:
+    return f"{min(values):.2f} and {max(values):.2f} m"

@@ -1,0 +1,135 @@
+"""The surface that a still stretch should see: the scene's mesh, a flat target or wall, or a stated distance."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.depth.plane import Plane, find_wall
+from fusion.calibration.noise.target import Target, find_target
+from fusion.errors import FusionError
+from fusion.evaluation.mesh_depth import scene_depth
+from fusion.evaluation.reference import MAD_TO_STD
+from fusion.evaluation.still import Sample, centre_of
+from fusion.geometry.camera import Camera
+from fusion.sensor.estimate import normals_of
+from fusion.sensor.view import incidence_of
+
+FLAT = 0.01  # share of the depth: a piece that leaves its plane by more is no plane
+WALL = 0.03  # share of the depth: nearer to the plane than this it is the plane, with the sensor's errors
+CLOSE = 15  # [px] holes in a wall that belong to it
+
+Image = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What should be seen.
+
+    Attributes:
+        kind: "scene", "plane", "distance" or "unknown"; with the last, `depth` is what is usually measured.
+        depth: (h, w) along every pixel's ray [m], NaN where nothing is known.
+        incidence: (h, w) between ray and normal [rad], NaN where not known.
+        region: (h, w) pixels in which values are expected and counted.
+        target: the flat target, where it is one that stands free or fills the view.
+        plane_distance: of the fitted plane on the optical axis [m]; NaN without one.
+        stated: distance on the optical axis as it was measured otherwise [m]; NaN when it was not.
+    """
+
+    kind: str
+    depth: Image
+    incidence: Image
+    region: NDArray[np.bool_]
+    target: Target | None = None
+    plane_distance: float = float("nan")
+    stated: float = float("nan")
+
+    @property
+    def distance(self) -> float:
+        """As stated; else the median depth of the region [m]."""
+        if np.isfinite(self.stated):
+            return self.stated
+        depth = self.depth[self.region & np.isfinite(self.depth)]
+        return float(np.median(depth)) if depth.size else float("nan")
+
+
+def surface_of(sample: Sample, camera: Camera) -> Surface:
+    """The best known surface of a stretch.
+
+    Raises:
+        FusionError: no frame has depth and nothing is stated.
+    """
+    stated = sample.stretch.telemetry("distance_m")
+    if np.isfinite(stated) and not stated > 0:
+        raise FusionError("the stated distance is not usable", sample.stretch.name, f"{stated:g} m", "above 0 m")
+    usual = sample.reference.depth.astype(float)
+    truth = scene_depth(sample.stretch, camera)
+    if truth is not None and np.isfinite(truth).any():
+        return _scene(truth, camera, stated, usual)
+    for find in (_target, _wall):
+        try:
+            return find(usual, camera, stated)
+        except FusionError:
+            continue
+    if np.isfinite(stated):
+        region = np.zeros(camera.shape, bool)
+        region[centre_of(camera.shape)] = True
+        return _plane(Plane(stated, 0.0, 0.0), camera, region, ("distance", None, stated))
+    if not np.isfinite(usual).any():
+        raise FusionError(
+            "no frame has a depth",
+            sample.stretch.name,
+            "only missing values",
+            "a surface in range, or its distance_m in telemetry.csv",
+        )
+    smooth = np.asarray(cv2.GaussianBlur(usual, (5, 5), 0), float)
+    incidence = incidence_of(normals_of(smooth, camera), camera)
+    return Surface("unknown", usual, incidence, np.ones(camera.shape, bool), stated=stated)
+
+
+def _scene(truth: Image, camera: Camera, stated: float, usual: Image) -> Surface:
+    with np.errstate(invalid="ignore"):
+        incidence = incidence_of(normals_of(truth, camera), camera)
+    try:
+        target = _target(usual, camera, stated).target
+    except FusionError:
+        target = None
+    # a pixel whose neighbour is elsewhere sees both
+    region = np.isfinite(truth) & np.isfinite(incidence)
+    return Surface("scene", truth, incidence, region, target, stated=stated)
+
+
+def _target(usual: Image, camera: Camera, stated: float) -> Surface:
+    target = find_target(usual, camera)
+    depth = target.plane_depth(camera)
+    rest = np.abs(usual - depth)[target.inside]
+    if not MAD_TO_STD * float(np.nanmedian(rest / depth[target.inside])) < FLAT:
+        raise FusionError("the target is not flat")
+    # n . p = d with p = z (x, y, 1) is 1 / z = (n_z / d) (1 + x n_x / n_z + y n_y / n_z)
+    n = target.normal
+    plane = Plane(float(target.distance / n[2]), float(n[0] / n[2]), float(n[1] / n[2]))
+    region = np.zeros(camera.shape, bool)
+    region[target.inside] = True
+    return _plane(plane, camera, region, ("plane", target, stated))
+
+
+def _wall(usual: Image, camera: Camera, stated: float) -> Surface:
+    plane, mask = find_wall(usual, camera)
+    closed = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSE, CLOSE), np.uint8))
+    return _plane(plane, camera, closed > 0, ("plane", None, stated))
+
+
+def _plane(plane: Plane, camera: Camera, region: NDArray, about: tuple[str, Target | None, float]) -> Surface:
+    kind, target, stated = about
+    normal = -np.array([plane.a, plane.b, 1.0]) / np.sqrt(plane.a**2 + plane.b**2 + 1)
+    incidence = incidence_of(np.broadcast_to(normal.astype(np.float32), (*camera.shape, 3)), camera)
+    distance = float("nan") if kind == "distance" else plane.distance
+    return Surface(kind, plane.depth(camera), incidence, region, target, distance, stated)
+
+
+def expected_depth(surface: Surface, usual: Image) -> Image:
+    """(h, w) what a single value is judged against [m]: what is usual where that is the surface, with its errors."""
+    with np.errstate(invalid="ignore"):
+        near = np.abs(usual - surface.depth) <= WALL * surface.depth
+    return np.where(near, usual, surface.depth)
