@@ -10,7 +10,7 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.errors import VolumeError
-from fusion.volume.settings import LATTICE, VOXELS, VolumeSettings
+from fusion.volume.settings import BLOCK, LATTICE, VOXELS, VolumeSettings
 
 I32 = ti.types.ndarray(ti.i32, 1)
 I32_2 = ti.types.ndarray(ti.i32, 2)
@@ -18,6 +18,7 @@ I64 = ti.types.ndarray(ti.i64, 1)
 F32 = ti.types.ndarray(ti.f32, 1)
 F32_2 = ti.types.ndarray(ti.f32, 2)
 F32_3 = ti.types.ndarray(ti.f32, 3)
+LARGEST = (1 << 31) // (2 * VOXELS) - 1  # blocks that 32 bits can index
 
 
 class Blocks:
@@ -28,21 +29,27 @@ class Blocks:
         keys, ids: (m,) the hash, m a power of two: packed coordinates (-1 = free) and block ids.
         coordinates: (capacity, 3) int32 block coordinates; block (1, 0, 0) begins at voxel (8, 0, 0).
         neighbours: (capacity, 27) int32 ids of the blocks around, -1 = none, index (di+1)*9 + (dj+1)*3 + dk+1.
-        voxels: (capacity, 512, 2) float32: sum of weight * distance [m], sum of weight.
+        voxels: (capacity, 64, 2, 8) float32, rows of voxels along z: the sums of weight * distance [m] of all eight,
+            then their sums of weight. So a row is one cache line, and eight voxels are updated at a time.
         colors: (capacity, 512, 4) float32: sums of weight * (r, g, b), sum of weight; (1, 1, 4) without colour.
     """
 
     def __init__(self, settings: VolumeSettings) -> None:
         self.settings = settings
-        self.limit = settings.max_bytes // settings.block_bytes
+        self.limit = min(settings.max_bytes // settings.block_bytes, LARGEST)
         self.count = 0
         self.keys: NDArray[np.int64] = np.full(256, -1, np.int64)
         self.ids: NDArray[np.int32] = np.full(256, -1, np.int32)
         self.coordinates: NDArray[np.int32] = np.zeros((0, 3), np.int32)
         self.neighbours: NDArray[np.int32] = np.zeros((0, 27), np.int32)
-        self.voxels: NDArray[np.float32] = np.zeros((0, VOXELS, 2), np.float32)
+        self.voxels: NDArray[np.float32] = np.zeros((0, BLOCK * BLOCK, 2, BLOCK), np.float32)
         self.colors: NDArray[np.float32] = np.zeros((0, VOXELS, 4) if settings.color else (1, 1, 4), np.float32)
         self._reserve(min(64, max(self.limit, 1)))
+
+    @property
+    def flat(self) -> NDArray[np.float32]:
+        """`voxels` in one dimension, as kernels take them; see `entry`."""
+        return self.voxels.reshape(-1)
 
     @property
     def bytes(self) -> int:
@@ -89,6 +96,16 @@ class Blocks:
             setattr(self, name, new)
 
 
+def by_voxel(voxels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Rows (n, 64, 2, 8) as (n, 512, 2): sum of weight * distance and sum of weight of each voxel, z fastest."""
+    return np.ascontiguousarray(voxels.swapaxes(2, 3)).reshape(-1, VOXELS, 2)
+
+
+def by_row(voxels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The way back from `by_voxel`."""
+    return voxels.reshape(-1, BLOCK * BLOCK, BLOCK, 2).swapaxes(2, 3)
+
+
 def unpack(keys: NDArray[np.int64]) -> NDArray[np.int32]:
     """Block coordinates (n, 3) of packed keys (n,)."""
     mask = (1 << 21) - 1
@@ -104,6 +121,12 @@ def _full(settings: VolumeSettings, needed: int) -> VolumeError:
         expected=f"at most {settings.max_bytes / 2**20:.0f} MiB",
         do=f"take voxels of at least {np.ceil(fits * 4000) / 4:g} mm, set bounds, or allow more memory",
     )
+
+
+@ti.func
+def entry(n: ti.i32, o: ti.i32) -> ti.i32:
+    """Place of voxel o of block n in `Blocks.flat`; its weight is 8 further on."""
+    return (n << 10) | ((o & ~7) << 1) | (o & 7)
 
 
 @ti.func

@@ -8,6 +8,8 @@ and as grazing ones reach less far behind the surface, the zero would move. The 
 curved surface the plane is right near the measured point only.
 """
 
+from functools import lru_cache
+
 import numpy as np
 import taichi as ti
 from numpy.typing import NDArray
@@ -43,20 +45,28 @@ def integrate(
         VolumeError: the blocks do not fit into memory; nothing is fused then.
     """
     depth, weight, color = images
-    tiles = (-(-camera.height // TILE), -(-camera.width // TILE))
-    clean, slant = np.empty(camera.shape, np.float32), np.empty(camera.shape, np.float32)
-    farthest = np.empty(tiles, np.float32)
+    clean, slant, farthest = _scratch(*camera.shape)
     weights = np.ones((1, 1), np.float32) if weight is None else np.ascontiguousarray(weight, np.float32)
     allocate(blocks, (depth, weights, clean, farthest), camera, T_world_camera)
     settings = blocks.settings
     measure_slant(clean, camera.rays(), settings.truncation, slant)
     _update(
-        blocks.coordinates, blocks.count, blocks.voxels, blocks.colors,
-        clean, slant, weights, np.zeros((1, 1, 3), np.uint8) if color is None else np.ascontiguousarray(color),
+        blocks.coordinates, blocks.count, blocks.flat, blocks.colors,
+        clean.reshape(-1), slant.reshape(-1), weights.reshape(-1),
+        np.zeros((1, 1, 3), np.uint8) if color is None else np.ascontiguousarray(color),
         farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
-        settings.voxel, settings.truncation,
+        settings.voxel, settings.truncation, camera.height, camera.width, clean.shape[1],
         any(camera.distortion), weight is not None, color is not None and settings.color,
     )  # fmt: skip
+
+
+@lru_cache(maxsize=4)
+def _scratch(height: int, width: int) -> tuple[NDArray[np.float32], ...]:
+    """Images for one frame's work, kept as fresh memory costs more than filling it: depth with 0 where missing and
+    slant, both with at least one pixel more than the camera has below and on the right, and 0 there; the tiles."""
+    shape = (height + 1, width + 1)
+    tiles = (-(-height // TILE), -(-width // TILE))
+    return np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(tiles, np.float32)
 
 
 @ti.func
@@ -97,13 +107,29 @@ def _in_view(centre: ti.template(), radius: ti.f32, truncation: ti.f32, c: ti.te
     return seen
 
 
+@ti.func
+def _low(a: ti.template(), b: ti.template()):
+    """The smaller one; unlike ti.min not after a look for NaN, which vectors pay for."""
+    return ti.select(a < b, a, b)
+
+
+@ti.func
+def _high(a: ti.template(), b: ti.template()):
+    return ti.select(a > b, a, b)
+
+
+@ti.func
+def _read(image: ti.template(), at: ti.template()):
+    return ti.Vector([image[at[e]] for e in ti.static(range(BLOCK))])
+
+
 @ti.kernel
 def _update(
-    coordinates: I32_2, count: ti.i32, voxels: F32_3, colors: F32_3, depth: F32_2, slant: F32_2, weight: F32_2,
+    coordinates: I32_2, count: ti.i32, voxels: F32, colors: F32_3, depth: F32, slant: F32, weight: F32,
     color: U8_3, farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
+    height: ti.i32, width: ti.i32, stride: ti.i32,
     distorted: ti.template(), weighted: ti.template(), colored: ti.template(),
 ):  # fmt: skip
-    height, width = depth.shape[0], depth.shape[1]
     visible[0] = 0  # the number of blocks in view; their ids follow
     for n in range(count):
         c = load(camera)
@@ -112,63 +138,58 @@ def _update(
                             for a in ti.static(range(3))])  # fmt: skip
         if _in_view(centre, 6.07 * voxel, truncation, c, farthest, height, width, distorted):  # 3.5 * sqrt(3)
             visible[ti.atomic_add(visible[0], 1) + 1] = n
-    for row in range(visible[0] * (BLOCK * BLOCK)):  # rows, as the CPU pool never splits below 512 iterations
+    # Rows, as the CPU pool never splits below 512 iterations. All eight voxels of a row are computed side by side and
+    # without branches, and everything is read before anything is written: so the compiler makes vector instructions.
+    for row in range(visible[0] * (BLOCK * BLOCK)):
         c = load(camera)
-        n = visible[row // (BLOCK * BLOCK) + 1]
-        i = row // BLOCK % BLOCK
-        j = row % BLOCK
+        n = visible[(row >> 6) + 1]
         p = (
-            ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + ti.Vector([i, j, 0])
+            ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK
+            + ti.Vector([row >> 3 & 7, row & 7, 0])
         ) * voxel
         q = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
                        for a in ti.static(range(3))])  # fmt: skip
-        step = ti.Vector([pose[2], pose[6], pose[10]]) * voxel
-        for k in range(BLOCK):
-            x = q[0] + step[0] * k
-            y = q[1] + step[1] * k
-            z = q[2] + step[2] * k
-            if z > 1e-6:
-                near = 1.0 / z
-                u, v = project(x * near, y * near, c, distorted)
-                if u > -0.5 and v > -0.5 and u < width - 0.5 and v < height - 0.5:
-                    un = ti.cast(u + 0.5, ti.i32)
-                    vn = ti.cast(v + 0.5, ti.i32)
-                    measured = depth[vn, un]
-                    # the nearest pixel decides whether there is a measurement; interpolation moves it by less than the
-                    # truncation, so what lies twice as deep is hidden for certain
-                    if measured > 0.0 and measured - z > -2.0 * truncation:
-                        w = 1.0
-                        if ti.static(weighted):
-                            w = weight[vn, un]
-                        w *= EDGE_WEIGHT
-                        ua = ti.min(ti.cast(ti.max(u, 0.0), ti.i32), width - 2)
-                        va = ti.min(ti.cast(ti.max(v, 0.0), ti.i32), height - 2)
-                        if ua >= 0 and va >= 0:
-                            d00 = depth[va, ua]
-                            d01 = depth[va, ua + 1]
-                            d10 = depth[va + 1, ua]
-                            d11 = depth[va + 1, ua + 1]
-                            low = ti.min(ti.min(d00, d01), ti.min(d10, d11))
-                            high = ti.max(ti.max(d00, d01), ti.max(d10, d11))
-                            if low > 0.0 and high - low < truncation:  # one surface
-                                du = ti.min(ti.max(u - ua, 0.0), 1.0)
-                                dv = ti.min(ti.max(v - va, 0.0), 1.0)
-                                upper = d00 + (d01 - d00) * du
-                                lower = d10 + (d11 - d10) * du
-                                measured = upper + (lower - upper) * dv
-                                w /= EDGE_WEIGHT
-                                if ti.static(weighted):
-                                    upper = weight[va, ua] + (weight[va, ua + 1] - weight[va, ua]) * du
-                                    lower = weight[va + 1, ua] + (weight[va + 1, ua + 1] - weight[va + 1, ua]) * du
-                                    w = upper + (lower - upper) * dv
-                        s = (measured - z) * slant[vn, un]
-                        if measured - z > -truncation:
-                            w *= slant[vn, un]
-                            o = (i * BLOCK + j) * BLOCK + k
-                            voxels[n, o, 0] += w * ti.min(s, truncation)
-                            voxels[n, o, 1] += w
-                            if ti.static(colored):  # noqa: SIM102
-                                if s < truncation:
-                                    for a in ti.static(range(3)):
-                                        colors[n, o, a] += w * ti.cast(color[vn, un, a], ti.f32)
-                                    colors[n, o, 3] += w
+        k = ti.Vector([float(e) for e in range(BLOCK)]) * voxel
+        z = q[2] + pose[10] * k
+        near = 1.0 / _high(z, 1e-6)
+        u, v = project((q[0] + pose[2] * k) * near, (q[1] + pose[6] * k) * near, c, distorted)
+        right, bottom = ti.cast(width - 1, ti.f32), ti.cast(height - 1, ti.f32)
+        uc, vc = _low(_high(u, 0.0), right), _low(_high(v, 0.0), bottom)
+        aside = _high(ti.abs(u - uc), ti.abs(v - vc))  # beyond the pixels' centres
+        # four pixels around; beyond the last pixel's centre the last two, wholly on the last one's side
+        ua, va = ti.cast(_low(uc, right - 0.5), ti.i32), ti.cast(_low(vc, bottom - 0.5), ti.i32)
+        du, dv = uc - ti.cast(ua, ti.f32), vc - ti.cast(va, ti.f32)
+        at = va * stride + ua
+        d00, d01 = _read(depth, at), _read(depth, at + 1)
+        d10, d11 = _read(depth, at + stride), _read(depth, at + (stride + 1))
+        upper, lower = d00 + (d01 - d00) * du, d10 + (d11 - d10) * du
+        lowest = _low(_low(d00, d01), _low(d10, d11))
+        gap = ti.select(lowest > 0.0, _high(_high(d00, d01), _high(d10, d11)) - lowest, truncation)
+        # the nearest pixel decides whether there is a measurement
+        below, beside = ti.select(dv < 0.5, 0, 1), ti.select(du < 0.5, 0, 1)
+        nearest = ti.select(dv < 0.5, ti.select(du < 0.5, d00, d01), ti.select(du < 0.5, d10, d11))
+        here = at + below * stride + beside
+        flat = _read(slant, here)
+        measured = ti.select(gap < truncation, upper + (lower - upper) * dv, nearest)  # one surface, or an edge
+        w = ti.select(gap < truncation, flat, flat * EDGE_WEIGHT)
+        if ti.static(weighted):
+            w *= _read(weight, (va + below) * width + ua + beside)
+        w = ti.select(aside < 0.5, w, 0.0)
+        w = ti.select(z > 1e-6, w, 0.0)
+        w = ti.select(nearest > 0.0, w, 0.0)
+        w = ti.select(measured - z > -truncation, w, 0.0)
+        d = _low((measured - z) * flat, truncation)
+        o = (n << 10) | ((row & 63) << 4)
+        sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
+        weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
+        for e in ti.static(range(BLOCK)):
+            voxels[o | e] = sums[e]
+        for e in ti.static(range(BLOCK)):
+            voxels[o | (BLOCK + e)] = weights[e]
+        if ti.static(colored):
+            for e in ti.static(range(BLOCK)):
+                if w[e] > 0.0 and d[e] < truncation:
+                    pixel = here[e]
+                    for a in ti.static(range(3)):
+                        colors[n, (row & 63) * BLOCK + e, a] += w[e] * color[pixel // stride, pixel % stride, a]
+                    colors[n, (row & 63) * BLOCK + e, 3] += w[e]

@@ -48,17 +48,16 @@ def load(parameters: ti.template()):
 
 
 @ti.func
-def project(x: ti.f32, y: ti.f32, c: ti.template(), distorted: ti.template()):
-    """Pixel (u, v) of x/z and y/z; a point beyond the lens' limit lands far outside of the image."""
+def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
+    """Pixel (u, v) of x/z and y/z, numbers or vectors; a point beyond the lens' limit lands far outside of the image."""
     a, b = x, y
     if ti.static(distorted):
         q = x * x + y * y
         radial = (1.0 + q * (c[4] + q * (c[5] + q * c[8]))) / (1.0 + q * (c[9] + q * (c[10] + q * c[11])))
         a = x * radial + 2.0 * c[6] * x * y + c[7] * (q + 2.0 * x * x)
         b = y * radial + c[6] * (q + 2.0 * y * y) + 2.0 * c[7] * x * y
-        if q > c[12]:
-            a = -1e6
-            b = -1e6
+        a = ti.select(q > c[12], -1e6, a)
+        b = ti.select(q > c[12], -1e6, b)
     return a * c[0] + c[2], b * c[1] + c[3]
 
 

@@ -50,7 +50,7 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
             near, far, h, w, first, last, any(camera.distortion),
         )  # fmt: skip
     _cast(
-        blocks.keys, blocks.ids, blocks.neighbours, blocks.voxels, blocks.colors, camera.rays(),
+        blocks.keys, blocks.ids, blocks.neighbours, blocks.flat, blocks.colors, camera.rays(),
         rows(T_world_camera), first, last, blocks.settings.voxel, depth, points, normals, colors, colored,
     )  # fmt: skip
     return Raycast(depth, points, normals, colors if colored else None)
@@ -119,7 +119,7 @@ def _field(p: ti.template(), keys: ti.template(), ids: ti.template(), neighbours
 
 @ti.kernel
 def _cast(
-    keys: I64, ids: I32, neighbours: I32_2, voxels: F32_3, colors: F32_3, rays: F32_3, pose: F32,
+    keys: I64, ids: I32, neighbours: I32_2, voxels: F32, colors: F32_3, rays: F32_3, pose: F32,
     first: F32_2, last: F32_2, voxel: ti.f32,
     depth: F32_2, points: F32_3, normals: F32_3, image: ti.types.ndarray(ti.u8, 3), colored: ti.template(),
 ):  # fmt: skip

@@ -5,7 +5,7 @@ import numpy as np
 import taichi as ti
 from numpy.typing import NDArray
 
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64, Blocks, lookup
+from fusion.volume.blocks import F32, F32_2, I32, I32_2, I64, Blocks, entry, lookup
 from fusion.volume.settings import BLOCK, LATTICE
 
 
@@ -29,7 +29,7 @@ def sample(blocks: Blocks, points: NDArray[np.float64]) -> tuple[NDArray[np.floa
     if len(grid):
         _sample(
             base.astype(np.int32), np.where(near[:, None], grid - base, np.nan).astype(np.float32),
-            blocks.keys, blocks.ids, blocks.neighbours, blocks.voxels, blocks.settings.voxel,
+            blocks.keys, blocks.ids, blocks.neighbours, blocks.flat, blocks.settings.voxel,
             distance, gradient, weight,
         )  # fmt: skip
     return distance, gradient, weight
@@ -51,9 +51,10 @@ def value(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(),
     distance = 0.0
     weight = 0.0
     if block >= 0:
-        weight = voxels[block, o, 1]
+        at = entry(block, o)
+        weight = voxels[at + BLOCK]
         if weight > 0.0:
-            distance = voxels[block, o, 0] / weight
+            distance = voxels[at] / weight
     return distance, weight
 
 
@@ -128,7 +129,7 @@ def smooth(n: ti.i32, cell: ti.template(), a: ti.template(), neighbours: ti.temp
 
 @ti.kernel
 def _sample(
-    base: I32_2, part: F32_2, keys: I64, ids: I32, neighbours: I32_2, voxels: F32_3, voxel: ti.f32,
+    base: I32_2, part: F32_2, keys: I64, ids: I32, neighbours: I32_2, voxels: F32, voxel: ti.f32,
     distance: F32, gradient: F32_2, weight: F32,
 ):  # fmt: skip
     for p in range(base.shape[0]):

@@ -19,7 +19,7 @@ def _tangent(z: ti.f32, v: ti.i32, u: ti.i32, dv: ti.i32, du: ti.i32, depth: ti.
     for side in ti.static(range(2)):
         b = v + dv * (2 * side - 1)
         a = u + du * (2 * side - 1)
-        if b < 0 or a < 0 or b >= depth.shape[0] or a >= depth.shape[1]:
+        if b < 0 or a < 0 or b >= rays.shape[0] or a >= rays.shape[1]:
             b, a = v, u
         d = depth[b, a]
         if d > 0.0 and ti.abs(d - z) < truncation:
@@ -36,7 +36,7 @@ def _tangent(z: ti.f32, v: ti.i32, u: ti.i32, dv: ti.i32, du: ti.i32, depth: ti.
 @ti.kernel
 def measure_slant(depth: F32_2, rays: F32_3, truncation: ti.f32, slant: F32_2):
     """Distance to the surface's tangent plane per difference in z at every pixel."""
-    height, width = depth.shape[0], depth.shape[1]
+    height, width = rays.shape[0], rays.shape[1]
     for pixel in range(height * width):
         v = pixel // width
         u = pixel % width

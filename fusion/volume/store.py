@@ -7,7 +7,7 @@ import numpy as np
 
 from fusion.errors import VolumeError
 from fusion.output import atomic_file
-from fusion.volume.blocks import Blocks
+from fusion.volume.blocks import Blocks, by_row, by_voxel
 from fusion.volume.settings import VOXELS, VolumeSettings
 
 FORMAT = "fusion-volume/1"
@@ -26,7 +26,7 @@ def save(blocks: Blocks, path: Path) -> None:
             bounds=np.zeros((0, 3)) if settings.bounds is None else np.array(settings.bounds),
             max_bytes=settings.max_bytes,
             coordinates=blocks.coordinates[:n],
-            voxels=blocks.voxels[:n],
+            voxels=by_voxel(blocks.voxels[:n]),
             colors=blocks.colors[: n if settings.color else 0],
         )
 
@@ -50,7 +50,7 @@ def load(path: Path) -> Blocks:
         raise VolumeError("a damaged volume", path, f"{coordinates.shape} blocks, {voxels.shape} voxels")
     blocks = Blocks(settings)
     blocks.insert(coordinates)
-    blocks.voxels[:n] = voxels
+    blocks.voxels[:n] = by_row(voxels)
     if settings.color:
         blocks.colors[:n] = colors
     return blocks

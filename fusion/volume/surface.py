@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
 from fusion.volume import cubes
-from fusion.volume.blocks import F32_2, F32_3, I32, I32_2, Blocks
+from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks, entry
 from fusion.volume.sample import place, value
 from fusion.volume.settings import BLOCK
 
@@ -32,7 +32,7 @@ def surface(blocks: Blocks, min_weight: float) -> Mesh:
     cases, index = np.empty((n, BLOCK**3), np.uint8), np.empty((n, BLOCK**3), np.int32)
     triangles, crossings = np.empty(n * BLOCK**2, np.int32), np.empty(n * BLOCK**2, np.int32)  # per row of voxels
     table, used = cubes.table().astype(np.int32), cubes.used()
-    _classify(blocks.neighbours, blocks.voxels, max(min_weight, 1e-30), table, n, cases, triangles)
+    _classify(blocks.neighbours, blocks.flat, max(min_weight, 1e-30), table, n, cases, triangles)
     _cross(blocks.neighbours, cases, used, n, index, crossings)
     vertex_of, face_of = _starts(crossings), _starts(triangles)
     if face_of[-1] == 0:
@@ -40,7 +40,7 @@ def surface(blocks: Blocks, min_weight: float) -> Mesh:
     vertices = np.empty((vertex_of[-1], 3))
     normals, colors = np.empty((len(vertices), 3), np.float32), np.empty((len(vertices), 3), np.uint8)
     _place(
-        blocks.coordinates, blocks.neighbours, blocks.voxels, blocks.colors, blocks.settings.voxel, vertex_of, n,
+        blocks.coordinates, blocks.neighbours, blocks.flat, blocks.colors, blocks.settings.voxel, vertex_of, n,
         index, vertices, normals, colors, colored,
     )  # fmt: skip
     faces = np.empty((face_of[-1], 3), np.int32)
@@ -61,7 +61,7 @@ def _starts(counts: NDArray[np.int32]) -> NDArray[np.int32]:
 
 @ti.kernel
 def _classify(
-    neighbours: I32_2, voxels: F32_3, min_weight: ti.f32, table: I32_2, count: ti.i32, cases: U8_2, triangles: I32
+    neighbours: I32_2, voxels: F32, min_weight: ti.f32, table: I32_2, count: ti.i32, cases: U8_2, triangles: I32
 ):
     """The case of every cell, 0 for cells with an unknown corner, and the number of triangles in every row."""
     for row in range(count * (BLOCK * BLOCK)):
@@ -74,9 +74,10 @@ def _classify(
             corners, known = 0, True  # of the four columns at height k; corner 2 c of the cell is column c
             for c in ti.static(range(4)):
                 block, o = place(n, i + c // 2, j + c % 2, k, neighbours)
-                if block < 0 or not voxels[block, o, 1] >= min_weight:
+                at = entry(block, o)
+                if block < 0 or not voxels[at + BLOCK] >= min_weight:
                     known = False
-                elif voxels[block, o, 0] < 0.0:
+                elif voxels[at] < 0.0:
                     corners |= 1 << 2 * c
             if k > 0:
                 case = 0
@@ -139,7 +140,7 @@ def _gradient(n: ti.i32, at: ti.template(), neighbours: ti.template(), voxels: t
 
 @ti.kernel
 def _place(
-    coordinates: I32_2, neighbours: I32_2, voxels: F32_3, colors: F32_3, voxel: ti.f64, starts: I32, count: ti.i32,
+    coordinates: I32_2, neighbours: I32_2, voxels: F32, colors: F32_3, voxel: ti.f64, starts: I32, count: ti.i32,
     index: I32_2, vertices: F64_2, normals: F32_2, rgb: U8_2, colored: ti.template(),
 ):  # fmt: skip
     """Vertices, normals and colours; turns `index` into 8 * (first vertex of the voxel) + its edge bits."""

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 
 from fusion.geometry.pose import inverse
+from fusion.volume.blocks import by_voxel
 
 BLOCK = 8
 
@@ -68,7 +69,7 @@ def integrate_twin(blocks, depth, camera, T, voxel, truncation, edge_weight=0.01
 def field_twin(volume):
     """A dense array of distances (x, y, z) [m], NaN where never seen, and the voxel (3,) at its first corner."""
     n = volume.block_count
-    coordinates, voxels = volume.blocks.coordinates[:n], volume.blocks.voxels[:n].astype(float)
+    coordinates, voxels = volume.blocks.coordinates[:n], by_voxel(volume.blocks.voxels[:n]).astype(float)
     low = coordinates.min(axis=0)
     field = np.full((coordinates.max(axis=0) - low + 1) * BLOCK, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
