@@ -12,7 +12,7 @@ import json
 import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -130,7 +130,7 @@ def simulated(
     return pose_of(seen, f"{place[0]:.1f} m, {place[1]:.0f} deg", part, known, (light, float("nan")))
 
 
-@lru_cache(maxsize=None)
+@cache
 def seen_at(camera: Camera, place: tuple[float, float], lit: float | None, which: int) -> View:
     """What the camera sees of a target near this distance [m] and tilt [deg]: one of a few placements."""
     rng = np.random.default_rng([round(1e3 * place[0]), round(place[1]), which])
@@ -139,7 +139,7 @@ def seen_at(camera: Camera, place: tuple[float, float], lit: float | None, which
 
 
 def target_and_wall(z: float, tilt_deg: float) -> Mesh:
-    """The paper's target, larger ones farther away, and a wall behind; a roll of 3 deg, as nobody puts it exactly upright."""
+    """The paper's target, larger ones farther away, and a wall behind; a roll of 3 deg, as nobody is exact."""
     size = (0.21, 0.297) if z < 0.9 else (0.297, 0.42) if z < 2.0 else (0.42, 0.594)
     # the long side is level, so that a steep target still has an inside
     half_w, half_h = 0.5 * size[1], 0.5 * size[0]
@@ -151,14 +151,14 @@ def target_and_wall(z: float, tilt_deg: float) -> Mesh:
     wall = np.array([[-9, -9, far], [9, -9, far], [9, 9, far], [-9, 9, far]], float)
     grey = np.full((8, 3), round(255 * WHITE), np.uint8)
     faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.int32)
-    return Mesh(np.concatenate([corners + [0, 0, z], wall]), faces, colors=grey)
+    return Mesh(np.concatenate([corners + np.array([0, 0, z]), wall]), faces, colors=grey)
 
 
 def cut_out(camera: Camera, mesh: Mesh) -> Camera:
     """The camera with the part of its image around the target, and the shadow beside it."""
     uv = camera.project(mesh.vertices[:4])
-    low = np.maximum(np.floor(uv.min(axis=0)) - [40, 20], 0).astype(int)
-    high = np.minimum(np.ceil(uv.max(axis=0)) + [41, 21], [camera.width, camera.height]).astype(int)
+    low = np.maximum(np.floor(uv.min(axis=0)) - np.array([40, 20]), 0).astype(int)
+    high = np.minimum(np.ceil(uv.max(axis=0)) + np.array([41, 21]), [camera.width, camera.height]).astype(int)
     width, height = (int(n) for n in high - low)
     return replace(camera, width=width, height=height, cx=camera.cx - low[0], cy=camera.cy - low[1])
 

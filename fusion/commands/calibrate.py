@@ -9,6 +9,7 @@ EXAMPLE = "fusion calibrate depth wall_* --camera camera.json -o calibrated"
 PARTS = {
     "intrinsics": ("calibrate_intrinsics", "a camera from pictures of a board, IR or colour or both"),
     "depth": ("calibrate_depth", "depth correction from walls at known distances"),
+    "noise": ("calibrate_noise", "noise and dropout laws from a flat target at several distances and tilts"),
 }
 
 

@@ -148,6 +148,8 @@ def _notes(
                             "lateral_noise cannot hold: a constant is written"))  # fmt: skip
     worst = max(poses, key=lambda pose: pose.seen.no_data)
     if dropout is None and worst.seen.no_data > 0.02:
-        notes.append(("warning", f"up to {100 * worst.seen.no_data:.0f} % of the values are missing ({worst.name}), "
-                                 "which does not follow the infrared brightness: no dropout law is written"))  # fmt: skip
+        text = (
+            f"up to {100 * worst.seen.no_data:.0f} % of the values are missing ({worst.name}), which does not follow "
+        )
+        notes.append(("warning", text + "the infrared brightness: no dropout law is written"))
     return notes

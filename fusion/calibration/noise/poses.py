@@ -107,7 +107,7 @@ def pose_of(
     step = whole_step(step, count) if seen.step > 0 else step
     z = seen.depth
     # how far the plane rises over the patch, of which the phase of the rounding is averaged
-    rows, columns = seen.middle or (np.zeros(1), np.zeros(1))
+    columns = seen.middle[1] if seen.middle else np.zeros(1)
     span = z / camera.fx * float(np.tan(min(seen.tilt, 1.5))) * float(np.ptp(columns) + 1)
     sigma, deviation = without_rounding(seen.axial, seen.axial_std, step, span)
     other = _known_noise(known, view, seen.pixel)

@@ -1,5 +1,7 @@
 """Parts of a recording in which the target stands still: split where log, poses or images say that it was moved."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +18,7 @@ STATED_M, STATED_RAD = 0.003, 0.003  # stated poses scatter by less where nothin
 def still_parts(recording: Recording) -> list[range]:
     """Frame numbers of each part; one that is shorter than 10 frames is dropped, unless the recording itself is."""
     cuts = [0, *np.flatnonzero(_stated(recording)) + 1, len(recording)]
-    parts = [part for a, b in zip(cuts[:-1], cuts[1:], strict=True) for part in _seen(recording, int(a), int(b))]
+    parts = [part for a, b in pairwise(cuts) for part in _seen(recording, int(a), int(b))]
     least = min(LEAST, len(recording))
     return [part for part in parts if len(part) >= least]
 
@@ -38,7 +40,7 @@ def _stated(recording: Recording) -> NDArray[np.bool_]:
 
 
 def _seen(recording: Recording, first: int, last: int) -> list[range]:
-    """Parts of the frames [first, last) whose images agree; looks are half as far apart as the shortest part is long."""
+    """Parts of the frames [first, last) whose images agree; looks are half as far apart as a part is long at least."""
     every = LEAST // 2
     looks = [*range(first, last, every)]
     if looks[-1] != last - 1:
@@ -46,7 +48,7 @@ def _seen(recording: Recording, first: int, last: int) -> list[range]:
     parts: list[range] = []
     begin = first
     anchor = _blocks(recording, looks[0])
-    for before, look in zip(looks[:-1], looks[1:], strict=True):
+    for before, look in pairwise(looks):
         image = _blocks(recording, look)
         if image is None or anchor is None or not _differ(anchor, image):
             anchor = image if anchor is None else anchor

@@ -12,12 +12,14 @@ from fusion.simulation.scenes.near_card import near_card
 from fusion.simulation.scenes.patches import patches
 from fusion.simulation.scenes.room import room
 from fusion.simulation.scenes.step import step
+from fusion.simulation.scenes.target import target
 from fusion.simulation.scenes.turntable import turntable
 from fusion.simulation.scenes.wall import wall
 from fusion.simulation.scenes.warm_up import warm_up
 
 SCENES: dict[str, Callable[..., Scene]] = {
     "wall": wall,
+    "target": target,
     "step": step,
     "corner": corner,
     "patches": patches,

@@ -1,0 +1,141 @@
+"""`fusion calibrate noise`: a flat target at several distances and tilts becomes noise and dropout laws."""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fusion.calibration.noise.calibration import NoiseCalibration
+    from fusion.calibration.noise.fit import Fit
+
+EXAMPLE = "fusion calibrate noise target_* --sensor calibrated/sensor.json -o noise"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    add = parser.add_argument
+    add("recordings", type=Path, nargs="+", metavar="REC", help="a still target each, or one after the other in one")
+    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for sensor.json and report.html")
+    add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
+    add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known, depth errors above all")
+    add("--force", action="store_true", help="take recordings or models of another camera")
+    add("--json", action="store_true", help="print one JSON object")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Calibrate and write sensor.json and report.html."""
+    from fusion.calibration.noise.calibration import NoiseSettings, calibrate_noise
+    from fusion.errors import FusionError
+    from fusion.recording.camera_presets import find_camera
+    from fusion.recording.open import open_recording
+    from fusion.sensor.file import read_sensor
+
+    if options.output.exists() and not options.output.is_dir():
+        raise FusionError("the output is not a folder", options.output, "a file", "a folder or a new name")
+    settings = NoiseSettings(
+        camera=None if options.camera is None else find_camera(options.camera),
+        sensor=None if options.sensor is None else read_sensor(options.sensor),
+        force=options.force,
+    )
+    found = calibrate_noise([open_recording(path) for path in options.recordings], settings)
+    write(options.output, found, {"camera": options.camera or "recordings'", "sensor": options.sensor or "none"})
+    numbers = summary(found)
+    if options.json:
+        print(json.dumps(numbers | {"output": str(options.output)}, indent=1, allow_nan=False))
+    else:
+        print("\n".join(_lines(numbers, options.output)))
+
+
+def write(folder: Path, found: "NoiseCalibration", settings: dict[str, Any]) -> None:
+    """sensor.json with its maps, and report.html, all or none."""
+    from fusion.output import output_folder
+    from fusion.report.noise_calibration import noise_report
+    from fusion.sensor.file import write_sensor
+
+    with output_folder(folder) as partial:
+        write_sensor(partial / "sensor.json", found.sensor)
+        noise_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
+
+
+def summary(found: "NoiseCalibration") -> dict[str, Any]:
+    """The numbers that a caller wants first; lengths in metres."""
+    axial, lateral = found.axial, found.lateral
+    numbers: dict[str, Any] = {
+        "axial": _fit(axial.best) | {"candidates": {fit.form.title: fit.score for fit in axial.fits}},
+        "lateral": None
+        if lateral is None
+        else _fit(lateral.best)
+        | {
+            "candidates": {fit.form.title: fit.score for fit in lateral.fits},
+            "percentile_90_m": _number(lateral.percentile),
+            "percentile_90_shadow_m": _number(lateral.percentile_shadow),
+            "shadow": None if lateral.shadow is None else _fit(lateral.shadow),
+        },
+        "dropout": None
+        if found.dropout is None
+        else dict(zip(("ir_threshold", "width"), found.dropout.numbers, strict=True)),
+        "poses": [_pose(pose) for pose in found.poses],
+        "not_seen": axial.visible.hidden,
+        "kept": axial.kept,
+        "notes": [text for _, text in found.notes],
+    }
+    return numbers
+
+
+def _fit(fit: "Fit") -> dict[str, Any]:
+    wide = fit.half_width()
+    return {
+        "law": fit.form.title,
+        "parameters": {
+            name: {"value": float(value), "std": float(std), "interval_90": [value - wide * std, value + wide * std]}
+            for name, value, std in zip(fit.form.names, fit.numbers, fit.std, strict=True)
+        },
+        "correlation": fit.correlation.tolist(),
+        "rms": fit.rms,
+        "heldout_error": _number(fit.score),
+        "scatter_share": fit.scatter,
+    }
+
+
+def _pose(pose: Any) -> dict[str, Any]:
+    seen = pose.seen
+    return {
+        "name": pose.name,
+        "frames": seen.frames,
+        "distance_m": pose.depth,
+        "tilt_rad": pose.tilt,
+        "axial_m": _number(pose.axial),
+        "axial_std_m": _number(pose.axial_std),
+        "lateral_m": [_number(x) for x in seen.lateral],
+        "shadowed": list(pose.shadowed),
+        "valid": seen.valid,
+        "no_data": seen.no_data,
+        "outliers": seen.outliers,
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
+    axial, lateral = numbers["axial"], numbers["lateral"]
+    lines = [f"axial     {axial['law']}, of {len(axial['candidates'])}; {axial['rms'] * 1e3:.3f} mm rms left over"]
+    lines += [f"  {name:<15}{p['value']:>12.5g} +- {p['std']:.2g}" for name, p in axial["parameters"].items()]
+    if lateral is not None:
+        lines.append(f"lateral   {lateral['law']}")
+        lines += [f"  {name:<15}{p['value']:>12.5g} +- {p['std']:.2g}" for name, p in lateral["parameters"].items()]
+        for name, text in (
+            ("percentile_90_m", "90 % of the edges below"),
+            ("percentile_90_shadow_m", "beside a shadow"),
+        ):
+            lines += [f"  {text} {lateral[name] * 1e3:.2f} mm"] if lateral[name] is not None else []
+    return [
+        *lines,
+        *(f"note      {text}" for text in numbers["notes"]),
+        f"sensor    {folder / 'sensor.json'}",
+        f"report    {folder / 'report.html'}",
+    ]
