@@ -7,23 +7,24 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, lookup, pack, unpack
+from fusion.volume.blocks import F32, F32_2, I32, I64, Blocks, lookup, pack, unpack
+from fusion.volume.frame import PAD, TILE, Work
 from fusion.volume.lens import rows
 from fusion.volume.settings import BLOCK, LATTICE
 
-TILE = 8  # pixels along the edge of a tile, the unit of the first pass
 FILTER = 1 << 15  # entries of the table that keeps most doublets out of the list of missing blocks
 
 
 def allocate(
-    blocks: Blocks, buffers: tuple[NDArray[np.float32], ...], camera: Camera, T_world_camera: Array
-) -> NDArray[np.int32]:
+    blocks: Blocks, images: tuple[NDArray[np.float32], NDArray[np.float32]], frame: Work, camera: Camera,
+    T_world_camera: Array,
+) -> NDArray[np.int32]:  # fmt: skip
     """Add the blocks within the truncation of the measured points; returns those added (n, 3).
 
     Args:
         blocks: changed in place.
-        buffers: depth (h, w), weight (h, w) or (1, 1), then two to be filled: the depth with 0 where missing (h, w)
-            and the largest depth of each tile (ceil(h / 8), ceil(w / 8)).
+        images: depth (h, w), weight (h, w) or (1, 1).
+        frame: its depth and farthest are filled.
         camera, T_world_camera: as above.
 
     Raises:
@@ -39,8 +40,9 @@ def allocate(
         keys = np.empty(size, np.int64)
         missing[0] = 0
         _scan(
-            *buffers, camera.rays(), rows(T_world_camera), box, span, blocks.keys, blocks.ids, seen, keys, missing,
-            settings.voxel, settings.truncation, camera.fx, buffers[1].size > 1 or buffers[0].size == 1,
+            *images, frame.depth, frame.farthest, frame.x, frame.y, rows(T_world_camera), box, span,
+            blocks.keys, blocks.ids, seen, keys, missing, settings.voxel, settings.truncation, camera.fx,
+            frame.layout.stride, images[1].size > 1 or images[0].size == 1,
         )  # fmt: skip
         if missing[0] <= size:
             break
@@ -52,38 +54,38 @@ def allocate(
 
 
 @ti.func
-def _touch(
-    p: ti.template(), pad: ti.f32, span: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(),
-    missing: ti.template(), count: ti.template(), last: ti.i64,
+def _want(
+    x: ti.i32, y: ti.i32, z: ti.i32, span: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(),
+    missing: ti.template(), count: ti.template(),
 ):  # fmt: skip
-    """Lists the absent blocks around a point p [blocks]; `last` and the result are the block looked up last."""
-    latest = last
-    low = ti.floor(p - pad)
-    high = ti.floor(p + pad)
-    if low.min() > -LATTICE and high.max() < LATTICE:
-        a = ti.cast(low, ti.i32)
-        b = ti.cast(high, ti.i32)
-        for x in range(ti.max(a[0], span[0]), ti.min(b[0], span[3]) + 1):
-            for y in range(ti.max(a[1], span[1]), ti.min(b[1], span[4]) + 1):
-                for z in range(ti.max(a[2], span[2]), ti.min(b[2], span[5]) + 1):
-                    key = pack(x, y, z)
-                    if key != latest:
-                        latest = key
-                        if lookup(x, y, z, keys, ids) < 0:
-                            h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
-                            if seen[h] != key:
-                                seen[h] = key
-                                n = ti.atomic_add(count[0], 1)
-                                if n < missing.shape[0]:
-                                    missing[n] = key
-    return latest
+    """Lists a block when it is absent and within the bounds."""
+    if (
+        x >= span[0] and y >= span[1] and z >= span[2] and x <= span[3] and y <= span[4] and z <= span[5]
+        and lookup(x, y, z, keys, ids) < 0
+    ):  # fmt: skip
+        key = pack(x, y, z)
+        h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
+        if seen[h] != key:
+            seen[h] = key
+            n = ti.atomic_add(count[0], 1)
+            if n < missing.shape[0]:
+                missing[n] = key
+
+
+@ti.func
+def _bits(low: ti.template(), high: ti.template()):
+    """The blocks from low to high, each of them 0 to 3 and at most one apart, as bits 16 x + 4 y + z."""
+    one = ti.cast(1, ti.i64)
+    column = (one << low[2]) | (one << high[2])
+    slab = (column << 4 * low[1]) | (column << 4 * high[1])
+    return (slab << 16 * low[0]) | (slab << 16 * high[0])
 
 
 @ti.kernel
 def _scan(
-    depth: F32_2, weight: F32_2, clean: F32_2, farthest: F32_2, rays: F32_3, pose: F32, box: F32, span: I32,
+    depth: F32_2, weight: F32_2, clean: F32, farthest: F32_2, x: F32, y: F32, pose: F32, box: F32, span: I32,
     keys: I64, ids: I32, seen: I64, missing: I64, count: I32,
-    voxel: ti.f32, truncation: ti.f32, focal: ti.f32, weighted: ti.template(),
+    voxel: ti.f32, truncation: ti.f32, focal: ti.f32, stride: ti.i32, weighted: ti.template(),
 ):  # fmt: skip
     height, width = depth.shape[0], depth.shape[1]
     across = farthest.shape[1]
@@ -107,25 +109,31 @@ def _scan(
                     w = weight[v, u]
                     if not (w > 0.0 and w < 1e30):
                         z = 0.0
-                clean[v, u] = z
-                far = ti.max(far, z)
+                clean[(v + PAD) * stride + u] = z
+                far = ti.select(z > far, z, far)
         farthest[tile // across, tile % across] = far
         if far > 0.0:
             R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
             t = ti.Vector([pose[3], pose[7], pose[11]])
-            stride = ti.max(1, ti.min(TILE, ti.cast(reach * focal / far, ti.i32)))
-            last = ti.cast(-1, ti.i64)
-            cells = (TILE + stride - 1) // stride
-            for cell in range(cells * cells):
-                va = v0 + cell // cells * stride
-                ua = u0 + cell % cells * stride
+            cell = TILE  # pixels along the edge of a square whose middle one stands for all of like depth
+            while cell > 1 and cell * far > reach * focal:
+                cell //= 2
+            corner = ti.Vector([1 << 30, 0, 0])  # of 4 x 4 x 4 blocks, most often all that a tile meets: met once,
+            met = ti.cast(0, ti.i64)  # as a bit, they are looked up once
+            each = TILE // cell
+            for c in range(each * each):
+                va = v0 + c // each * cell
+                ua = u0 + c % each * cell
                 done = -1e30
-                for v in range(va, ti.min(va + stride, v1)):
-                    for u in range(ua, ti.min(ua + stride, u1)):
-                        z = clean[v, u]
+                for m in range(-1, cell * cell):  # the middle first
+                    v = va + (cell // 2 if m < 0 else m // cell)
+                    u = ua + (cell // 2 if m < 0 else m % cell)
+                    if v < v1 and u < u1:
+                        at = (v + PAD) * stride + u
+                        z = clean[at]
                         if z > 0.0 and ti.abs(z - done) > reach:
                             done = z
-                            ray = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0])
+                            ray = R @ ti.Vector([x[at], y[at], 1.0])
                             p = ray * z + t
                             if (
                                 p[0] >= box[0] and p[1] >= box[1] and p[2] >= box[2]
@@ -135,7 +143,31 @@ def _scan(
                                     shift = 0.0
                                     if samples > 1:
                                         shift = half * (2.0 * s / (samples - 1) - 1.0)
-                                    last = _touch(
-                                        (p + ray * shift) / block, reach / block, span, keys, ids, seen, missing,
-                                        count, last,
-                                    )  # fmt: skip
+                                    q = (p + ray * shift) / block
+                                    low = ti.floor(q - reach / block)
+                                    high = ti.floor(q + reach / block)
+                                    if low.min() > -LATTICE and high.max() < LATTICE:
+                                        a = ti.cast(low, ti.i32)
+                                        b = ti.cast(high, ti.i32)
+                                        if corner[0] == 1 << 30:
+                                            corner = a - 1
+                                        a -= corner
+                                        b -= corner
+                                        if a.min() >= 0 and b.max() < 4:
+                                            met |= _bits(a, b)
+                                        else:
+                                            for i, j, k in ti.ndrange(
+                                                (a[0], b[0] + 1), (a[1], b[1] + 1), (a[2], b[2] + 1)
+                                            ):
+                                                _want(
+                                                    corner[0] + i, corner[1] + j, corner[2] + k, span, keys, ids, seen,
+                                                    missing, count,
+                                                )  # fmt: skip
+            for i in range(4):
+                slab = ti.cast((met >> 16 * i) & 0xFFFF, ti.i32)
+                if slab != 0:
+                    for b in range(16):
+                        if (slab >> b) & 1 == 1:
+                            _want(
+                                corner[0] + i, corner[1] + b // 4, corner[2] + b % 4, span, keys, ids, seen, missing, count
+                            )  # fmt: skip

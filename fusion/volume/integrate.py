@@ -8,16 +8,15 @@ and as grazing ones reach less far behind the surface, the zero would move. The 
 curved surface the plane is right near the measured point only.
 """
 
-from functools import lru_cache
-
 import numpy as np
 import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
-from fusion.volume.allocate import TILE, allocate
+from fusion.volume.allocate import allocate
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
+from fusion.volume.frame import PAD, TILE, work
 from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.settings import BLOCK
 from fusion.volume.slant import measure_slant
@@ -45,28 +44,18 @@ def integrate(
         VolumeError: the blocks do not fit into memory; nothing is fused then.
     """
     depth, weight, color = images
-    clean, slant, farthest = _scratch(*camera.shape)
     weights = np.ones((1, 1), np.float32) if weight is None else np.ascontiguousarray(weight, np.float32)
-    allocate(blocks, (depth, weights, clean, farthest), camera, T_world_camera)
+    frame = work(camera)
+    allocate(blocks, (depth, weights), frame, camera, T_world_camera)
     settings = blocks.settings
-    measure_slant(clean, camera.rays(), settings.truncation, slant)
+    measure_slant(frame.depth, frame.x, frame.y, frame.farthest, settings.truncation, frame.slant)
     _update(
-        blocks.coordinates, blocks.count, blocks.flat, blocks.colors,
-        clean.reshape(-1), slant.reshape(-1), weights.reshape(-1),
+        blocks.coordinates, blocks.count, blocks.flat, blocks.colors, frame.depth, frame.slant, weights.reshape(-1),
         np.zeros((1, 1, 3), np.uint8) if color is None else np.ascontiguousarray(color),
-        farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
-        settings.voxel, settings.truncation, camera.height, camera.width, clean.shape[1],
+        frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
+        settings.voxel, settings.truncation, camera.height, camera.width, frame.layout.stride,
         any(camera.distortion), weight is not None, color is not None and settings.color,
     )  # fmt: skip
-
-
-@lru_cache(maxsize=4)
-def _scratch(height: int, width: int) -> tuple[NDArray[np.float32], ...]:
-    """Images for one frame's work, kept as fresh memory costs more than filling it: depth with 0 where missing and
-    slant, both with at least one pixel more than the camera has below and on the right, and 0 there; the tiles."""
-    shape = (height + 1, width + 1)
-    tiles = (-(-height // TILE), -(-width // TILE))
-    return np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(tiles, np.float32)
 
 
 @ti.func
@@ -159,7 +148,7 @@ def _update(
         # four pixels around; beyond the last pixel's centre the last two, wholly on the last one's side
         ua, va = ti.cast(_low(uc, right - 0.5), ti.i32), ti.cast(_low(vc, bottom - 0.5), ti.i32)
         du, dv = uc - ti.cast(ua, ti.f32), vc - ti.cast(va, ti.f32)
-        at = va * stride + ua
+        at = (va + PAD) * stride + ua
         d00, d01 = _read(depth, at), _read(depth, at + 1)
         d10, d11 = _read(depth, at + stride), _read(depth, at + (stride + 1))
         upper, lower = d00 + (d01 - d00) * du, d10 + (d11 - d10) * du
@@ -189,7 +178,7 @@ def _update(
         if ti.static(colored):
             for e in ti.static(range(BLOCK)):
                 if w[e] > 0.0 and d[e] < truncation:
-                    pixel = here[e]
+                    vn, un = va[e] + below[e], ua[e] + beside[e]
                     for a in ti.static(range(3)):
-                        colors[n, (row & 63) * BLOCK + e, a] += w[e] * color[pixel // stride, pixel % stride, a]
+                        colors[n, (row & 63) * BLOCK + e, a] += w[e] * color[vn, un, a]
                     colors[n, (row & 63) * BLOCK + e, 3] += w[e]
