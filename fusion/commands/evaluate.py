@@ -63,5 +63,6 @@ def _lines(result: dict[str, Any], found: "Evaluation", folder: Path) -> list[st
         result["summary"],
         *(f"note    {text}" for text in result["notes"]),
         f"warm    {found.longest.drift.text}",
+        *([] if found.ambient is None else [f"light   {found.ambient.sentence}"]),
         f"report  {folder / 'report.html'}",
     ]

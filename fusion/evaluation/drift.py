@@ -14,6 +14,7 @@ LEVEL = 0.90  # of the intervals
 # [s] time constants of a warm-up: seconds of a small sensor to the 40 to 50 min (three constants) of Tolgyessy 2021
 WARMING = np.geomspace(20.0, 3600.0, 24)
 DRAWS = 4000
+CORRELATIONS = 14  # times tried, from a fifth of the usual gap to three times the recording
 SHORTEST = 60.0  # [s] a shorter recording cannot tell a warm-up from noise of some seconds
 
 Array = NDArray[np.floating]
@@ -58,11 +59,12 @@ def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:
     if len(time) < FEWEST or not long > 0:
         return _nothing(time, value, "Too short to say whether the camera is warm: fewer than six moments with depth.")
     t = time - time[0]
-    line = _posterior(t, value, [np.column_stack([np.ones_like(t), t / long])])
+    line = _posterior(t, value, (t / long)[:, None])
     curves, tau, warm = _warm_up(t, value)
     later = warm.coefficients[:, 1] * (_rise(long + HORIZON, long, tau) - 1.0)
     slope = line.coefficients[:, 1] / long
-    fitted = np.mean([c @ np.array(k) for c, k in _some(warm, curves)], axis=0)
+    drawn = warm.coefficients[::10]
+    fitted = (drawn[:, :1] + drawn[:, 1:] * curves.T[warm.model[::10]]).mean(axis=0)
     verdict, wait = _verdict(later, tau, (tolerance, long))
     told = np.quantile(tau, [0.05, 0.95])
     # the prior spans a factor of 180: the data have told something when they leave less than ten
@@ -72,11 +74,11 @@ def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:
                  wait, verdict, _text(verdict, wait, (long, change, _interval(later)), tolerance))  # fmt: skip
 
 
-def _warm_up(t: Array, value: Array) -> tuple[list[Array], Array, "_Draws"]:
-    """Curves, the time constant of each draw, the draws: first over all time constants, then closer over the likely."""
+def _warm_up(t: Array, value: Array) -> tuple[Array, Array, "_Draws"]:
+    """Curves (b, k), time constant of each draw, draws: over all time constants, then closer over the likely."""
     constants = WARMING
     for _ in range(2):
-        curves = [np.column_stack([np.ones_like(t), _rise(t, float(t[-1]), tau)]) for tau in constants]
+        curves = _rise(t[:, None], float(t[-1]), constants)
         draws = _posterior(t, value, curves)
         tau = constants[draws.model]
         # one step of the grid beyond what is likely
@@ -93,34 +95,49 @@ class _Draws:
     coefficients: Array
 
 
-def _posterior(t: Array, value: Array, designs: list[Array]) -> _Draws:
-    """Every design with every correlation time, weighed by its likelihood; flat priors, 1 / sigma^2 for the noise."""
-    rng = np.random.default_rng(0)
+def _posterior(t: Array, value: Array, curves: Array) -> _Draws:
+    """A constant plus one of the curves (b, k), with every correlation time of the noise, weighed by their likelihood.
+
+    Flat priors; 1 / sigma^2 for the noise.
+    """
     dt = np.diff(t)
-    fits, weights = [], []
-    for model, X in enumerate(designs):
-        for correlation in np.geomspace(0.2 * np.median(dt[dt > 0]), 3 * t[-1], 14):
-            a = np.exp(-dt / correlation)
-            gain = np.sqrt(np.maximum(1 - a * a, 1e-12))
-            whitened = [_white(column, a, gain) for column in (value, *X.T)]
-            y, A = whitened[0], np.column_stack(whitened[1:])
-            information = A.T @ A
-            best = np.linalg.solve(information, A.T @ y)
-            rest = max(float(((y - A @ best) ** 2).sum()), 1e-30)
-            freedom = len(y) - A.shape[1]
-            log = -np.log(gain).sum() - 0.5 * np.linalg.slogdet(information)[1] - 0.5 * freedom * np.log(rest)
-            fits.append((model, best, np.linalg.inv(information), rest, freedom))
-            weights.append(log)
-    share = np.exp(np.array(weights) - max(weights))
-    chosen = rng.choice(len(fits), DRAWS, p=share / share.sum())
-    drawn, models = np.empty((DRAWS, 2)), np.empty(DRAWS, np.intp)
-    for i in np.unique(chosen):
-        model, best, covariance, rest, freedom = fits[i]
-        at = chosen == i
-        variance = rest / rng.chisquare(freedom, int(at.sum()))
-        drawn[at] = best + rng.multivariate_normal(np.zeros(2), covariance, int(at.sum())) * np.sqrt(variance)[:, None]
-        models[at] = model
-    return _Draws(models, drawn)
+    times = np.geomspace(0.2 * np.median(dt[dt > 0]), 3 * t[-1], CORRELATIONS)
+    fits = [_fits(np.exp(-dt / correlation), value, curves) for correlation in times]
+    log = np.array([fit.log for fit in fits])  # (correlation, curve)
+    share = np.exp(log - log.max()).ravel()
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(share.size, DRAWS, p=share / share.sum())
+    noise, curve = np.divmod(chosen, curves.shape[1])
+    best = np.stack([fit.best for fit in fits])[noise, curve]
+    root = np.stack([fit.root for fit in fits])[noise, curve]
+    rest = np.stack([fit.rest for fit in fits])[noise, curve]
+    sigma = np.sqrt(rest / rng.chisquare(len(t) - 2, DRAWS))
+    return _Draws(curve, best + sigma[:, None] * np.einsum("dij,dj->di", root, rng.standard_normal((DRAWS, 2))))
+
+
+@dataclass(frozen=True)
+class _Fits:
+    """Least squares of k curves: coefficients (k, 2), root of their covariance (k, 2, 2) over the noise, rest (k,)."""
+
+    best: Array
+    root: Array
+    rest: Array
+    log: Array
+
+
+def _fits(a: Array, value: Array, curves: Array) -> _Fits:
+    """Every curve with noise of which each value keeps the share `a` of the one before."""
+    gain = np.sqrt(np.maximum(1 - a * a, 1e-12))
+    y, one = _white(value, a, gain), _white(np.ones_like(value), a, gain)
+    white = np.stack([_white(column, a, gain) for column in curves.T])  # (curve, block)
+    information = np.empty((len(white), 2, 2))
+    information[:, 0, 0], information[:, 1, 1] = one @ one, (white**2).sum(axis=1)
+    information[:, 0, 1] = information[:, 1, 0] = white @ one
+    covariance = np.linalg.inv(information)
+    best = np.einsum("kij,kj->ki", covariance, np.column_stack([np.full(len(white), one @ y), white @ y]))
+    rest = np.maximum(((y - best[:, :1] * one - best[:, 1:] * white) ** 2).sum(axis=1), 1e-30)
+    log = -np.log(gain).sum() - 0.5 * np.linalg.slogdet(information)[1] - 0.5 * (len(y) - 2) * np.log(rest)
+    return _Fits(best, np.linalg.cholesky(covariance), rest, log)
 
 
 def _white(x: Array, a: Array, gain: Array) -> Array:
@@ -131,11 +148,6 @@ def _white(x: Array, a: Array, gain: Array) -> Array:
 def _rise(t: Array | float, long: float, tau: Array | float) -> Array:
     """An exponential approach, 0 at the start and 1 after `long` [s]; a line where tau is much longer."""
     return np.asarray(np.expm1(-np.asarray(t) / tau) / np.expm1(-long / np.asarray(tau)))
-
-
-def _some(draws: _Draws, designs: list[Array]) -> list[tuple[Array, Array]]:
-    step = max(1, DRAWS // 400)
-    return [(designs[m], c) for m, c in zip(draws.model[::step], draws.coefficients[::step], strict=True)]
 
 
 def _verdict(later: Array, tau: Array, asked: tuple[float, float]) -> tuple[str, tuple[float, float, float] | None]:

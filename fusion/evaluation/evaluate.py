@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fusion.calibration.depth.known import start
+from fusion.calibration.noise.ambient import AmbientEstimate
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.errors import FusionError
 from fusion.evaluation.bias import Bias, bias_of
 from fusion.evaluation.drift import Drift, drift_of
-from fusion.evaluation.light import AmbientLight, ambient_light
+from fusion.evaluation.light import ambient_light
 from fusion.evaluation.near_limit import NearLimit, Seen, near_limits
 from fusion.evaluation.notes import Note, notes_on
 from fusion.evaluation.quantization import Quantization, quantization_of
@@ -106,7 +107,7 @@ class Evaluation:
     shares: dict[str, Shares]
     near: list[NearLimit]
     quantization: Quantization | None
-    ambient: AmbientLight | None
+    ambient: AmbientEstimate | None
     notes: list[Note] = field(default_factory=list)
     sensor: Sensor | None = None
 

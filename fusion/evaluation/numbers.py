@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.noise.ambient import AmbientEstimate
 from fusion.evaluation.drift import Drift
 from fusion.evaluation.evaluate import Evaluation, Look
 from fusion.evaluation.quantization import Quantization
@@ -40,7 +41,7 @@ def numbers(found: Evaluation) -> dict[str, Any]:
             for near in found.near
         ],
         "quantization": _quantization(found.quantization),
-        "ambient": found.ambient,
+        "ambient": _ambient(found.ambient),
         "notes": [text for _, text in found.notes],
     }
 
@@ -147,6 +148,18 @@ def _quantization(found: Quantization | None) -> dict[str, Any] | None:
         "file_unit_m": found.unit,
         "depth_m": _numbers(found.depth),
         "steps_m": _numbers(found.step),
+    }
+
+
+def _ambient(found: AmbientEstimate | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    return {
+        "lux": _number(found.lux),
+        "interval_90_lux": _numbers((found.low, found.high)),
+        "places": found.points,
+        "law": found.law,
+        "text": found.sentence,
     }
 
 

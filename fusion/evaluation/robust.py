@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from fusion.evaluation.reference import MAD_TO_STD, Reference
 
 BINS = 32
+MOST = 65535  # frames: then the shares are long settled, and the counters full
 PER_SIGMA = 6.0  # bins in one standard deviation of the reference
 
 Image = NDArray[np.floating]
@@ -23,17 +24,20 @@ class RobustSpread:
         self._reference = reference.depth
         self._width = np.maximum(around, smallest) / PER_SIGMA
         self._counts = np.zeros((BINS + 1, reference.depth.size), np.uint16)
-        self._columns = np.arange(reference.depth.size)
+        self._columns = np.arange(reference.depth.size, dtype=np.int32)
+        self._frames = 0
 
     def add(self, depth: Image) -> None:
         """One more frame (h, w) [m], NaN where missing."""
-        with np.errstate(invalid="ignore"):
-            off = np.abs(depth - self._reference) / self._width
-            known = np.isfinite(off)
-            bins = np.where(known, np.minimum(off, BINS - 1), BINS).astype(np.intp)  # the last row is not used
-        # saturating: after 65535 frames the shares are long settled
-        at = bins.ravel(), self._columns
-        self._counts[at] = np.minimum(self._counts[at], 65534) + 1
+        self._frames += 1
+        if self._frames > MOST:
+            return
+        off = np.abs(depth - self._reference) / self._width
+        bins = np.fmin(off, BINS - 1)
+        bins[np.isnan(off)] = BINS  # the last row is not used
+        at = bins.astype(np.int32).ravel() * np.int32(depth.size) + self._columns
+        flat = self._counts.reshape(-1)
+        flat[at] += 1  # no index twice: each pixel has its own column
 
     @property
     def std(self) -> NDArray[np.floating]:

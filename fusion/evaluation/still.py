@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -57,7 +58,7 @@ class Still:
         moving: (n,) share of the image that moves.
         pixel: (v, u) of the single series.
         series: (n,) depth of that pixel [m].
-        levels: how often each depth occurs, as counts of the file.
+        levels: (65536,) how often each depth occurs in the frames of the sample, as counts of the file.
         failures: frames that could not be read.
     """
 
@@ -88,17 +89,22 @@ class Still:
 
 def sample_of(stretch: Stretch) -> Sample:
     """Load the sample of a stretch. RecordingError when no frame can be read."""
-    frames: dict[int, Frame] = {}
-    failed: RecordingError | None = None
-    for i in spread(len(stretch), KEPT):
-        try:
-            frames[stretch.frames[0] + i] = stretch.recording[stretch.frames[0] + i]
-        except RecordingError as error:  # one broken file is no reason to lose the others
-            failed = error
+    indices = [stretch.frames[0] + i for i in spread(len(stretch), KEPT)]
+    with ThreadPoolExecutor(READERS) as pool:
+        found = list(pool.map(partial(_load, stretch), indices))
+    # one broken file is no reason to lose the others
+    frames = {i: frame for i, frame in zip(indices, found, strict=True) if isinstance(frame, Frame)}
     if not frames:
-        raise failed or RecordingError("no frame can be read", stretch.name, 0, "still frames")
+        raise next(error for error in found if isinstance(error, RecordingError))
     reference = reference_of([frame.depth for frame in frames.values()])
     return Sample(stretch, frames, reference, reference.limit())
+
+
+def _load(stretch: Stretch, index: int) -> Frame | RecordingError:
+    try:
+        return stretch.recording[index]
+    except RecordingError as error:
+        return error
 
 
 def centre_of(shape: tuple[int, int]) -> tuple[slice, slice]:
@@ -156,9 +162,9 @@ class _Adding:
         self.spread.add(depth)
         self.depth.add(np.where(outliers, np.float32(np.nan), depth))
         self._light(frame, moving)
-        known = frame.depth[np.isfinite(frame.depth)]
-        counts = np.clip(np.rint(known * self.scale), 0, 65535).astype(np.int64)
-        self.levels += np.bincount(counts, minlength=65536)
+        if frame.index in self.sample.frames:
+            counts = np.rint(np.nan_to_num(frame.depth) * np.float32(self.scale))
+            self.levels += np.bincount(np.minimum(counts, 65535).astype(np.uint16).ravel(), minlength=65536)
         off = (np.where(outliers, np.nan, depth) - self.sample.reference.depth)[self.centre]
         off = off[np.isfinite(off)]
         v, u = self.pixel
@@ -170,11 +176,11 @@ class _Adding:
         if frame.ir is not None:
             self.ir = self.ir or PixelSeries(frame.ir.shape)
             # zero is what cameras write where they have no value
-            self.ir.add(np.where(moving | (frame.ir == 0), np.nan, frame.ir))
+            self.ir.add(_without(frame.ir, moving | (frame.ir == 0)))
         if frame.color is not None:
             self.color = self.color or PixelSeries(frame.color.shape)
-            black = ~frame.color.any(axis=2)
-            self.color.add(np.where((moving | black)[..., None], np.float32(np.nan), frame.color))
+            red, green, blue = (frame.color[..., c] for c in range(3))
+            self.color.add(_without(frame.color, moving | ((red | green | blue) == 0)))
 
     def done(self) -> Still:
         """The statistics."""
@@ -196,17 +202,20 @@ class _Adding:
         )
 
 
+def _without(image: NDArray, unusable: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """The image with NaN where it cannot be used."""
+    out = image.astype(np.float32)
+    if unusable.any():
+        out[unusable] = np.nan
+    return out
+
+
 def _frames(sample: Sample, failures: dict[int, str]) -> Iterator[Frame]:
     """All frames in order, read some ahead; those of the sample are not read again."""
     stretch = sample.stretch
 
     def load(index: int) -> Frame | RecordingError:
-        if index in sample.frames:
-            return sample.frames[index]
-        try:
-            return stretch.recording[index]
-        except RecordingError as error:
-            return error
+        return sample.frames.get(index) or _load(stretch, index)
 
     indices = iter(range(*stretch.frames))
     bar = tqdm(total=len(stretch), desc=stretch.name, unit="frame", disable=None, leave=False)

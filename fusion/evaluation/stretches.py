@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import FusionError, RecordingError
+from fusion.recording.load_frame import load_depth
 from fusion.recording.recording import Recording
 from fusion.recording.sample import spread
 
@@ -129,7 +130,11 @@ def _bisected(recording: Recording, anchor: NDArray, same: int, other: int) -> i
 
 def _coarse(recording: Recording, index: int) -> NDArray[np.float32] | None:
     try:
-        return recording[index].depth[::GRID, ::GRID].copy()
+        if recording.files is None:
+            depth = recording[index].depth
+        else:  # light is not looked at here, and takes twice as long to decode
+            depth = load_depth(recording.files, recording.camera, index)
+        return depth[::GRID, ::GRID].copy()
     except RecordingError:
         return None
 

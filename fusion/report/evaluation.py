@@ -25,12 +25,14 @@ def evaluation_report(path: Path, found: Evaluation, command: str = "", settings
     camera = found.camera
     name = " ".join(filter(None, (camera.sensor, camera.serial))) or "unnamed camera"
     drift = found.longest.drift
+    light = [] if found.ambient is None else [Light("ok", "Ambient light", _sentence(found.ambient.sentence))]
     page = Page(
         title="Sensor evaluation",
         subtitle=f"{name}; {camera.principle}, {camera.width} x {camera.height} px",
         summary=[
-            Light("ok", "Found", summary(found)[0].upper() + summary(found)[1:]),
+            Light("ok", "Found", _sentence(summary(found))),
             Light(WARM.get(drift.verdict, "warning"), "Warm", drift.text),
+            *light,
         ],
         numbers=_numbers(found),
         sections=[
@@ -91,22 +93,30 @@ def _maps(found: Evaluation) -> tuple[Figure, ...]:
         "Per pixel over all frames; missing values, outliers and moving things are left out. One colour scale a row.",
     )  # fmt: skip
     figures = [map_rows(rows, columns, "depth-maps", text)]
-    light = []
     with_ir = [s.ir for s in still if s.ir is not None]
     if len(with_ir) == len(still):
-        light += [("mean IR", "[count]", [x.mean for x in with_ir], False)]
+        rows = [("mean IR", "[count]", [x.mean for x in with_ir], False)]
         if any(np.isfinite(x.std).any() for x in with_ir):
-            light += [("noise of IR", "std [count]", [x.std for x in with_ir], False)]
-    colored = [s.color for s in still if s.color is not None]
-    if len(colored) == len(still):
-        for c, name in enumerate(("red", "green", "blue")):
-            light.append((f"mean {name}", "[count]", [x.mean[..., c] for x in colored], False))
-            light.append((f"noise of {name}", "std [count]", [x.std[..., c] for x in colored], False))
-    if light:
-        text = Figure("Light: mean and noise of every pixel", "", "Maps of IR or colour, mean and standard deviation.",
-                      "Zeros are left out.")  # fmt: skip
-        figures.append(map_rows(light, columns, "light-maps", text))
-    return tuple(figures)
+            rows.append(("noise of IR", "std [count]", [x.std for x in with_ir], False))
+        text = Figure(
+            "IR: mean and noise of every pixel", "", "Maps of mean IR and its deviation.", "Zeros are left out."
+        )
+        figures.append(map_rows(rows, columns, "ir-maps", text))
+    return (*figures, *_color(found.longest))
+
+
+def _color(look: Look) -> tuple[Figure, ...]:
+    """Mean and noise of each colour channel of one stretch."""
+    color = look.still.color
+    if color is None:
+        return ()
+    channels = range(3)
+    rows = [("mean", "[count]", [color.mean[..., c] for c in channels], False)]
+    if np.isfinite(color.std).any():
+        rows.append(("noise", "std [count]", [color.std[..., c] for c in channels], False))
+    title = f"Colour of {look.name}: mean and noise of every pixel"
+    text = Figure(title, "", title + ".", "Black pixels are left out.")
+    return (map_rows(rows, ("red", "green", "blue"), "color-maps", text),)
 
 
 def _series(found: Evaluation) -> tuple[Figure, ...]:
@@ -209,6 +219,10 @@ def _table(found: Evaluation) -> str:
     head = ["view", "frames", "distance [m]", "surface", "offset [mm]", "noise [mm]", "valid [%]", "no data [%]",
             "outliers [%]"]  # fmt: skip
     return numbers_table(head, rows)
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:].rstrip(".") + "."
 
 
 def _mm(value: Any, signed: bool = False) -> str:

@@ -1,0 +1,81 @@
+"""Offset, shares, shortest distance, summary over several recordings."""
+
+import json
+
+import numpy as np
+import pytest
+from made_stills import CAMERA, NOISE, frames, recording, stated
+
+from fusion.evaluation.evaluate import EvaluationSettings, evaluate
+from fusion.evaluation.near_limit import Seen, near_limits
+from fusion.evaluation.numbers import numbers
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.sensor import Sensor
+
+OFFSET = 0.004  # [m]
+
+
+def shifted(i: int, depth: np.ndarray) -> np.ndarray:
+    return depth + np.float32(OFFSET)
+
+
+def test_the_offset_of_a_tilted_wall_is_found_and_taken_out():
+    made = [recording(frames(12, z, shifted), telemetry=stated(z), name=f"{z}") for z in (0.8, 1.2, 1.6)]
+    sensor = Sensor(principle="itof", effects=(DepthOffset(OFFSET),), std={("depth_offset", "offset"): 0.0})
+    found = evaluate(made, EvaluationSettings(sensor=sensor))
+    for look in found.looks:
+        assert look.bias.truth == "distance_m" and look.surface.kind == "plane"
+        # 190 px x 12 frames of 2 mm: 0.04 mm; what is stated here is exact
+        assert look.bias.offset == pytest.approx(OFFSET, abs=2.5e-4)
+        assert look.bias.corrected == pytest.approx(0, abs=2.5e-4)
+        assert look.bias.rms < 2 * NOISE / np.sqrt(12)
+        assert look.noise.axial == pytest.approx(NOISE, rel=0.1)
+    assert found.longest.drift.verdict == "too short to say"
+
+
+def test_shares_add_up_and_outliers_are_not_holes():
+    rng = np.random.default_rng(2)
+
+    def spoil(i: int, depth: np.ndarray) -> np.ndarray:
+        chance, out = rng.random(depth.shape), depth.copy()
+        out[chance < 0.2] = np.nan
+        out[chance > 0.95] += 0.4
+        return out
+
+    found = evaluate([recording(frames(20, 1.2, spoil))])
+    look = found.looks[0]
+    assert np.allclose([look.valid, look.missing, look.outliers], [0.75, 0.2, 0.05], atol=0.01)
+    for shares in found.shares.values():
+        assert np.allclose(shares.valid + shares.missing + shares.outliers, 1)
+    assert set(found.shares) == {"depth", "incidence", "brightness"}
+    # outliers are no noise
+    assert np.nanmedian(look.still.depth.std) == pytest.approx(NOISE, rel=0.1)
+
+
+def test_a_stated_distance_without_any_depth_counts_as_no_data():
+    none = frames(4, 0.3, lambda i, z: np.full_like(z, np.nan))
+    found = evaluate([recording(none, telemetry=stated(0.3)), recording(frames(4, 1.0), telemetry=stated(1.0))])
+    assert found.looks[0].missing == 1 and found.looks[1].valid == 1
+    near = found.near[0]
+    assert near.interval == pytest.approx((0.3, 1.0)) and 0.3 < near.distance < 1.0
+
+
+def test_the_shortest_distance_is_where_the_share_crosses():
+    dark = [Seen(z, valid, 300.0) for z, valid in ((0.2, 0.0), (0.3, 1.0), (1.0, 1.0))]
+    bright = [Seen(z, valid, 4000.0) for z, valid in ((0.5, 0.2), (0.6, 0.8), (0.7, 1.0), (1.0, 0.99), (4.0, 0.5))]
+    limits = {near.surface: near for near in near_limits([*dark, *bright])}
+    assert limits["bright"].distance == pytest.approx(0.65) and limits["bright"].interval == (0.6, 0.7)
+    assert limits["dark"].distance == pytest.approx(0.29)
+    assert near_limits([Seen(0.5, 1.0, 1.0)]) == []
+    (never,) = near_limits([Seen(0.5, 0.1, 1.0), Seen(0.6, 0.2, 1.0)])
+    assert np.isnan(never.distance)
+
+
+def test_the_numbers_are_json_and_complete():
+    found = evaluate([recording(frames(8), telemetry=stated(1.2))])
+    text = json.dumps(numbers(found), allow_nan=False)
+    read = json.loads(text)
+    assert read["format"] == "fusion-evaluation/1"
+    assert read["stretches"][0]["depth"]["std_m"]["median"] == pytest.approx(NOISE, rel=0.1)
+    assert read["camera"]["serial"] == CAMERA.serial
+    assert read["stretches"][0]["pixel"] | {"u": 48, "v": 36} == read["stretches"][0]["pixel"]
