@@ -73,8 +73,8 @@ def main(arguments: list[str] | None = None) -> int:
     for kind in options.only:
         found = [outcome(kind, seed, options.frames, not options.uncorrected) for seed in range(options.seeds)]
         for seed, one in enumerate(found):
-            pulls = ", ".join(f"{name} {pull:+.2f}" for name, pull in one.pulls.items())
-            print(f"  {kind} seed {seed}: off by [std] {pulls}; law covered {one.covered:.2f}, "
+            text = ", ".join(f"{name} {pull:+.2f}" for name, pull in one.pulls.items())
+            print(f"  {kind} seed {seed}: off by [std] {text}; law covered {one.covered:.2f}, "
                   f"off by up to {100 * one.error:.1f} %  {one.form}")  # fmt: skip
         pulls = np.array([pull for one in found for pull in one.pulls.values()])
         inside = float(np.mean([x for one in found for x in one.inside]))

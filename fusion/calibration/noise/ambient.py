@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.light_law import MOST_LUX, ROOM_LUX, LightLaw, light_law
-from fusion.calibration.noise.poses import Pose
+from fusion.calibration.noise.poses import Pose, pose_of
+from fusion.calibration.noise.target_noise import TargetNoise
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
 
@@ -66,6 +67,12 @@ def points_of(poses: Iterable[Pose]) -> list[LightPoint]:
     return [LightPoint(p.depth, p.tilt, p.axial, p.axial_std, p.seen.valid) for p in poses]
 
 
+def points_of_targets(seen: Iterable[TargetNoise], camera: Camera, sensor: Sensor | None = None) -> list[LightPoint]:
+    """Targets as places with noise; the rounding and what the sensor model knows of other noise are taken out."""
+    known = sensor or Sensor(principle=camera.principle)
+    return points_of([pose_of(one, "", camera, known) for one in seen])
+
+
 def estimate_ambient(
     points: Sequence[LightPoint], camera: Camera, sensor: Sensor | None = None
 ) -> AmbientEstimate | None:
@@ -82,17 +89,17 @@ def estimate_ambient(
     if law is None or not usable:
         return None
     log = _log_likelihood(usable, law)
-    weight = np.exp(log - log.max()) * np.gradient(LIGHTS) / (LIGHTS + ROOM_LUX)
+    weight = np.exp(log - np.max(log)) * np.gradient(LIGHTS) / (LIGHTS + ROOM_LUX)
     weight /= weight.sum()
     readings = law.readings(LIGHTS)
     lux = _quantile(LIGHTS, weight, 0.5)
     noise_low, noise_high = (_quantile(LIGHTS, weight, 0.5 + side * LEVEL / 2) for side in (-1, 1))
     all_weights = np.broadcast_to(weight / len(readings), readings.shape)
     low, high = (_quantile(readings.ravel(), all_weights.ravel(), 0.5 + side * LEVEL / 2) for side in (-1, 1))
-    if log.max() - log[0] < NOT_DARK:
+    if np.max(log) - log[0] < NOT_DARK:
         low = noise_low = 0.0
     # the brightest light is as likely as the best: nothing bounds it from above
-    if log.max() - log[-1] < NOT_DARK:
+    if np.max(log) - log[-1] < NOT_DARK:
         high = noise_high = float("inf")
     sentence = _sentence(lux, low, high, len(usable))
     return AmbientEstimate(lux, low, high, noise_low, noise_high, len(usable), law.text, sentence)
@@ -102,7 +109,7 @@ def _log_likelihood(points: list[LightPoint], law: LightLaw) -> Array:
     """(m,) of the nominal lights, over all scatters and unit errors."""
     depth, tilt = np.array([p.depth for p in points]), np.array([p.tilt for p in points])
     noisy = np.array([_has_noise(p) for p in points])
-    variance = np.array([law.variance(depth, tilt, lux) for lux in LIGHTS])
+    variance = law.variance(depth, tilt, LIGHTS)
     total = np.zeros(len(LIGHTS))
     if noisy.any():
         sigma = np.array([p.sigma for p in points])[noisy]
@@ -127,7 +134,7 @@ def _of_noise(sigma: Array, share: Array, predicted: Array, own: bool) -> Array:
             z = (off - step * unit) / deviation
             parts.append(-0.5 * (z**2).sum(axis=1) - np.log(deviation).sum() - 0.5 * step**2)
     stack = np.array(parts)
-    top = stack.max(axis=0)
+    top = np.max(stack, axis=0)
     return np.asarray(top + np.log(np.exp(stack - top).sum(axis=0)))
 
 

@@ -1,6 +1,7 @@
 """The laws of axial noise that compete: those of the axial_noise effect, each with some of its parameters free."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +48,8 @@ class Places:
 
 def places_of(poses: list[Pose], focal_baseline: float) -> Places:
     """The places of poses."""
-    columns = ([getattr(pose, name) for pose in poses] for name in ("depth", "tilt", "ir", "stretch"))
-    return Places(*(np.array(column, float) for column in columns), focal_baseline)
+    depth, tilt, ir, stretch = np.array([(p.depth, p.tilt, p.ir, p.stretch) for p in poses], float).reshape(-1, 4).T
+    return Places(depth, tilt, ir, stretch, focal_baseline)
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,8 @@ class AxialForm:
 
     def effect(self, numbers: Array) -> AxialNoise:
         """The effect with these numbers."""
-        return AxialNoise(**(self.fixed | {n: float(x) for n, x in zip(self.names, numbers, strict=True)}))
+        values: dict[str, Any] = self.fixed | {n: float(x) for n, x in zip(self.names, numbers, strict=True)}
+        return AxialNoise(**values)
 
 
 def candidates(places: Places, principle: str, seen: frozenset[str], fixed: dict[str, float]) -> list[AxialForm]:

@@ -83,14 +83,14 @@ def calibrate_poses(
     axial = axial_law(poses, principle, model, camera.fx * abs(model.baseline))
     lateral, dropout = lateral_law(poses, camera.fx), dropout_law(poses)
     laws: list[tuple[Effect, dict[str, float], str]] = [(axial.effect, axial.std, _axial_source(axial))]
-    kept = {name: std for name in axial.kept if isinstance(std := model.std.get(("axial_noise", name)), float)}
-    laws[0][1].update(kept)
+    # what these poses cannot show keeps the deviation that it had
+    laws[0][1].update({n: s for n in axial.kept if isinstance(s := model.std.get(("axial_noise", n)), float)})
     if lateral is not None:
         laws.append((lateral.effect, lateral.std, _lateral_source(lateral)))
     if dropout is not None:
-        std = dict(zip(("ir_threshold", "width"), dropout.std, strict=True))
+        deviations = dict(zip(("ir_threshold", "width"), dropout.std, strict=True))
         said = f"fusion calibrate noise: missing values over amplitude at {len(dropout.ir)} poses"
-        laws.append((dropout.effect, std, said))
+        laws.append((dropout.effect, deviations, said))
     sensor = model
     for effect, std, source in laws:
         sensor = _with(sensor, effect, std, source)
@@ -109,15 +109,14 @@ def _with(sensor: Sensor, effect: Effect, std: dict[str, float], source: str) ->
 def _axial_source(axial: AxialLaw) -> str:
     z, tilt = axial.places.depth, np.rad2deg(axial.places.tilt)
     return (
-        f"fusion calibrate noise: {len(z)} poses, {z.min():.2f} to {z.max():.2f} m, {tilt.min():.0f} to "
-        f"{tilt.max():.0f} deg; {axial.form.title}; {axial.best.rms * 1e3:.3f} mm rms left over"
+        f"fusion calibrate noise: {len(z)} poses, {np.min(z):.2f} to {np.max(z):.2f} m, {np.min(tilt):.0f} to "
+        f"{np.max(tilt):.0f} deg; {axial.form.title}; {axial.best.rms * 1e3:.3f} mm rms left over"
     )
 
 
 def _lateral_source(lateral: LateralLaw) -> str:
     where = "" if lateral.edges.shadowed.all() or not lateral.edges.shadowed.any() else " not beside a shadow"
-    title = lateral.held.form.title  # type: ignore[attr-defined]
-    return f"fusion calibrate noise: {len(lateral.held.heldout)} edges{where}, {title}"
+    return f"fusion calibrate noise: {len(lateral.held.heldout)} edges{where}, {lateral.held.form.title}"
 
 
 def _notes(

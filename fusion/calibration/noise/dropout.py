@@ -49,7 +49,8 @@ def dropout_law(poses: list[Pose]) -> DropoutLaw | None:
     ir, missing = ir[known], missing[known]
     if ((missing > SOME[0]) & (missing < SOME[1])).sum() < FEWEST:
         return None
-    middle = float(np.interp(0.5, *(column[np.argsort(missing)] for column in (missing, ir))))
+    order = np.argsort(missing)
+    middle = float(np.interp(0.5, missing[order], ir[order]))
     try:
         found, covariance = curve_fit(
             lambda x, threshold, width: expit((threshold - x) / width),

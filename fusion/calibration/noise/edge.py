@@ -57,7 +57,7 @@ def nothing_behind(valid: Image, target: Target, side: int) -> bool:
     return bool(seen.size and np.median(seen) < 0.5)
 
 
-def lateral_spread(positions: NDArray[np.float64]) -> float:
+def lateral_spread(positions: Image) -> float:
     """Standard deviation [px] of edge positions (frames, rows) about a smooth line, the pixel grid's part removed.
 
     An edge that is not parallel to the columns meets all phases of the grid, so that rounding to whole pixels adds
@@ -66,7 +66,7 @@ def lateral_spread(positions: NDArray[np.float64]) -> float:
     return spread_with_error(positions)[0]
 
 
-def spread_with_error(positions: NDArray[np.float64]) -> tuple[float, float]:
+def spread_with_error(positions: Image) -> tuple[float, float]:
     """The lateral spread [px], and how well it is known, from the scatter between frames."""
     known = np.isfinite(positions)
     if known.sum() < 10:

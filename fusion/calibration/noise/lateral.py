@@ -1,6 +1,7 @@
 """The lateral law: how much a target's edges jitter, beside a shadow and not."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,7 +109,8 @@ class LateralLaw:
     @property
     def effect(self) -> LateralNoise:
         """As the sensor model holds it."""
-        return LateralNoise(**dict(zip(self.held.form.names, map(float, self.held.numbers), strict=True)))
+        values: dict[str, Any] = dict(zip(self.held.form.names, map(float, self.held.numbers), strict=True))
+        return LateralNoise(**values)
 
     @property
     def std(self) -> dict[str, float]:
@@ -131,8 +133,8 @@ def edges_of(poses: list[Pose]) -> Edges:
         for side in (0, 1)
         if np.isfinite(pose.seen.lateral[side]) and pose.seen.lateral_std[side] > 0
     ]
-    columns = np.array(rows, float).reshape(-1, 6).T
-    return Edges(*columns[:4], columns[4].astype(bool), columns[5].astype(np.intp))
+    depth, tilt, sigma, deviation, shadowed, sides = np.array(rows, float).reshape(-1, 6).T
+    return Edges(depth, tilt, sigma, deviation, shadowed.astype(bool), sides.astype(np.intp))
 
 
 def lateral_law(poses: list[Pose], fx: float) -> LateralLaw | None:

@@ -28,15 +28,15 @@ class LightLaw:
 
     Attributes:
         text: where it comes from.
-        variance: (depth, tilt, lux) to (n,) [m^2], for one nominal light [lux].
-        missing: the same to the share of values that the light drowns.
+        variance: (depth (n,), tilt (n,), nominal lux (m,) or a number) to (m, n) or (n,) [m^2].
+        missing: (depth, tilt, lux) to (n,) shares of values that one light drowns.
         readings: (k, m) what m nominal lights [lux] may be, in k equally likely ways: the laws' own light is not
             known exactly.
         own: whether the noise without the light is known for this very unit.
     """
 
     text: str
-    variance: Callable[[Array, Array, float], Array]
+    variance: Callable[[Array, Array, Array | float], Array]
     missing: Callable[[Array, Array, float], Array]
     readings: Callable[[Array], Array]
     own: bool
@@ -69,14 +69,15 @@ def _between_presets(own: Sensor | None, camera: Camera) -> LightLaw:
     room, clouds, sun = (_axial(preset(name)) for name in names)
     base = None if own is None else _axial(own)
 
-    def variance(depth: Array, tilt: Array, lux: float) -> Array:
+    def variance(depth: Array, tilt: Array, lux: Array | float) -> Array:
         dark, grey, bright = (_variance(effect, depth, tilt, camera, 0.0) for effect in (room, clouds, sun))
         grey = np.maximum(grey, dark)
         bright = np.maximum(bright, grey)
         known = dark if base is None else _variance(base, depth, tilt, camera, 0.0)
-        at, low, middle, high = (float(effective(np.asarray(x))) for x in (lux, ROOM_LUX, OVERCAST[0], SUN[0]))
-        first = min(max((at - low) / (middle - low), 0.0), 1.0)
-        second = max((at - middle) / (high - middle), 0.0)
+        at = effective(np.asarray(lux))[..., None]
+        low, middle, high = (float(effective(np.asarray(x))) for x in (ROOM_LUX, OVERCAST[0], SUN[0]))
+        first = np.clip((at - low) / (middle - low), 0.0, 1.0)
+        second = np.maximum((at - middle) / (high - middle), 0.0)
         return np.asarray(known + first * (grey - dark) + second * (bright - grey))
 
     def readings(nominal: Array) -> Array:
@@ -100,10 +101,12 @@ def _between_presets(own: Sensor | None, camera: Camera) -> LightLaw:
 def _by_effect(sensor: Sensor, camera: Camera, own: bool) -> LightLaw:
     effect = _axial(sensor)
 
-    def variance(depth: Array, tilt: Array, lux: float) -> Array:
-        view = _view(depth, tilt, camera)
-        more = added_noise(0.0, max(lux - ROOM_LUX, 0.0), depth[None, :], view)[0]
-        return np.asarray(_variance(effect, depth, tilt, camera, sensor.baseline) + more**2)
+    def variance(depth: Array, tilt: Array, lux: Array | float) -> Array:
+        view = replace(_view(depth, tilt, camera), baseline=sensor.baseline * camera.fx / 1e6)
+        more = added_noise(0.0, np.maximum(np.asarray(lux)[..., None] - ROOM_LUX, 0.0), depth[None, :], view)
+        return np.asarray(
+            _variance(effect, depth, tilt, camera, sensor.baseline) + more.reshape(*np.shape(lux), -1) ** 2
+        )
 
     def readings(nominal: Array) -> Array:
         factors = np.exp(np.linspace(-1.5, 1.5, 13) * np.log(GUESSED) / 1.5)

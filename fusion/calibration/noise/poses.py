@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,7 +198,7 @@ def _known_noise(known: Sensor, view: View, pixel: tuple[int, int]) -> float:
 
 def _at(effect: Effect, pixel: tuple[int, int]) -> Effect:
     """An effect with the numbers of one pixel in place of maps."""
-    maps = {
+    maps: dict[str, Any] = {
         name: float(np.asarray(getattr(effect, name))[pixel])
         for name, about in parameters(effect).items()
         if about.kind in ("number", "map") and np.ndim(getattr(effect, name)) == 2

@@ -148,7 +148,7 @@ def _look(
             for side, positions in zip((0, 1), edges, strict=True):
                 positions.append(edge_positions(depth, found, plane, side))
     valid, no_data, outliers = (float(share) for share in shares / max(frames, 1))
-    return _Look((valid, no_data, outliers), (np.array(edges[0]), np.array(edges[1])), np.array(values))
+    return _Look((valid, no_data, outliers), (np.array(edges[0], float), np.array(edges[1], float)), np.array(values))
 
 
 def mean_tilt(tilts: Image) -> float:

@@ -37,12 +37,12 @@ def visible(places: Places, sigma: NDArray[np.floating], lux: NDArray[np.floatin
     if steep.any() and numbers >= len(seen) + 2:
         seen.add("angle")
         z = places.depth[steep]
-        if count_apart(z) >= 2 and z.max() > RATIO * z.min():
+        if count_apart(z) >= 2 and np.max(z) > RATIO * np.min(z):
             seen.add("angle_exponent")
         else:
             hidden["angle_exponent"] = "the target turned to 60 and 75 deg at a near and at a far distance"
     else:
-        most = float(np.rad2deg(places.tilt.max()))
+        most = float(np.rad2deg(np.max(places.tilt)))
         hidden["angle"] = (
             f"the target turned to 45, 60 and 75 deg at two or more distances (at most {most:.0f} deg now)"
         )

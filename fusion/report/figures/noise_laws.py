@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.axial import AxialLaw
-from fusion.calibration.noise.lateral import Edges, LateralLaw
+from fusion.calibration.noise.lateral import Edges, LateralForm, LateralLaw
 from fusion.calibration.noise.poses import Pose
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, GREEN, GREY, INK, ORANGE, RED, SEQUENTIAL, new_figure, styled, to_svg
@@ -20,13 +20,13 @@ Array = NDArray[np.floating]
 def axial_figure(law: AxialLaw) -> Figure:
     """Noise over distance, one curve per tilt, and over tilt, one curve per distance: points, law, 90 % band."""
     z, tilt = law.places.depth, law.places.tilt
-    title = f"Axial noise from {law.sigma.min() * 1e3:.1f} to {law.sigma.max() * 1e3:.1f} mm; the law leaves "
+    title = f"Axial noise from {np.min(law.sigma) * 1e3:.1f} to {np.max(law.sigma) * 1e3:.1f} mm; the law leaves "
     title += f"{law.best.rms * 1e3:.2f} mm rms"
     with styled():
         figure = new_figure(11.0, 4.6)
         left, right = figure.subplots(1, 2, sharey=True)
         tilts = np.round(np.rad2deg(tilt) / TILT_STEP) * TILT_STEP
-        along = np.linspace(z.min(), max(z.max(), z.min() * 1.001), 80)
+        along = np.linspace(np.min(z), max(np.max(z), np.min(z) * 1.001), 80)
         for color, group in _colored(np.unique(tilts)):
             own = np.deg2rad(float(np.median(np.rad2deg(tilt[tilts == group]))))
             _curve(left, (along, *law.at(along, np.full_like(along, own))), color)
@@ -35,7 +35,7 @@ def axial_figure(law: AxialLaw) -> Figure:
         left.set_ylabel("axial noise [mm]")
         left.legend(loc="upper left", title="tilt")
         distances = _groups(z)
-        turned = np.linspace(0, max(float(tilt.max()), 0.01), 80)
+        turned = np.linspace(0, max(float(np.max(tilt)), 0.01), 80)
         shown = np.unique(distances)
         shown = shown[np.unique(np.linspace(0, len(shown) - 1, 5).round().astype(int))]
         for color, group in _colored(shown):
@@ -77,7 +77,7 @@ def lateral_figure(law: LateralLaw) -> Figure:
     """Jitter of the edges over distance and tilt, with the 90th percentiles."""
     edges = law.edges
     title = "Lateral noise: " + ", ".join(
-        f"90 % of the edges {text} below {value * 1e3:.1f} mm"
+        f"90 % of the edges {text} below {value * 1e3:.2f} mm"
         for text, value in (("without shadow", law.percentile), ("beside a shadow", law.percentile_shadow))
         if np.isfinite(value)
     )
@@ -97,7 +97,7 @@ def lateral_figure(law: LateralLaw) -> Figure:
         left.set_xlabel("distance of the edge [m]")
         left.set_ylabel("lateral noise [mm]")
         right.set_xlabel("tilt of the target [deg]")
-        left.set_ylim(bottom=0)
+        left.set_ylim(0, 1.4e3 * float(np.max(edges.sigma)))
         left.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1)
         svg = to_svg(figure, "lateral-noise")
     caption = (
@@ -175,8 +175,9 @@ def shares_figure(poses: Sequence[Pose]) -> Figure:
 
 def _lateral_law(ax: Any, law: LateralLaw, edges: Edges) -> None:
     """The law that the sensor model holds, over distance."""
-    z = np.linspace(edges.depth.min(), edges.depth.max(), 50)
+    z = np.linspace(np.min(edges.depth), np.max(edges.depth), 50)
     effect = law.effect
+    assert isinstance(law.held.form, LateralForm)
     fx = law.held.form.fx
     ax.plot(z, 1e3 * (float(effect.sigma) + float(effect.sigma_px) * z / fx), color=INK, linewidth=1.2, label="law")
 
