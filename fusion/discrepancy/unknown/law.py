@@ -1,0 +1,144 @@
+"""Law: what no entry of the catalogue explains, as a formula where one is found, and always as a table."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.unknown.smooth import smooth_table
+from fusion.discrepancy.unknown.table import Tables, pixel_columns, table_of, unit_of
+from fusion.discrepancy.unknown.terms import Term, best_term, gain_elsewhere
+from fusion.discrepancy.unknown.unrestricted import Found
+from fusion.discrepancy.unknown.variables import law_variables
+from fusion.sensor.effects.readout.tabulated import MOST, Tabulated
+
+Vector = NDArray[np.float64]
+
+MOST_TERMS = 3
+WORTH = 0.08  # of the gain of all terms: one that brings less is no part of the law
+ENOUGH = 0.7  # of what smooth functions explain: a formula that reaches less is no formula of it
+REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
+TRIED = 2000.0  # about how many forms are tried
+
+
+@dataclass(frozen=True)
+class Law:
+    """An effect without a name.
+
+    Attributes:
+        variables: what it depends on, the most telling first.
+        text: its form in words and numbers.
+        simple: True for a formula, False for a table alone.
+        table: the same as an effect of the sensor.
+        footprint: (n,) what it changes, in units of the gauge.
+        native: (n,) the same in native units.
+        gain: drop of the chi2.
+        held_out: drop of the chi2 in recordings left out in turn.
+        probability: that noise alone does this, over all forms tried.
+        std: of its size, as a share of it.
+    """
+
+    variables: tuple[str, ...]
+    text: str
+    simple: bool
+    table: Tabulated
+    footprint: Vector
+    native: Vector
+    gain: float
+    held_out: float
+    probability: float
+    std: float
+
+    @property
+    def replicated(self) -> bool:
+        """True when recordings that took no part in the fit show it too."""
+        return self.held_out >= REPLICATED * self.gain
+
+
+def law_of(white: Vector, observations: Observations, gauge: Gauge, found: Found) -> Law:
+    """The law behind a leftover.
+
+    Args:
+        white: (n,) what named effects leave, in units of the gauge.
+        found: what smooth functions explain of it.
+    """
+    at = law_variables(observations)
+    terms: list[Term] = []
+    left = white
+    exact = partial(pixel_columns, observations=observations)
+    while len(terms) < MOST_TERMS:
+        chosen = best_term(left, at, (observations, gauge), exact)
+        if chosen is None:
+            break
+        more = _gain(chosen[1], left)
+        if terms and more < WORTH * (float(white @ white) - float(left @ left)):
+            break
+        if len(dict.fromkeys(v for term in (*terms, chosen[0]) for v in term.variables)) > min(MOST, 3) and terms:
+            break
+        terms.append(chosen[0])
+        columns = gauge.whiten(np.concatenate([exact(term) for term in terms], axis=1))
+        left = white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0]
+    if terms and float(white @ white - left @ left) >= ENOUGH * found.gain:
+        return _formula(terms, white, observations, gauge)
+    return _table(white, observations, gauge, found)
+
+
+def _formula(terms: Sequence[Term], white: Vector, observations: Observations, gauge: Gauge) -> Law:
+    columns = np.concatenate([pixel_columns(term, observations) for term in terms], axis=1)
+    sizes = np.maximum(np.abs(columns).max(axis=0), 1e-12)
+    columns = columns / sizes
+    weights = np.linalg.lstsq(gauge.whiten(columns), white, rcond=1e-9)[0]
+    table = table_of(Tables(tuple(terms), weights / sizes), observations)
+    variables = tuple(dict.fromkeys(name for term in terms for name in term.variables))
+    ends = np.cumsum([0, *(_width(term, observations) for term in terms)])
+    unit, symbol = unit_of(observations)
+    parts = []
+    for k, term in enumerate(terms):
+        own = slice(ends[k], ends[k + 1])
+        rms = float(np.sqrt(np.mean((columns[:, own] @ weights[own]) ** 2)))
+        parts.append(f"{term.text()} with an rms of {rms * unit:.3g} {symbol}")
+    return _law((variables, " + ".join(parts), True, table), (columns, weights), white, (observations, gauge))
+
+
+def _table(white: Vector, observations: Observations, gauge: Gauge, found: Found) -> Law:
+    variables, columns, table_from = smooth_table(observations, found.variables)
+    weights = _ridge(gauge.whiten(columns), white)
+    unit, symbol = unit_of(observations)
+    rms = float(np.sqrt(np.mean((columns @ weights) ** 2))) * unit
+    text = f"no simple formula; a table over {' and '.join(variables)} with an rms of {rms:.3g} {symbol}"
+    return _law((variables, text, False, table_from(weights)), (columns, weights), white, (observations, gauge))
+
+
+def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Observations, Gauge]) -> Law:
+    variables, text, simple, table = what
+    (columns, weights), (observations, gauge) = fit, data
+    own = gauge.whiten(columns)
+    native, footprint = columns @ weights, own @ weights
+    gain = float(white @ white - ((white - footprint) ** 2).sum())
+    inflated = max(1.0, float((np.median(np.abs(white - footprint)) / 0.6745) ** 2))
+    probability = float(min(1.0, TRIED * chi2.sf(max(gain, 0.0) / inflated, columns.shape[1])))
+    held_out = gain_elsewhere(own, white, observations.place)
+    std = float(np.sqrt(inflated / max(gain, 1e-9)))
+    return Law(variables, text, simple, table, footprint, native, gain, held_out, probability, std)
+
+
+def _ridge(columns: Vector, white: Vector) -> Vector:
+    """Least squares; where the data say nothing, the weight is small."""
+    normal = columns.T @ columns
+    ridge = 1e-4 * np.trace(normal) / max(len(normal), 1) * np.eye(len(normal))
+    return np.asarray(np.linalg.solve(normal + ridge, columns.T @ white))
+
+
+def _gain(columns: Vector, white: Vector) -> float:
+    fitted = columns @ np.linalg.lstsq(columns, white, rcond=None)[0]
+    return float(fitted @ white)
+
+
+def _width(term: Term, observations: Observations) -> int:
+    return int(term.columns({name: np.ones(1) for name in term.variables}).shape[-1])

@@ -1,0 +1,65 @@
+"""Nearest: the entry of the catalogue that comes closest to an unknown law, and why it is not the one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.unknown.law import Law
+from fusion.discrepancy.unknown.unrestricted import Group, explained
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """An entry that was rejected.
+
+    Attributes:
+        name: of the effect.
+        cosine: between the law and the best that the entry can make of it.
+        gain: share of the law's own gain that it reaches.
+        left: variables on which what it leaves still depends.
+        left_gain: drop of the chi2 that they bring.
+    """
+
+    name: str
+    cosine: float
+    gain: float
+    left: tuple[str, ...]
+    left_gain: float
+
+    @property
+    def reason(self) -> str:
+        """Why it is not the one, as words."""
+        share = f"it explains {100 * self.gain:.0f} % of what the unknown law explains"
+        if not self.left:
+            return share
+        return f"{share}, and what it leaves still depends on {' and '.join(self.left)}"
+
+
+def nearest_of(law: Law, candidates: Sequence[Candidate], white: Vector, groups: list[Group]) -> Nearest | None:
+    """The closest entry by its fit to the law; None when there is no entry at all."""
+    length = max(float(np.linalg.norm(law.footprint)), 1e-300)
+    best: tuple[float, Candidate] | None = None
+    for candidate in candidates:
+        alike = float(np.linalg.norm(candidate.basis.T @ law.footprint)) / length
+        # a map of the image can follow anything a little
+        alike -= candidate.basis.shape[1] / len(white)
+        if best is None or alike > best[0]:
+            best = (alike, candidate)
+    if best is None:
+        return None
+    cosine, candidate = best
+    own = candidate.basis.T @ white
+    rest = white - candidate.basis @ own
+    left = explained(rest, groups, candidate.basis)
+    return Nearest(
+        candidate.name,
+        max(cosine, 0.0),
+        min(float(own @ own) / max(law.gain, 1e-9), 1.0),
+        left.variables if left.gain > 0 else (),
+        left.gain,
+    )

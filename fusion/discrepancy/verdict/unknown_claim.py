@@ -1,0 +1,48 @@
+"""The claim of an effect that no entry of the catalogue explains: what it depends on, its form, why it has no name."""
+
+from typing import Any
+
+from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.unknown.unknown import Unknown
+
+
+def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> dict[str, Any]:
+    """An entry of the verdict; `law`, `frame` and `nearest` are what is known of it beside its variables."""
+    law, nearest = beyond.law, beyond.nearest
+    size = (float((law.native**2).mean())) ** 0.5
+    unit = "m" if found.before.patches[0].view.time_of_flight else "px"
+    text = f"an effect that no entry of the catalogue explains: {law.text}; {beyond.frame.text}"
+    if nearest is not None:
+        text += f"; nearest is {nearest.name}, but {nearest.reason}"
+    return {
+        "effect": "unknown",
+        "parameters": {"rms": {"value": size, "std": size * law.std, "unit": unit}},
+        "channel": "bias",
+        "where": {
+            "variables": list(law.variables),
+            "region": [],
+            "recordings": None,
+            "frames": None,
+            "mask": None,
+            "text": text,
+        },
+        "evidence": {
+            "heldout_gain": law.held_out / before,
+            "false_alarm_probability": law.probability,
+            "visible_share": found.gauge.visible(law.native),
+        },
+        "indistinguishable_from": [],
+        "record_next": _next(law.variables),
+        "law": {"form": law.text, "simple": law.simple, "added_as": "tabulated"},
+        "frame": {"name": beyond.frame.name, "clear": beyond.frame.clear, "text": beyond.frame.text},
+        "nearest": None
+        if nearest is None
+        else {"effect": nearest.name, "cosine": nearest.cosine, "reason": nearest.reason},
+    }
+
+
+def _next(variables: tuple[str, ...]) -> str:
+    return (
+        f"the same scene with {' and '.join(variables)} beyond the values seen so far and everything else the same: "
+        "the form is known only inside them"
+    )

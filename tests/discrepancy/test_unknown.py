@@ -1,0 +1,89 @@
+"""What no entry explains gets a form, a frame, a table that corrects and simulates, and a reason for no name."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from made_up_walls import looks_at, sensor_of
+
+from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.observations import observe
+from fusion.discrepancy.unknown.table import joined
+from fusion.discrepancy.unknown.unknown import unknown_of
+from fusion.discrepancy.unknown.unrestricted import explained, groups_of
+from fusion.discrepancy.verdict.unknown_claim import unknown_claim
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects.readout.tabulated import Tabulated
+from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.view import Image, View
+
+PERIOD = 37.0
+
+
+@dataclass(frozen=True)
+class RowWave(Effect):
+    """A law of no catalogue: a wave from row to row, larger at a distance."""
+
+    name: ClassVar[str] = "row_wave"
+
+    def bias(self, depth: Image, view: View) -> Image:
+        return 0.0004 * depth * np.sin(2 * np.pi * view.v / PERIOD) / view.stretch
+
+
+@pytest.fixture(scope="module")
+def found():
+    sensor = sensor_of("itof")
+    looks = looks_at(sensor, 3)
+    for look in looks:
+        look.mean[...] = look.mean + RowWave().bias(look.view.depth, look.view)
+    before = observe(sensor, looks)
+    gauge = gauge_of(before)
+    white, groups = gauge.whiten(before.residual), groups_of(before, gauge)
+    left = explained(white, groups, np.zeros((len(white), 0)))
+    beyond = unknown_of(white, (before, gauge), left, candidates_of(before, gauge), groups)
+    return SimpleNamespace(looks=looks, before=before, gauge=gauge, white=white, beyond=beyond)
+
+
+def test_the_form_of_a_law_without_a_name_is_found(found):
+    law = found.beyond.law
+    assert law.simple and law.variables[0] == "v" and set(law.variables) <= {"v", "depth", "range"}
+    # eight walls of 80 rows: two periods, known to a tenth
+    assert abs(float(law.text.split("sin(2 pi v / ")[1].split()[0]) - PERIOD) < 4
+    assert law.replicated and law.probability < 1e-6
+    assert found.beyond.frame.name == "sensor"
+
+
+def test_the_table_corrects_and_survives_its_file(found, tmp_path):
+    extended = found.beyond.added_to(found.before.sensor)
+    after = found.gauge.whiten(observe(extended, found.looks).residual)
+    assert (after**2).mean() < 1.5 < (found.white**2).mean()  # 1 is noise alone
+    write_sensor(tmp_path / "sensor.json", extended)
+    again = read_sensor(str(tmp_path / "sensor.json"))
+    look = found.looks[0]
+    depth = look.view.depth
+    np.testing.assert_allclose(again.predict(depth, look.view), extended.predict(depth, look.view), atol=1e-7)
+    # half a millimetre of wave at a metre: undone to a twentieth of it
+    true = extended.correct(extended.predict(depth, look.view), look.view)
+    np.testing.assert_allclose(true, depth, atol=5e-5)
+
+
+def test_the_verdict_says_form_frame_and_why_it_has_no_name(found):
+    entry = unknown_claim(found, found.beyond, float(found.white @ found.white))
+    assert entry["effect"] == "unknown" and entry["law"]["added_as"] == "tabulated"
+    assert entry["frame"]["name"] == "sensor"
+    assert entry["nearest"]["effect"] in entry["where"]["text"] and "explains" in entry["nearest"]["reason"]
+    assert 0 < entry["evidence"]["heldout_gain"] <= 1 and entry["parameters"]["rms"]["value"] > 0
+
+
+def test_two_tables_act_as_their_sum():
+    rng = np.random.default_rng(0)
+    one = Tabulated(("depth",), ((0.5, 1.0, 3.0),), values=rng.normal(0, 0.01, 3))
+    two = Tabulated(("u", "depth"), ((0.0, 60.0, 111.0), (0.5, 1.5, 3.0)), values=rng.normal(0, 0.01, (3, 3)))
+    look = looks_at(sensor_of("itof"), 0)[1]
+    both = joined(one, two).bias(look.view.depth, look.view)
+    apart = one.bias(look.view.depth, look.view) + two.bias(look.view.depth, look.view)
+    # float32
+    np.testing.assert_allclose(both, apart, atol=2e-6)
