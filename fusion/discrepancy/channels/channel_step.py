@@ -1,0 +1,37 @@
+"""One finding in a channel beside the mean."""
+
+from dataclasses import dataclass, field
+
+from fusion.sensor.effect import Effect
+
+
+@dataclass(frozen=True)
+class ChannelStep:
+    """An effect that explains what a channel shows, or a law that none explains.
+
+    Attributes:
+        channel: "noise" or "dropout".
+        effect: as it is in the better model; None where no effect of the catalogue explains it.
+        std: of its fitted parameters.
+        corrected: the given model held it, with values that are established to be wrong.
+        gain: drop of the chi2 of the channel.
+        share: of that chi2.
+        probability: that chance alone does this, over all names.
+        alike: names that this data cannot tell from it.
+        variables: what it depends on.
+        text: one sentence for a person.
+        established: it also shows in recordings and in frames that took no part in the fit.
+    """
+
+    channel: str
+    effect: Effect | None
+    std: dict[str, float]
+    corrected: bool
+    gain: float
+    share: float
+    probability: float
+    alike: tuple[str, ...] = ()
+    variables: tuple[str, ...] = ()
+    text: str = ""
+    established: bool = True
+    nearest: str = field(default="")

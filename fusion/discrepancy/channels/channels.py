@@ -1,0 +1,37 @@
+"""The channels beside the mean: what repeated frames and missing values show beyond the model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.channels.noise import noise_steps
+from fusion.discrepancy.look import Look
+from fusion.discrepancy.observations import Observations
+from fusion.sensor.sensor import Sensor
+
+
+@dataclass(frozen=True)
+class Channels:
+    """What was found.
+
+    Attributes:
+        sensor: the model with all of it.
+        steps: one per finding.
+    """
+
+    sensor: Sensor
+    steps: tuple[ChannelStep, ...]
+
+    def of(self, channel: str) -> tuple[ChannelStep, ...]:
+        """The findings of one channel."""
+        return tuple(step for step in self.steps if step.channel == channel)
+
+
+def channels_of(observations: Observations, looks: Sequence[Look]) -> Channels:
+    """What the channels beside the mean show of observations whose mean is explained.
+
+    Args:
+        looks: with the frames that take no part in any fit.
+    """
+    held = [look.held for look in looks if look.held is not None]
+    return Channels(*noise_steps(observations, held))

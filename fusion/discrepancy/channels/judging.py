@@ -1,0 +1,93 @@
+"""Judging what was tried of the noise: by chance, by its size, in recordings left out, in frames left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs
+from fusion.discrepancy.channels.scatter import Scatter, scatter_of
+from fusion.discrepancy.channels.turning import COMMON, Ruler, Turned, changes, turn
+from fusion.discrepancy.look import Look
+from fusion.discrepancy.observations import observe
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+FALSE_ALARM = 1e-4  # of a new effect, over all names
+BEYOND = 0.005  # chance that a stated value, within its own standard deviation, is as far off as it seems
+REPLICATED = 0.4  # of the gain that must show where it was not fitted
+LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below, it is a matter of the noise model
+SIMPLER = 6.0  # of the chi2: a value that is wrong needs no new physics
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One explanation: which knobs became free, and where they stand then."""
+
+    name: str
+    free: tuple[Knob, ...]
+    turned: Turned
+    gain: float
+    corrected: bool
+
+    @property
+    def score(self) -> float:
+        return self.gain + (SIMPLER if self.corrected else 0.0) - 2.0 * len(self.free)
+
+
+def probability(best: Tried, names: int) -> float:
+    """Of a gain like this by chance; a value that is known wrongly has only its own chance."""
+    gain, k = max(best.gain, 0.0), len(best.free)
+    return float(chi2.sf(gain, k)) if best.corrected else float(min(1.0, names * chi2.sf(gain, k)))
+
+
+def improbable(best: Tried, names: int) -> bool:
+    return probability(best, names) <= (BEYOND if best.corrected else FALSE_ALARM)
+
+
+def large(best: Tried, before: Turned) -> bool:
+    excess = np.abs(best.turned.excess() - before.excess())
+    difference = np.maximum(excess, np.abs(best.turned.renewal() - before.renewal()))
+    return bool(np.quantile(difference, 0.9) > LEAST_CHANGE)
+
+
+def replicated(best: Tried, before: Turned, scatter: Scatter, ruler: Ruler) -> bool:
+    """True when recordings that took no part in the fit show it too, and not one alone."""
+    places = np.unique(scatter.place)
+    if len(places) < 3:
+        return True
+    gains = []
+    for g in places:
+        rest, part = scatter.place != g, scatter.place == g
+        few = [knob.only(rest) for knob in best.turned.knobs]
+        values = turn(scatter.only(rest), ruler, few, best.turned.values).values
+        fits = [(before.knobs, before.values), (best.turned.knobs, values)]
+        own = scatter.only(part)
+        whites = [_white(own, ruler, [knob.only(part) for knob in knobs], values) for knobs, values in fits]
+        gains.append(float((np.clip(whites[0], -6, 6) ** 2).sum() - (np.clip(whites[1], -6, 6) ** 2).sum()))
+    total = float(np.sum(gains))
+    return total > REPLICATED * best.gain and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
+
+
+def confirmed(best: Tried, before: Turned, sensor: Sensor, held: Sequence[Look], ruler: Ruler) -> bool:
+    """True unless frames that took no part in the fit deny it."""
+    some = [look for look in held if len(look.frames) >= 2]
+    if not some:
+        return True
+    scatter = scatter_of([p for p in observe(sensor, some).patches if len(p.tiles)])
+    again = {knob.key: knob for knob in [*known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter)]}
+    whites = []
+    for turned in (before, best.turned):
+        pairs = [(again[k.key], v) for k, v in zip(turned.knobs, turned.values, strict=True) if k.key in again]
+        whites.append(_white(scatter, ruler, [knob for knob, _ in pairs], [value for _, value in pairs]))
+    expected = whites[0] - whites[1]
+    return bool(expected @ whites[0] > REPLICATED * (expected @ expected))
+
+
+def _white(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], values: Sequence[float] | Vector) -> Vector:
+    """(2 n,) what knobs at some values leave, whitened."""
+    excess, renewal = changes(knobs, values)
+    return ruler.white(scatter, scatter.excess - excess, scatter.renewal - renewal)

@@ -1,0 +1,155 @@
+"""Knobs: the numbers that the scatter of repeated frames depends on, of effects in the model and of those it lacks."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.channels.scatter import Scatter, variance
+from fusion.discrepancy.channels.succession import succession_of
+from fusion.discrepancy.observations import Patch
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects import EFFECTS
+from fusion.sensor.parameter import Parameter, parameters
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+SIZES = np.geomspace(0.03, 30.0, 9)  # of a typical size, that are tried
+MEMORIES = (0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
+USUAL = 0.3  # share of itself by which a value may be off whose standard deviation nobody stated: guess
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One number, and what the tiles (n,) make of it.
+
+    Attributes:
+        effect: whose it is, as it is before the knob is turned.
+        parameter: which.
+        value: before it is turned.
+        sigma: how well it is known; infinite for an effect that the model lacks.
+        at: (k,) values at which the changes are known, rising.
+        growth: (k, n) by which share the variance grows there.
+        factor: (k, n) change there of the logarithm of the variance, by a filter in time.
+        renewal: (k, n) change there of the logarithm of the share that is new in every frame.
+    """
+
+    effect: Effect
+    parameter: Parameter
+    value: float
+    sigma: float
+    at: Vector
+    growth: NDArray[np.float64]
+    factor: NDArray[np.float64]
+    renewal: NDArray[np.float64]
+
+    @property
+    def key(self) -> tuple[str, str]:
+        return self.effect.name, self.parameter.name
+
+    @property
+    def new(self) -> bool:
+        return not np.isfinite(self.sigma)
+
+    def turned(self, value: float) -> tuple[Vector, Vector, Vector]:
+        """Growth, factor and renewal (n,) at a value."""
+        place = int(np.clip(np.searchsorted(self.at, value) - 1, 0, len(self.at) - 2))
+        low, high = self.at[place], self.at[place + 1]
+        share = (value - low) / (high - low)  # beyond the ends the last stretch goes on
+        factor, renewal = ((1 - share) * part[place] + share * part[place + 1] for part in (self.factor, self.renewal))
+        if np.isfinite(self.sigma) or self.value:
+            step = value - self.value
+            return step * self._bend[0] + step**2 * self._bend[1], factor, renewal
+        # a variance grows with the square of a size, so its root is nearly straight in between
+        roots = np.sign(self.growth) * np.sqrt(np.abs(self.growth))
+        root = (1 - share) * roots[place] + share * roots[place + 1]
+        return np.sign(root) * root**2, factor, renewal
+
+    @cached_property
+    def _bend(self) -> NDArray[np.float64]:
+        """(2, n) of the growth, as a multiple of the step away from the value and of its square: exact for a size."""
+        step = self.at - self.value
+        near = np.abs(step) <= 1.01 * max(abs(self.value), np.min(np.abs(step[step != 0])))
+        columns = np.column_stack([step, step**2])[near]
+        return np.asarray(np.linalg.lstsq(columns, self.growth[near], rcond=None)[0])
+
+    def only(self, rows: NDArray[np.bool_]) -> "Knob":
+        """For these tiles alone."""
+        return replace(self, growth=self.growth[:, rows], factor=self.factor[:, rows], renewal=self.renewal[:, rows])
+
+
+def known_knobs(sensor: Sensor, scatter: Scatter, free: frozenset[str]) -> list[Knob]:
+    """Noise parameters that the model holds; those of the effects named in `free` are known no better than by guess."""
+    knobs = []
+    for effect in sensor.effects:
+        if effect.frozen or not (effect.changes("noise") or effect.changes("spread")):
+            continue
+        for name, about in parameters(effect).items():
+            value = getattr(effect, name)
+            if np.ndim(value) or about.kind not in ("number", "scalar"):
+                continue
+            stated = float(np.max(sensor.std.get((effect.name, name), USUAL * abs(value - about.neutral))))
+            sigma = max(abs(float(value)), stated) if effect.name in free and stated > 0 else stated
+            if sigma > 0:
+                knobs.append(_known(effect, about, float(value), sigma, scatter))
+    return [knob for knob in knobs if np.any(knob.growth) or np.any(knob.factor)]
+
+
+def new_knobs(sensor: Sensor, scatter: Scatter) -> Iterator[Knob]:
+    """Sizes of effects that change the noise and that the model lacks."""
+    for kind in EFFECTS:
+        changes = (kind.changes("noise") or kind.changes("spread")) and not kind.frozen
+        if not changes or sensor.effect(kind.name) or (kind.principles and sensor.principle not in kind.principles):
+            continue
+        for about in parameters(kind).values():
+            if about.neutral == 0 and about.kind in ("number", "scalar", "list"):
+                knob = _new(kind, about, scatter)
+                if np.any(knob.growth) or np.any(knob.factor):
+                    yield knob
+
+
+def _new(kind: type[Effect], about: Parameter, scatter: Scatter) -> Knob:
+    filtering = _with(kind(), about, about.typical).follows() > 0
+    values = np.array(MEMORIES) if filtering else about.typical * SIZES
+    values = np.concatenate([[0.0], values[(values > about.low) & (values <= about.high)]])
+    effects = [_with(kind(), about, value) for value in values]
+    return Knob(effects[0], about, 0.0, np.inf, values, *_changes(effects, effects[0], scatter))
+
+
+def _known(effect: Effect, about: Parameter, value: float, sigma: float, scatter: Scatter) -> Knob:
+    steps = np.array([-0.9, -0.5, -0.25, 0.0, 0.3, 1.0, 3.0]) * max(abs(value), sigma)
+    values = np.unique(np.clip(value + steps, about.low, about.high))
+    effects = [_with(effect, about, v) for v in values]
+    return Knob(effect, about, value, sigma, values, *_changes(effects, effect, scatter))
+
+
+def _with(effect: Effect, about: Parameter, value: float) -> Effect:
+    changed: dict[str, Any] = {about.name: float(value)}
+    return replace(effect, **changed)
+
+
+def _changes(effects: list[Effect], own: Effect, scatter: Scatter) -> tuple[Vector, Vector, Vector]:
+    """(k, n) each: growth, factor and renewal of the tiles when `own` becomes each of the effects."""
+    rows = []
+    for effect in effects:
+        parts = [_change(effect, own, patch) for patch in scatter.patches]
+        rows.append([np.concatenate(part) for part in zip(*parts, strict=True)])
+    growth, factor, renewal = (np.array(part) for part in zip(*rows, strict=True))
+    return growth, factor, renewal
+
+
+def _change(effect: Effect, own: Effect, patch: Patch) -> tuple[Vector, Vector, Vector]:
+    zero, n = np.zeros(len(patch.tiles)), len(patch.look.frames)
+    if effect.follows() or own.follows():
+        started = patch.look.frames[0] == 0
+        after, before = (succession_of(round(e.follows(), 6), n, started) for e in (effect, own))
+        return zero, zero + after[0] - before[0], zero + (after[1] - before[1] if n > 2 else 0.0)
+    with np.errstate(all="ignore"):
+        squares = effect.noise(patch.depth, patch.view) ** 2 - own.noise(patch.depth, patch.view) ** 2
+    whole = np.maximum(variance(patch, patch.sigma), 1e-300)
+    positive = variance(patch, np.sqrt(np.maximum(squares, 0.0)))
+    return (positive - variance(patch, np.sqrt(np.maximum(-squares, 0.0)))) / whole, zero, zero

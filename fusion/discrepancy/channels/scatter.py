@@ -1,0 +1,102 @@
+"""Scatter: how repeated frames scatter on every tile, against what a sensor model says of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.channels.succession import succession_of
+from fusion.discrepancy.observations import Patch
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
+
+Vector = NDArray[np.float64]
+
+FLOOR = 0.03  # of a variance: what the model of the noise leaves open, from recordings in which nothing is missing
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """The noise of tiles (n,).
+
+    Attributes:
+        patches: whose tiles, in order.
+        excess: logarithm of the measured over the predicted variance of repeated frames.
+        excess_sigma: its standard deviation, from the number of pixels that are independent in effect.
+        renewal: logarithm of the variance that is new in every frame over the whole one, less what is predicted; 0
+            where the frames say nothing about it.
+        renewal_sigma: its standard deviation; infinite there.
+        place: recording of each tile.
+    """
+
+    patches: tuple[Patch, ...]
+    excess: Vector
+    excess_sigma: Vector
+    renewal: Vector
+    renewal_sigma: Vector
+    place: NDArray[np.intp]
+
+    def __len__(self) -> int:
+        return len(self.excess)
+
+    def only(self, rows: NDArray[np.bool_]) -> "Scatter":
+        """These tiles alone."""
+        noise = (self.excess[rows], self.excess_sigma[rows], self.renewal[rows], self.renewal_sigma[rows])
+        return Scatter(self.patches, *noise, self.place[rows])
+
+
+def scatter_of(patches: Sequence[Patch]) -> Scatter:
+    """The scatter of looks of two frames and more."""
+    rows = [_scatter(patch) for patch in patches]
+    excess, excess_sigma, renewal, renewal_sigma = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    place = np.concatenate([np.full(len(patch.tiles), patch.look.place) for patch in patches])
+    return Scatter(tuple(patches), excess, excess_sigma, renewal, renewal_sigma, place)
+
+
+def variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
+    """(n,) mean square in native units of a spread (h, w) [m], over the pixels that have one and a measured one."""
+    sound = np.isfinite(patch.look.std) & np.isfinite(patch.sigma)
+    squares = np.where(sound, np.square(np.nan_to_num(spread * patch.native)), 0.0)
+    return patch.tiles.mean(squares) / np.maximum(patch.tiles.mean(sound.astype(float)), 1e-9)
+
+
+def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
+    n, look = len(patch.look.frames), patch.look
+    measured, predicted = variance(patch, look.std), variance(patch, patch.sigma)
+    pixels = patch.tiles.pixels / _sharing(patch)
+    floor = FLOOR**2 + _undithered(patch) ** 2
+    memory = max((effect.follows() for effect in patch.sensor.effects), default=0.0)
+    whole, renewed = succession_of(memory, n, started=look.frames[0] == 0)
+    settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
+    excess = np.log(np.maximum(measured, 1e-14) / np.maximum(predicted, 1e-14)) - (whole - settled)
+    excess_sigma = np.sqrt(2.0 / ((n - 1) * pixels) + floor)
+    if n < 3 or look.succession is None:
+        return excess, excess_sigma, np.zeros(len(excess)), np.full(len(excess), np.inf)
+    new = variance(patch, np.sqrt(look.succession))
+    renewal = np.log(np.maximum(new, 1e-14) / np.maximum(measured, 1e-14)) - renewed
+    # von Neumann's ratio of normal noise, of which each pixel weighs with its own variance
+    ratio = (n - 2) / ((n + 1) * (n - 1)) * (1 + 2 / (n - 1))
+    return excess, excess_sigma, renewal, np.sqrt(ratio / pixels + floor)
+
+
+def _sharing(patch: Patch) -> float:
+    """Pixels that share their noise, in effect: the sum of the squared correlations over all neighbours."""
+    alike = patch.look.alike
+    if alike is None:
+        return 1.0
+    return float(np.prod(1 + 2 * (np.square(alike[:, 1:])).sum(axis=1)))
+
+
+def _undithered(patch: Patch) -> float:
+    """How far a variance may wander (share of it) with the place between two steps of the rounding."""
+    rounding = next((e for e in patch.sensor.effects if isinstance(e, DepthQuantization)), None)
+    if rounding is None:
+        return 0.0
+    slope = float(np.nanmedian(np.abs(patch.native)))
+    step = float(np.mean(rounding.step)) * slope
+    if not patch.view.time_of_flight:
+        step = max(step, float(np.mean(rounding.step_px)))
+    total = float(np.sqrt(patch.tiles.mean((patch.sigma * patch.native) ** 2).mean()))
+    before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
+    # the first harmonic of the rounding's own error, which fades as the noise grows over a step
+    return 4.0 * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0

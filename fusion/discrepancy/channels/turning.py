@@ -1,0 +1,144 @@
+"""Turning: the values of knobs that explain the scatter best, and how much better than others."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from fusion.discrepancy.channels.knobs import Knob
+from fusion.discrepancy.channels.scatter import Scatter
+
+Vector = NDArray[np.float64]
+
+COMMON = 0.02  # of the variance of a whole recording: what the model leaves open at least
+OUTLIER = 3.0  # standard deviations from which on a tile counts less
+LEAST_GROWTH = -0.95  # of a variance: noise does not vanish
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Knobs at their best values.
+
+    Attributes:
+        knobs: all that were turned.
+        values, std: (k,) of them.
+        chi2: of the tiles, with what the values cost that leave what is known of them.
+    """
+
+    knobs: tuple[Knob, ...]
+    values: Vector
+    std: Vector
+    chi2: float
+
+    def excess(self) -> Vector:
+        """(n,) change of the logarithm of the variance."""
+        return changes(self.knobs, self.values)[0]
+
+    def renewal(self) -> Vector:
+        return changes(self.knobs, self.values)[1]
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """What residuals of the scatter are measured with.
+
+    Attributes:
+        common: standard deviation of an error that all tiles of a recording share, of the logarithm of the variance.
+        inflated: factor of all standard deviations.
+    """
+
+    common: float = COMMON
+    inflated: float = 1.0
+
+    def white(self, scatter: Scatter, excess: Vector, renewal: Vector) -> Vector:
+        """(2 n,) residuals as independent numbers of unit spread."""
+        parts = []
+        for values, sigma in ((excess, scatter.excess_sigma), (renewal, scatter.renewal_sigma)):
+            parts.append(self._white(values, 1.0 / (sigma * self.inflated), scatter.place))
+        return np.concatenate(parts)
+
+    def _white(self, values: Vector, weight: Vector, place: NDArray[np.intp]) -> Vector:
+        out = values * weight
+        for g in np.unique(place):
+            rows = place == g
+            length = float(np.linalg.norm(weight[rows]))
+            if length > 0:
+                along = weight[rows] / length
+                shrunk = 1.0 - 1.0 / np.sqrt(1.0 + (self.common * length) ** 2)
+                out[rows] -= shrunk * along * float(along @ out[rows])
+        return out
+
+
+def changes(knobs: Sequence[Knob], values: Sequence[float] | Vector) -> tuple[Vector, Vector]:
+    """(n,) changes of the logarithm of the variance, and of its new share."""
+    growth, factor, renewal = np.zeros(1), np.zeros(1), np.zeros(1)
+    for knob, value in zip(knobs, values, strict=True):
+        parts = knob.turned(float(value))
+        growth, factor, renewal = growth + parts[0], factor + parts[1], renewal + parts[2]
+    return np.log1p(np.maximum(growth, LEAST_GROWTH)) + factor, renewal
+
+
+def turn(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], start: Sequence[float] | Vector) -> Turned:
+    """The best values of knobs; those that are known cost what they leave of it."""
+    if not knobs:
+        return Turned((), np.zeros(0), np.zeros(0), _chi2(ruler.white(scatter, scatter.excess, scatter.renewal)))
+    scale = np.array([_scale(k, s) for k, s in zip(knobs, start, strict=True)])
+    prior = np.array([0.0 if k.new else _scale(k, s) / k.sigma for k, s in zip(knobs, start, strict=True)])
+    centre = np.array([k.value for k in knobs]) / scale
+
+    def misfit(x: Vector) -> Vector:
+        excess, renewal = changes(knobs, x * scale)
+        white = ruler.white(scatter, scatter.excess - excess, scatter.renewal - renewal)
+        return np.concatenate([_tamed(white), (x - centre) * prior])
+
+    low = np.array([k.parameter.low for k in knobs]) / scale
+    high = np.array([k.parameter.high for k in knobs]) / scale
+    inside = np.clip(np.array(start) / scale, low + 1e-9, high - 1e-9)
+    found = least_squares(misfit, inside, bounds=(low, high), x_scale=1.0, max_nfev=40)
+    covariance = np.linalg.pinv(found.jac.T @ found.jac)
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * scale
+    return Turned(tuple(knobs), found.x * scale, std, float(2 * found.cost))
+
+
+def as_stated(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob]) -> Turned:
+    """Knobs that nobody turned."""
+    return Turned(
+        tuple(knobs),
+        np.array([knob.value for knob in knobs]),
+        np.array([knob.sigma for knob in knobs]),
+        _chi2(ruler.white(scatter, scatter.excess, scatter.renewal)),
+    )
+
+
+def ruler_of(scatter: Scatter, best: Turned | None) -> Ruler:
+    """The ruler under which what the best explanation leaves is noise: whole recordings first, then tiles."""
+    excess = scatter.excess - (best.excess() if best and best.knobs else 0.0)
+    offsets, noise, spread = [], [], []
+    for g in np.unique(scatter.place):
+        rows = scatter.place == g
+        weight = 1 / scatter.excess_sigma[rows] ** 2
+        offset = float(np.average(excess[rows], weights=weight))
+        offsets.append(offset)
+        noise.append(1 / float(weight.sum()))
+        spread.append((excess[rows] - offset) / scatter.excess_sigma[rows])
+    between = float((np.median(np.abs(offsets)) / 0.6745) ** 2 - np.median(noise)) if len(offsets) > 2 else 0.0
+    inflated = float(np.median(np.abs(np.concatenate(spread))) / 0.6745)
+    return Ruler(float(np.sqrt(max(between, COMMON**2))), max(1.0, inflated))
+
+
+def _tamed(white: Vector) -> Vector:
+    """Residuals whose squares grow only linearly beyond OUTLIER (Huber)."""
+    size = np.abs(white)
+    far = size > OUTLIER
+    return np.where(far, np.sign(white) * np.sqrt(np.maximum(2 * OUTLIER * size - OUTLIER**2, 0.0)), white)
+
+
+def _chi2(white: Vector) -> float:
+    return float((_tamed(white) ** 2).sum())
+
+
+def _scale(knob: Knob, start: float) -> float:
+    size = max(abs(start), abs(knob.value))
+    return size if size > 0 else (knob.parameter.typical if knob.new else knob.sigma)

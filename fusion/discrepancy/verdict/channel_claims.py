@@ -1,0 +1,63 @@
+"""Claims of the channels beside the mean: noise and missing values."""
+
+from typing import Any
+
+import numpy as np
+
+from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.verdict.record_next import record_next
+from fusion.sensor.parameter import parameters
+
+# a law of the range or of the disparity is one of the depth too
+ALSO = {"range": "depth", "disparity": "depth"}
+OF = {"noise": "the spread of repeated frames", "dropout": "missing values"}
+
+
+def channel_claim(step: ChannelStep) -> dict[str, Any]:
+    """A finding of a channel as an entry of the verdict."""
+    return {
+        "effect": step.effect.name if step.effect else "unknown",
+        "parameters": _parameters(step),
+        "channel": step.channel,
+        "where": {
+            "variables": _variables(step),
+            "region": [],
+            "recordings": None,
+            "frames": None,
+            "mask": None,
+            "text": _text(step),
+        },
+        "evidence": {
+            "heldout_gain": step.share,
+            "false_alarm_probability": step.probability,
+            "visible_share": 1.0,
+        },
+        "indistinguishable_from": list(step.alike),
+        "record_next": record_next(step.effect, list(step.alike)) if step.effect else "",
+    }
+
+
+def _variables(step: ChannelStep) -> list[str]:
+    names = step.variables or (step.effect.variables if step.effect else ())
+    return list(dict.fromkeys(v for name in names for v in (name, *((ALSO[name],) if name in ALSO else ()))))
+
+
+def _text(step: ChannelStep) -> str:
+    if step.text or step.effect is None:
+        return f"{OF[step.channel]}: {step.text}"
+    how = "as the model has it, with other numbers" if step.corrected else step.effect.formula
+    return f"{OF[step.channel]}: {how}"
+
+
+def _parameters(step: ChannelStep) -> dict[str, Any]:
+    if step.effect is None:
+        return {}
+    about = parameters(step.effect)
+    return {
+        about[name].label: {
+            "value": float(np.mean(getattr(step.effect, name))),
+            "std": std if np.isfinite(std) else None,
+            "unit": about[name].unit,
+        }
+        for name, std in step.std.items()
+    }

@@ -1,0 +1,85 @@
+"""The noise of repeated frames: what adds to it is named, a wrong number corrected, and nothing where it is right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_walls import looks_at, sensor_of
+
+from fusion.discrepancy.channels.noise import noise_steps
+from fusion.discrepancy.channels.succession import succession_of
+from fusion.discrepancy.observations import observe
+from fusion.sensor.effects.light.ambient_light import AmbientLight
+from fusion.sensor.effects.phase.sensor_interference import SensorInterference
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.effects.readout.temporal_filtering import TemporalFiltering
+
+
+def found_in(given, hidden, seed):
+    """Steps for looks of one sensor under the model of another."""
+    return noise_steps(observe(given, looks_at(hidden, seed)))
+
+
+@pytest.mark.parametrize("principle", ["itof", "structured_light"])
+def test_noise_as_the_model_says_is_nothing(principle):
+    for seed in range(3):
+        assert found_in(sensor_of(principle), sensor_of(principle), seed)[1] == ()
+
+
+def test_more_light_is_named_by_its_noise():
+    given = replace(sensor_of("itof"), std={("axial_noise", "c0"): 0.0001})
+    sensor, (step, *more) = found_in(given, sensor_of("itof", AmbientLight(ambient=4000.0)), 1)
+    assert step.effect is not None and "ambient_light" in (step.effect.name, *step.alike) and not more
+    # a tenth: its noise joins one that is as large, in some hundred tiles
+    assert step.effect.ambient == pytest.approx(4000.0, rel=0.1)
+    assert sensor.effect("ambient_light") == step.effect
+
+
+def test_another_sensor_is_not_taken_for_light():
+    # interference brings noise that grows as the light fades
+    _, (step, *_) = found_in(sensor_of("itof"), sensor_of("itof", SensorInterference(fraction=0.3)), 2)
+    assert step.effect is not None and "sensor_interference" in (step.effect.name, *step.alike)
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.5])
+def test_a_number_that_is_wrong_is_corrected(factor):
+    given = replace(sensor_of("structured_light"), std={("axial_noise", "sigma_px"): 0.003})
+    _, steps = found_in(given, replace(given, effects=(AxialNoise(sigma_px=0.03 * factor),)), 3)
+    (step,) = steps
+    assert step.corrected and step.effect.name == "axial_noise"
+    # five standard deviations: this happens once in a million seeds
+    assert step.effect.sigma_px == pytest.approx(0.03 * factor, abs=5 * step.std["sigma_px"])
+    assert step.std["sigma_px"] < 0.001
+
+
+def test_a_number_that_is_as_well_known_as_stated_is_left():
+    given = replace(sensor_of("structured_light"), std={("axial_noise", "sigma_px"): 0.006})
+    assert found_in(given, replace(given, effects=(AxialNoise(sigma_px=0.036),)), 4)[1] == ()
+
+
+def test_frames_that_hold_the_one_before_are_told_from_less_noise():
+    rng = np.random.default_rng(5)
+    looks, memory = [], 0.4
+    for look in looks_at(sensor_of("itof"), 6):
+        frames = look.mean + 0.002 * rng.standard_normal((6, *look.mean.shape))
+        for t in range(1, len(frames)):
+            frames[t] = (1 - memory) * frames[t] + memory * frames[t - 1]
+        changes = 0.5 * (np.diff(frames, axis=0) ** 2).mean(axis=0)
+        looks.append(replace(look, std=frames.std(axis=0, ddof=1), succession=changes))
+    _, (step, *more) = noise_steps(observe(sensor_of("itof"), looks))
+    assert isinstance(step.effect, TemporalFiltering) and not more
+    # three standard deviations and what the made-up noise leaves open
+    assert step.effect.memory == pytest.approx(memory, abs=3 * step.std["memory"] + 0.01)
+
+
+def test_expected_scatter_of_filtered_frames():
+    rng = np.random.default_rng(7)
+    x = rng.standard_normal((5, 40_000))
+    for t in range(1, 5):
+        x[t] = 0.5 * x[t] + 0.5 * x[t - 1]
+    whole, renewed = succession_of(0.5, 5, started=True)
+    variance = x.var(axis=0, ddof=1).mean()
+    # a hundredth: 40000 series of five frames
+    assert np.log(variance) == pytest.approx(whole, abs=0.02)
+    assert np.log(0.5 * (np.diff(x, axis=0) ** 2).mean() / variance) == pytest.approx(renewed, abs=0.02)
+    assert succession_of(0.0, 5, started=True) == pytest.approx((0.0, 0.0))
