@@ -13,6 +13,8 @@ Rng = np.random.Generator
 
 FRAMES, RATE = 7, 30.0
 SIGMA_M, SIGMA_RAD = 0.0005, 0.0005
+SIZE = np.array([SIGMA_RAD] * 3 + [SIGMA_M] * 3)
+LONG = ("warm",)
 GREYS = np.array([15, 64, 204]) / 255.0
 CARD = 217 / 255.0
 
@@ -22,16 +24,43 @@ class Setting:
     """How a deck is drawn.
 
     Attributes:
-        kind: "walls", "patches", "card", "corner", "warm", "ordered" (near to far, white, frontal).
+        kind: "walls", "patches", "card", "corner", "warm", "ordered" (near to far, white, frontal), "plain
+            walls" (nothing but white walls), "trend" (the
+            farther, the later, though not in every recording), "sides" (dark things mostly on one side).
         flight: for a time-of-flight camera.
         bow_m: how far walls are from flat.
         worst_pose: one recording whose pose is off by this many standard deviations.
+        poses: how many times larger than usual errors of all poses are.
+        stated: how many times larger they are said to be.
     """
 
     kind: str
     flight: bool
     bow_m: float = 0.0
     worst_pose: float = 0.0
+    poses: float = 1.0
+    stated: float = 1.0
+
+
+@dataclass(frozen=True)
+class Span:
+    """Distances [m] and tilts [deg] from which recordings are drawn."""
+
+    near: float = 0.6
+    far: float = 3.2
+    least_deg: float = 0.0
+    most_deg: float = 45.0
+
+
+USUAL, BEYOND = Span(), Span(3.4, 4.0, 0.0, 55.0)
+# more recordings of the kinds that an answer may ask for
+ASKED = {
+    "distance": Setting("walls", False),
+    "patches": Setting("patches", False),
+    "time": Setting("warm", False),
+    "step": Setting("step", False),
+    "tilt": Setting("walls", False),
+}
 
 
 def camera_of(rng: Rng, flight: bool) -> Camera:
@@ -43,7 +72,7 @@ def camera_of(rng: Rng, flight: bool) -> Camera:
 def shots_of(rng: Rng, setting: Setting) -> list[Shot]:
     """All recordings of a case, in the order in which they are made."""
     camera = camera_of(rng, setting.flight)
-    long = setting.kind == "warm"
+    long = setting.kind in LONG
     starts = np.cumsum(np.concatenate([[rng.uniform(40, 70)], rng.uniform(120, 280, 9)]))
     if long:
         starts = np.concatenate([[60.0], 60.0 + 540.0 * rng.permutation(7)])
@@ -53,41 +82,84 @@ def shots_of(rng: Rng, setting: Setting) -> list[Shot]:
     for i, start in enumerate(starts):
         times = start + (np.arange(20) * 150.0 if long and i == 0 else np.arange(FRAMES) / RATE)
         panels, stated = _scene(rng, setting, i, shots, bows)
-        size = np.array([SIGMA_RAD] * 3 + [SIGMA_M] * 3)
+        size = setting.poses * SIZE
         error = rng.standard_normal(6)
         if setting.worst_pose and i == worst:
             error *= setting.worst_pose / np.linalg.norm(error) * np.sqrt(6)
         T = nudged(stated, error * size)
-        degrees = 24.0 + 16.0 * (1 - np.exp(-times / 900.0)) + 0.02 * rng.standard_normal(len(times))
-        shots.append(Shot(camera, panels, T, stated, times, degrees, long and i == 0))
+        shots.append(
+            Shot(camera, panels, T, stated, times, _degrees(rng, times), long and i == 0, sigma=setting.stated)
+        )
     return shots
 
 
+def more_shots(rng: Rng, setting: Setting, before: list[Shot], how: Span, count: int = 2) -> list[Shot]:
+    """Recordings of the same kind, at other distances or tilts, made by the same camera."""
+    shots: list[Shot] = []
+    ends = before[-1].times[-1]
+    for i in range(count):
+        start = rng.uniform(60.0, 3300.0) if setting.kind in LONG and how is USUAL else ends + 400.0 * (i + 1)
+        times = start + np.arange(FRAMES) / RATE
+        panels, stated = _scene(rng, setting, i, shots, {"white": None, "patches": None}, how)
+        T = nudged(stated, setting.poses * SIZE * rng.standard_normal(6))
+        shots.append(Shot(before[0].camera, panels, T, stated, times, _degrees(rng, times), sigma=setting.stated))
+    return shots
+
+
+def asked_shots(rng: Rng, kind: str, before: list[Shot], count: int = 4) -> list[Shot]:
+    """Recordings of one of the kinds in `ASKED`, by the same camera."""
+    if kind == "time":  # nothing changes but the time: the last scene again, cold and warm
+        last = before[len(before) // 2]
+        out = []
+        for start in np.linspace(20.0, 6000.0, count):
+            times = start + np.arange(FRAMES) / RATE
+            T = nudged(last.stated, SIZE * rng.standard_normal(6))
+            out.append(Shot(last.camera, last.panels, T, last.stated, times, _degrees(rng, times)))
+        return out
+    span = Span(0.6, 3.2, 30.0, 50.0) if kind == "tilt" else Span(0.6, 3.8, 0.0, 30.0)
+    return more_shots(rng, ASKED[kind], before, span, count)
+
+
+def _degrees(rng: Rng, times: Array) -> Array:
+    """Temperature [degC] as logged."""
+    return np.asarray(24.0 + 16.0 * (1 - np.exp(-times / 900.0)) + 0.02 * rng.standard_normal(len(times)))
+
+
 def _scene(
-    rng: Rng, setting: Setting, i: int, before: list[Shot], bows: dict[str, Bow | None]
+    rng: Rng, setting: Setting, i: int, before: list[Shot], bows: dict[str, Bow | None], how: Span = USUAL
 ) -> tuple[list[Panel], Array]:
     kind = setting.kind
     if kind == "card" and i % 2:  # the same again, with something near
         return [*before[-1].panels, _near(rng, before[-1].stated)], nudged(
             before[-1].stated, 1e-3 * rng.standard_normal(6)
         )
-    white = kind in ("ordered", "warm") or (kind in ("walls", "card") and rng.random() < 0.6)
+    white = kind in ("ordered", "plain walls", "trend", "warm", "step") or (
+        kind in ("walls", "card") and rng.random() < 0.6
+    )
     wall = _wall("white" if white else "patches", bows)
     panels = [wall]
-    if kind in ("walls", "warm") and i in (2, 7):
+    if kind == "sides":
+        panels = [_sides(rng)]
+    if (kind in ("walls", "warm") and i in (2, 7)) or kind == "step":
         panels = [_wall("white", bows), _step(rng)]
     if kind == "corner":
         panels = [
             wall,
             Panel(np.array([1.0, 0.0, 1.2]), np.array([0, -1.6, 0.0]), np.array([0, 0, -2.4]), np.array([[0.8]])),
         ]
-    distance = 0.65 + 0.3 * i if kind == "ordered" else rng.uniform(0.6, 3.2)
-    return panels, _pose(rng, distance, 4.0 if kind == "ordered" or rng.random() < 0.25 else 45.0, kind == "corner")
+    distance = rng.uniform(how.near, how.far)
+    if kind in ("ordered", "trend") and how is USUAL:
+        distance = (
+            0.65 + 0.3 * i if kind == "ordered" else float(np.clip(0.65 + 0.27 * i + 0.3 * rng.normal(), 0.6, 3.2))
+        )
+    frontal = kind == "ordered" or (not how.least_deg and rng.random() < 0.25)
+    tilts = (0.0, 4.0) if frontal else (how.least_deg, how.most_deg)
+    return panels, _pose(rng, distance, tilts, kind == "corner")
 
 
-def _pose(rng: Rng, distance: float, most_deg: float, corner: bool) -> Array:
+def _pose(rng: Rng, distance: float, tilts_deg: tuple[float, float], corner: bool) -> Array:
     target = np.array([rng.uniform(0.3, 0.9) if corner else rng.uniform(-0.3, 0.3), 0.0, rng.uniform(-0.25, 0.25)])
-    tilt, turn = np.deg2rad(rng.uniform(0, most_deg)), rng.uniform(0, 2 * np.pi)
+    tilt, turn = np.deg2rad(rng.uniform(*tilts_deg)), rng.uniform(0, 2 * np.pi)
     if corner:
         distance, turn, tilt = min(distance, 2.2), np.pi + rng.uniform(-0.5, 0.5), min(tilt, 0.6)
     away = np.array([np.sin(tilt) * np.cos(turn), -np.cos(tilt), np.sin(tilt) * np.sin(turn)])
@@ -100,6 +172,14 @@ def _wall(look: str, bows: dict[str, Bow | None]) -> Panel:
         row, column = np.mgrid[0:6, 0:8]
         cells = GREYS[(row + 2 * column) % 3]
     return Panel(np.array([-1.6, 0, 1.2]), np.array([3.2, 0, 0]), np.array([0, 0, -2.4]), cells, bows[look])
+
+
+def _sides(rng: Rng) -> Panel:
+    """Patches that are mostly bright on the left and mostly dark on the right."""
+    bright = rng.random((6, 10)) < np.where(np.arange(10) < 5, 0.8, 0.2)
+    return Panel(
+        np.array([-1.6, 0, 1.2]), np.array([3.2, 0, 0]), np.array([0, 0, -2.4]), np.where(bright, 0.8, GREYS[0])
+    )
 
 
 def _step(rng: Rng) -> Panel:

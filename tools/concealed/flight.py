@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from concealed.law import Law
+from concealed.law import Law, lottery, memory_of, noisier
 from concealed.shot import Place, Shot
 
 Array = NDArray[np.float64]
@@ -29,6 +29,7 @@ class Flight:
     reference: float = 1000.0
     dark: float = 85.0
     bright: float = 65000.0
+    simulated: bool = True
 
     def phasors(self, shot: Shot, laws: Sequence[Law], frame: int) -> NDArray[np.complex128]:
         """(3, h, w) light as it comes from the lens, in counts."""
@@ -88,27 +89,32 @@ class Flight:
         q = self.reference / np.maximum(np.abs(self.phasors(shot, (), 0)[0]), 1e-3)
         return np.asarray(np.sqrt(self.shot**2 * q + self.floor**2 * q**2) / shot.stretch)
 
+    def limits(self, laws: Sequence[Law]) -> tuple[float, float]:
+        """Amplitudes [count] below and above which there is no value."""
+        low = max([self.dark, *(law.size * law.acts(None) for law in laws if law.stage == "dark")])
+        return low, min([self.bright, *(law.size * law.acts(None) for law in laws if law.stage == "bright")])
+
     def record(self, shot: Shot, laws: Sequence[Law], rng: np.random.Generator) -> tuple[Array, Array]:
         """Depth (n, h, w) [m], 0 where invalid, and amplitude (h, w) of the first frame."""
         near = np.nan_to_num(shot.hits.z) * shot.stretch
         frames: list[Array] = []
         first, raw = None, None
+        place = Place(shot, 0, np.ones(near.shape))
         per_count, dark = self.spread()
-        noisy = float(np.prod([law.size * law.acts(None) for law in laws if law.stage == "noise"]))
-        memory = sum(law.size * law.acts(None) for law in laws if law.stage == "filter")
-        threshold = max([self.dark, *(law.size * law.acts(None) for law in laws if law.stage == "dark")])
+        memory = memory_of(laws)
+        lowest, highest = self.limits(laws)
         for i in range(len(shot.times)):
             if raw is None or shot.long:
                 place = Place(shot, i, np.ones(near.shape))
                 light = self.phasors(shot, laws, i)
                 raw = self.samples(light, place, laws)
-                std = np.sqrt(per_count * np.abs(light)[:, None] + dark) * noisy
+                std = np.sqrt(per_count * np.abs(light)[:, None] + dark) * noisier(laws, place)
             r, amplitude = self.ranges(raw + std * rng.standard_normal(raw.shape), near)
             first = amplitude if first is None else first
             z = r / shot.stretch
             if memory and frames:
                 z = (1 - memory) * z + memory * np.where(frames[-1] > 0, frames[-1], z)
-            lost = (amplitude < threshold) | (amplitude > self.bright) | (shot.hits.panel < 0)
+            lost = (amplitude < lowest) | (amplitude > highest) | (shot.hits.panel < 0) | lottery(laws, place, rng)
             frames.append(np.where(lost, 0.0, z))
         assert first is not None
         return np.array(frames), first

@@ -60,17 +60,68 @@ MATCHING = {
 }
 
 
+NOISE = ("axial_noise", "ambient_light", "sensor_interference", "ambient_flicker")
+LOST = ("ambient_light", "amplitude_dropout", "specular_reflection")
+
+
 def noisier(rng: Rng) -> Law:
     factor = float(rng.uniform(1.3, 2.0))
-    names = ("axial_noise", "ambient_light", "sensor_interference", "ambient_flicker")
-    return Law("axial_noise", "noise", lambda _: factor, ("depth",), accept=names)
+    return Law("axial_noise", "noise", lambda p: factor * np.ones(p.z.shape), ("depth",), accept=NOISE)
+
+
+def noisier_far(rng: Rng) -> Law:
+    """Noise that grows faster with the distance than the model has it."""
+    rate = float(rng.uniform(0.3, 0.8))
+    return Law("axial_noise", "noise", lambda p: 1 + rate * np.nan_to_num(p.z) ** 2 / 4, ("depth",), accept=NOISE)
+
+
+def noisier_steep(rng: Rng) -> Law:
+    """Noise that grows with the angle of incidence."""
+    rate = float(rng.uniform(1.0, 3.0))
+
+    def acts(p):
+        return 1 + rate * (1 / np.maximum(p.shot.hits.cosine, 0.2) ** 2 - 1)
+
+    return Law("axial_noise", "noise", acts, ("incidence",), accept=("axial_noise",))
 
 
 def remembering(rng: Rng) -> Law:
     share = float(rng.uniform(0.3, 0.6))
-    return Law("temporal_filtering", "filter", lambda _: share, (), accept=("temporal_filtering",))
+    known = ("memory", share)
+    return Law("temporal_filtering", "filter", lambda _: share, (), accept=("temporal_filtering",), parameter=known)
 
 
 def darker(rng: Rng) -> Law:
     threshold = float(rng.uniform(250, 600))
-    return Law("amplitude_dropout", "dark", lambda _: threshold, ("amplitude",), accept=("amplitude_dropout",))
+    known = ("ir_threshold", threshold)
+    names = ("amplitude_dropout",)
+    return Law("amplitude_dropout", "dark", lambda _: threshold, ("amplitude",), accept=names, parameter=known)
+
+
+def brighter(rng: Rng) -> Law:
+    threshold = float(rng.uniform(4000, 9000))
+    known = ("ir_threshold", threshold)
+    return Law("saturation", "bright", lambda _: threshold, ("amplitude",), accept=("saturation",), parameter=known)
+
+
+def losing_far(rng: Rng) -> Law:
+    """Pixels that come and go, more of them the farther: a pattern that drowns in other light."""
+    share = float(rng.uniform(0.02, 0.06))
+    return Law("ambient_light", "loss", lambda p: np.minimum(share * p.z**2, 0.8), ("depth",), accept=LOST)
+
+
+SPREAD_MATCHING: dict[str, Callable[[Rng], Law]] = {
+    "noisier": noisier,
+    "noisier_far": noisier_far,
+    "noisier_steep": noisier_steep,
+    "remembering": remembering,
+    "losing_far": losing_far,
+}
+SPREAD_FLIGHT: dict[str, Callable[[Rng], Law]] = {
+    "noisier": noisier,
+    "noisier_far": noisier_far,
+    "noisier_steep": noisier_steep,
+    "remembering": remembering,
+    "darker": darker,
+    "brighter": brighter,
+}

@@ -1,110 +1,78 @@
-"""Makes a case: recordings and sensor model in a folder, and the label that is kept elsewhere."""
+"""Makes a case: recordings and sensor model in a folder; all else stays with the one who made it."""
 
-import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from concealed import named
-from concealed.flight import Flight
+from concealed.injected import injected_plan
+from concealed.known import known_part
+from concealed.labels import label_of
 from concealed.oracle import Oracle, oracle_of
 from concealed.plan import Plan, plan
-from concealed.writing import entry, sensor_file, write_recording
+from concealed.shot import Shot
+from concealed.writing import sensor_file, write_recording
 
-ALIKE = 0.95
-DRAWS = 5  # of a law whose form has free shape parameters, to span what it can look like
+Array = NDArray[np.float64]
 
 
-def make(family: str, seed: list[int], folder: Path) -> dict[str, Any]:
-    """Write a case to `folder` (recordings, sensor.json); returns its label."""
+@dataclass(frozen=True)
+class Made:
+    """A case with all that its maker knows.
+
+    Attributes:
+        depth: (h, w) [m] mean of the frames of each moment of the oracle, NaN where any is missing.
+        oracle: of the recordings in the case; None where the mean depth is not changed.
+    """
+
+    plan: Plan
+    label: dict[str, Any]
+    depth: list[Array]
+    oracle: Oracle | None
+
+
+def make(family: str, seed: list[int], folder: Path, shared: Path | None = None) -> Made | None:
+    """Write a case to `folder` (recordings, sensor.json); None where real recordings are needed and absent.
+
+    Args:
+        shared: folder with `data/`, for cases that conceal something in real recordings.
+    """
     rng = np.random.default_rng(seed)
-    case = plan(family, rng)
+    case = injected_plan(rng, shared) if family == "injected" else plan(family, rng)
+    if case is None:
+        return None
     folder.mkdir(parents=True)
+    depth = write_recordings(case, case.shots, folder, rng)
+    (folder / "sensor.json").write_text(sensor_file(known_part(case), case.flight))
+    oracle = oracle_for(case, case.unmoved) if any(law.channel == "bias" for law in case.missing) else None
+    return Made(case, label_of(case, oracle, seed), depth, oracle)
+
+
+def oracle_for(case: Plan, shots: Sequence[Shot]) -> Oracle:
+    known = np.array([[case.stated["std"], 0.0]]) if case.stated else np.zeros((0, 2))
+    return oracle_of(case.device, shots, known, case.mesh_sigma_m)
+
+
+def write_recordings(
+    case: Plan, shots: Sequence[Shot], folder: Path, rng: np.random.Generator, first: int = 0
+) -> list[Array]:
+    """Shots as recordings numbered from `first`; the mean depth of each moment, as `oracle_of` takes them."""
     laws = [*case.known, *case.missing]
     about = {"scale": 1000 if case.flight else 5000, "mesh_sigma_m": case.mesh_sigma_m}
-    about["telemetry"] = case.setting.kind == "warm"
-    for i, shot in enumerate(case.shots):
-        depth, amplitude = case.device.record(shot, laws, rng)
-        write_recording(folder / f"rec_{i:02d}", shot, depth, amplitude, about)
-    (folder / "sensor.json").write_text(sensor_file(_known(case), case.flight))
-    return _label(case, seed)
-
-
-def _known(case: Plan) -> list[dict[str, Any]]:
-    device = case.device
-    spread_only = {law.stage for law in case.missing}
-    if isinstance(device, Flight):
-        out = [
-            entry("illumination_vignetting", exponent=(device.lamp, "1", 0.2)),
-            entry("mixed_pixels", fill=(1.0, "1", 0.05)),
-        ]
-        noise = {"shot": (device.shot, "m", 9e-5), "floor": (device.floor, "m", 9e-5)}
-        out.append(entry("axial_noise", **noise, ir_reference=(device.reference, "count", 0.0)))
-        if "dark" not in spread_only:
-            out.append(entry("amplitude_dropout", ir_threshold=(device.dark, "count", 5.0)))
-        out.append(entry("saturation", ir_threshold=(device.bright, "count", 1000.0)))
-        out.append(entry("depth_quantization", step=(0.001, "m", 0.0)))
-    else:
-        out = [
-            entry("projector_shadow", baseline=(-0.075, "m", 0.0002)),
-            entry("edge_fattening", window_px=(5.0, "px", 0.5)),
-        ]
-        frozen = {"sigma_px": (device.speckle, "px", 0.0033), "correlation_px": (5.0, "px", 1.0)}
-        noise = {"sigma_px": (device.noise, "px", 0.00275), "correlation_px": (2.0, "px", 0.5)}
-        out += [entry("speckle_noise", **frozen), entry("axial_noise", **noise)]
-        out.append(entry("depth_quantization", step_px=(device.step, "px", 0.0)))
-    if case.stated:
-        out.append(entry(case.stated["name"], offset=(case.stated["value"], case.stated["unit"], case.stated["std"])))
+    about["temperature"] = case.setting.kind in ("warm", "trend") and case.metadata != "log"
+    about["grey"] = case.metadata == "reflectance"
+    groups: dict[int, list[Shot]] = {}
+    for i, shot in enumerate(shots):
+        groups.setdefault(-1 - i if shot.series is None else shot.series, []).append(shot)
+    out: list[Array] = []
+    for number, group in enumerate(groups.values(), first):
+        taken: list[tuple[Array, Array | None]] = [case.device.record(shot, laws, rng) for shot in group]
+        write_recording(folder / f"rec_{number:02d}", group, taken, about)
+        for shot, (depth, _) in zip(group, taken, strict=True):
+            step = 2 if shot.long else len(depth)
+            parts = (depth[i : i + step] for i in range(0, len(depth), step))
+            out += [np.where((part > 0).all(axis=0), part.mean(axis=0), np.nan) for part in parts]
     return out
-
-
-def _label(case: Plan, seed: list[int]) -> dict[str, Any]:
-    known = np.array([[case.stated["std"], 0.0]]) if case.stated else np.zeros((0, 2))
-    label: dict[str, Any] = {"family": case.family, "seed": seed, "deck": case.setting.kind, "notes": case.notes}
-    label |= {"principle": "itof" if case.flight else "structured_light", "nothing_missing": not case.missing}
-    label |= {"z_o": 0.0, "missing": [], "equivalent": [], "accept_on_null": []}
-    if case.setting.bow_m:
-        label["accept_on_null"] = ["reference_shape_error"]
-    label["known_truth"] = {case.stated["name"]: case.stated} if case.stated else {}
-    oracle = None
-    if any(law.channel == "bias" for law in case.missing):
-        oracle = oracle_of(case.device, case.shots, known, case.mesh_sigma_m)
-    for law in case.missing:
-        z: float | None = None
-        similar: dict[str, float] = {}
-        if oracle is not None and law.channel == "bias":
-            white = oracle.field([law], case.known)
-            z = float(np.linalg.norm(white))
-            similar = _similar(case, oracle, law.name, white) if case.family != "mixture" else {}
-        one: dict[str, Any] = {
-            "effect": law.name,
-            "channel": law.channel,
-            "variables": list(law.variables),
-            "region": list(law.region),
-        }
-        one |= {"accept": list(law.accept), "form_shifted": law.shifted, "size": law.size, "z_o": z, "similar": similar}
-        if law.parameter is not None and law.mask is None:
-            one["parameters"] = {law.parameter[0]: {"value": law.parameter[1] * law.size}}
-        label["missing"].append(one)
-        label["equivalent"] += [name for name, cosine in similar.items() if cosine > ALIKE]
-    found = [one["z_o"] for one in label["missing"] if one["z_o"] is not None]
-    label["z_o"] = max(found, default=None if case.missing else 0.0)
-    return json.loads(json.dumps(label))
-
-
-def _similar(case: Plan, oracle: Oracle, name: str, white: NDArray[np.float64]) -> dict[str, float]:
-    """Cosine between the true change and the nearest that another named law can make of it."""
-    table = named.FLIGHT if case.flight else named.MATCHING
-    rng = np.random.default_rng(0)
-    out = {}
-    for other, maker in table.items():
-        if other == name or (other == "multipath" and case.setting.kind != "corner") or other == "fixed_pattern":
-            continue
-        free = other in ("cyclic_error", "disparity_distortion", "vertical_banding")
-        columns = [oracle.field([maker(rng)], case.known) for _ in range(DRAWS if free else 1)]
-        A = np.column_stack([c / max(float(np.linalg.norm(c)), 1e-12) for c in columns])
-        fitted = A @ np.linalg.lstsq(A, white, rcond=1e-6)[0]
-        out[other] = round(float(np.linalg.norm(fitted) / max(float(np.linalg.norm(white)), 1e-12)), 3)
-    return {k: v for k, v in sorted(out.items(), key=lambda kv: -kv[1]) if v > 0.7}

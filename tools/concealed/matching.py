@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter
 
-from concealed.law import Law
+from concealed.law import Law, lottery, memory_of, noisier
 from concealed.rays import blocked
 from concealed.shot import Place, Shot
 
@@ -51,8 +51,8 @@ class Matching:
         projector = (shot.T @ [-BASELINE, 0, 0, 1])[:3]
         lost = blocked(shot.panels, shot.hits, projector) | (shot.hits.panel < 0)
         frozen = self.speckle * _shared(rng, shape, self.speckle_window)
-        noisy = float(np.prod([law.size * law.acts(None) for law in laws if law.stage == "noise"]))
-        memory = sum(law.size * law.acts(None) for law in laws if law.stage == "filter")
+        place = Place(shot, 0, np.ones(shape))
+        noisy, memory = noisier(laws, place), memory_of(laws)
         frames: list[Array] = []
         d = None
         for i in range(len(shot.times)):
@@ -64,7 +64,7 @@ class Matching:
             z = shot.camera.f * BASELINE / np.maximum(own * self.step, self.step)
             if memory and frames:
                 z = (1 - memory) * z + memory * np.where(frames[-1] > 0, frames[-1], z)
-            frames.append(np.where(lost, 0.0, z))
+            frames.append(np.where(lost | lottery(laws, place, rng), 0.0, z))
         return np.array(frames), None
 
 

@@ -11,13 +11,12 @@ from concealed.decks import SIGMA_M, SIGMA_RAD
 from concealed.flight import Flight
 from concealed.law import Law
 from concealed.matching import BASELINE, Matching
-from concealed.rays import cast, nudged
 from concealed.shot import Shot
 
 Array = NDArray[np.float64]
 
 SIDE = 16
-STEP = 1e-4
+FAR = 0.05  # [m] another surface
 FLOOR = {True: 2e-5, False: 5e-4}  # [m], [px]: what rounding leaves
 
 
@@ -40,6 +39,21 @@ class Oracle:
             parts.append(_mean(change * native, label))
         return self.white(np.concatenate(parts))
 
+    def moved(self, shots: Sequence[Shot]) -> Array:
+        """(n,) whitened: what other poses of the same moments change of the tiles."""
+        parts = []
+        for (shot, frame, label, native), other in zip(self.moments, shots, strict=True):
+            change = self.device.clean(other, [], frame) - self.device.clean(shot, [], frame)
+            parts.append(_mean(np.where(np.abs(change) < FAR, change, 0.0) * native, label))
+        return self.white(np.concatenate(parts))
+
+    def measured(self, depth: Sequence[Array], predicted: Sequence[Array]) -> Array:
+        """(n,) whitened: measured less predicted, (h, w) [m] each; where one is missing, nothing."""
+        parts = []
+        for (_, _, label, native), z, own in zip(self.moments, depth, predicted, strict=True):
+            parts.append(_mean(np.where(np.isfinite(z), z - own, 0.0) * native, label))
+        return self.white(np.concatenate(parts))
+
     def white(self, values: Array) -> Array:
         return np.asarray(solve_triangular(self.root, values, lower=True))
 
@@ -59,12 +73,14 @@ def oracle_of(device: Flight | Matching, shots: Sequence[Shot], known: Array, bo
             noise = _mean((device.sigma(shot) * native) ** 2, label) / pixels / frames
             noise = noise * (1.0 if flight else 4.0) + FLOOR[flight] ** 2
             blocks.append(noise)
-            commons.append((len(moments) - 1, _common(device, shot, label, native, bow_m)))
+            recording = id(shot) if shot.series is None else shot.series
+            commons.append(("pose", recording, len(moments) - 1, _poses(shot, label, native)))
+            commons.append(("frozen", id(shot), len(moments) - 1, _frozen(device, shot, label, native, bow_m)))
     ends = np.cumsum([0, *(len(b) for b in blocks)])
     total = np.diag(np.concatenate(blocks))
-    columns: dict[int, list[tuple[slice, Array]]] = {}
-    for i, common in commons:
-        columns.setdefault(id(moments[i][0]), []).append((slice(ends[i], ends[i + 1]), common))
+    columns: dict[tuple[str, int], list[tuple[slice, Array]]] = {}
+    for kind, owner, i, common in commons:
+        columns.setdefault((kind, owner), []).append((slice(ends[i], ends[i + 1]), common))
     for parts in columns.values():
         for rows, own in parts:
             for others, other in parts:
@@ -78,7 +94,7 @@ def oracle_of(device: Flight | Matching, shots: Sequence[Shot], known: Array, bo
 def _tiles(usable: NDArray[np.bool_]) -> NDArray[np.intp]:
     h, w = usable.shape
     label = (np.arange(h) // SIDE)[:, None] * (-(-w // SIDE)) + (np.arange(w) // SIDE)[None]
-    counts = np.bincount(label[usable], minlength=label.max() + 1)
+    counts = np.bincount(label[usable], minlength=int(np.max(label)) + 1)
     number = np.where(counts >= 80, np.cumsum(counts >= 80) - 1, -1)
     return np.where(usable, number[label], -1)
 
@@ -88,15 +104,25 @@ def _mean(image: Array, label: NDArray[np.intp]) -> Array:
     return np.bincount(label[used], np.nan_to_num(image[used])) / np.bincount(label[used])
 
 
-def _common(device: Flight | Matching, shot: Shot, label: NDArray[np.intp], native: Array, bow_m: float) -> Array:
-    """(n, k) errors that all moments of a recording share: pose, speckle, shape of the wall."""
+def _poses(shot: Shot, label: NDArray[np.intp], native: Array) -> Array:
+    """(n, 6) errors that all moments of a recording share."""
+    rays, z = shot.camera.rays(), np.nan_to_num(shot.hits.z)
+    normals = np.array([panel.normal for panel in shot.panels])[shot.hits.panel] @ shot.T[:3, :3]
+    facing = (normals * rays).sum(axis=-1)
+    facing = np.where(np.abs(facing) < 1e-3, np.inf, facing)
     columns = []
     for axis in range(6):
-        T = nudged(shot.T, STEP * np.eye(6)[axis])
-        moved = cast(shot.panels, T, shot.camera.rays()).z
-        change = np.where(np.abs(moved - shot.hits.z) < 0.05, moved - shot.hits.z, 0.0)
-        columns.append(_mean(change * native, label) / STEP * (SIGMA_RAD if axis < 3 else SIGMA_M))
-    out = [np.column_stack(columns)]
+        # the camera moves one way, what it sees the other
+        way = np.eye(3)[axis % 3]
+        motion = -np.cross(way, rays * z[..., None]) if axis < 3 else -np.broadcast_to(way, rays.shape)
+        change = (normals * motion).sum(axis=-1) / facing
+        columns.append(_mean(change * native, label) * shot.sigma * (SIGMA_RAD if axis < 3 else SIGMA_M))
+    return np.column_stack(columns)
+
+
+def _frozen(device: Flight | Matching, shot: Shot, label: NDArray[np.intp], native: Array, bow_m: float) -> Array:
+    """(n, k) errors that last while the scene stands still: speckle, shape of the wall."""
+    out = [np.zeros((int(np.max(label)) + 1, 1))]
     if isinstance(device, Matching):
         pixels = np.bincount(label[label >= 0])
         out.append(np.diag(device.speckle * device.speckle_window / np.sqrt(pixels)))

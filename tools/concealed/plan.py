@@ -4,16 +4,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from concealed import invented, named
 from concealed.decks import Setting, shots_of
+from concealed.drawing import choice, masking, partly, quiet, sign, sized
 from concealed.flight import Flight
 from concealed.law import Law
 from concealed.matching import Matching
-from concealed.shot import Place, Shot
+from concealed.rig import Table, table_of
+from concealed.shot import Shot
 
-Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 FAMILIES = (
@@ -27,19 +26,31 @@ FAMILIES = (
     "unknown",
     "spread",
     "confusable",
+    "absorbed",
+    "wrong metadata",
+    "decoy",
+    "rig",
+    "injected",
 )
-DECKS = {"temperature_drift": "warm", "beat": "warm", "stray_light": "card", "multipath": "corner"}
+POWER = "power"  # drawn only when asked for: known effects over a ladder of sizes
+LADDER = (0.02, 0.05, 0.1, 0.2)
 # root mean square of the concealed effect over the noise of a single frame
-STRENGTH = {"below noise": (0.05, 0.2), "masked": (0.15, 0.5), "partial": (0.2, 0.8)}
+STRENGTH = {"below noise": (0.05, 0.2), "masked": (0.15, 0.5), "partial": (0.2, 0.8), "absorbed": (0.02, 0.2)}
 USUAL = (0.3, 1.2)
+LOOSE_POSES = 12.0  # times the usual error: what nobody surveyed takes a plane's offset, scale and tilt with it
 
 
 @dataclass(frozen=True)
 class Plan:
     """Attributes:
+    shots: recordings in order; of a rig, those of the table alone.
     missing: laws at work that the sensor model does not hold.
     known: laws at work that it holds, with their true size.
     stated: name of the known law's parameter, its unit, stated value and standard deviation.
+    metadata: what is wrong or missing beside the pictures: "pose", "log", "reflectance", or nothing.
+    decoy: the covariate that goes along with the true one.
+    ratio: size over the noise of a frame, where that is what is asked.
+    table: the turntable, where there is one.
     """
 
     family: str
@@ -50,10 +61,19 @@ class Plan:
     known: list[Law] = field(default_factory=list)
     stated: dict[str, Any] = field(default_factory=dict)
     notes: str = ""
+    metadata: str = ""
+    decoy: str = ""
+    ratio: float | None = None
+    table: Table | None = None
 
     @property
     def flight(self) -> bool:
         return isinstance(self.device, Flight)
+
+    @property
+    def unmoved(self) -> list[Shot]:
+        """The shots as they would be if the table turned as it says."""
+        return self.shots if self.table is None else [shot for run in self.table.stated for shot in run]
 
     @property
     def mesh_sigma_m(self) -> float:
@@ -64,99 +84,52 @@ def plan(family: str, rng: Rng) -> Plan:
     """A case of a family."""
     flight = bool(rng.random() < 0.5)
     device: Flight | Matching = Flight() if flight else Matching()
+    if family == "rig":
+        table, law, device = *table_of(rng), Matching()
+        shots = [shot for run in table.really for shot in run]
+        laws = [] if law is None else [law]
+        notes = "turntable" if law is None else law.name
+        return Plan(family, Setting("turntable", False), device, shots, laws, notes=notes, table=table)
     if family in ("null", "hard null"):
-        setting, notes = _quiet(family, flight, rng)
+        setting, notes = quiet(family, flight, rng)
         return Plan(family, setting, device, shots_of(rng, setting), [], notes=notes)
-    names, makers = _choice(family, flight, rng)
-    deck = next((DECKS[name] for name in names if name in DECKS), str(rng.choice(["walls", "walls", "patches"])))
-    if family == "confusable":
-        deck = "ordered"
-    setting = Setting(deck, flight)
+    if family == "wrong metadata":
+        return _misled(flight, device, rng)
+    names, makers, deck = choice(family, flight, rng)
+    loose = LOOSE_POSES if family == "absorbed" else 1.0
+    setting = Setting(deck, flight, poses=loose, stated=loose)
     shots = shots_of(rng, setting)
     laws = [makers[name](rng) for name in names]
     if family == "partial":
-        laws = [_partly(laws[0], shots, rng)]
+        laws = [partly(laws[0], shots, setting, rng)]
     low, high = STRENGTH.get(family, USUAL)
+    ratio = float(rng.choice(LADDER)) if family == POWER else None
     if family != "spread":
-        laws = [_sized(law, device, shots, rng.uniform(low, high) * _sign(law, rng)) for law in laws]
-    out = Plan(family, setting, device, shots, laws, notes=" ".join(names))
-    return _masking(out, rng) if family == "masked" else out
+        sizes = [ratio or rng.uniform(low, high) for _ in laws]
+        laws = [sized(law, device, shots, size * sign(law, rng)) for law, size in zip(laws, sizes, strict=True)]
+    out = Plan(family, setting, device, shots, laws, notes=" ".join(names), ratio=ratio)
+    if family == "decoy":
+        return replace(out, decoy={"trend": "time", "sides": "u"}[deck])
+    if family != "masked":
+        return out
+    law, stated = masking(flight, rng)
+    return replace(out, known=[law], stated=stated)
 
 
-def _quiet(family: str, flight: bool, rng: Rng) -> tuple[Setting, str]:
-    kinds = ["walls", "patches", "card", "warm", "corner"] if flight else ["walls", "patches", "warm"]
-    kind = str(rng.choice(kinds[:4]))
-    if family == "null":
-        return Setting(kind, flight), "null"
-    how = str(rng.choice(["bow", "order", "pose"]))
-    if how == "order":
-        return Setting("ordered", flight, float(rng.choice([0.0, 0.0008]))), how
-    if how == "pose":
-        return Setting(kind, flight, worst_pose=2.5), how
-    return Setting(str(rng.choice(["walls", "patches"])), flight, 0.0012), how
-
-
-def _choice(family: str, flight: bool, rng: Rng) -> tuple[list[str], dict[str, Any]]:
-    table = named.FLIGHT if flight else named.MATCHING
-    if family == "unknown":
-        table = invented.FLIGHT if flight else invented.MATCHING
-    if family == "spread":
-        table = {"noisier": invented.noisier, "remembering": invented.remembering}
-        table |= {"darker": invented.darker} if flight else {}
-    names = sorted(table)
-    if family == "masked":
-        names = [n for n in names if n not in ("depth_offset", "disparity_offset", "depth_scale")]
-    if family == "confusable":
-        alike = ["amplitude_error", "depth_scale", "column_delay", "emitter_parallax", "temperature_drift"]
-        names = alike if flight else ["disparity_offset", "depth_scale", "temperature_drift"]
-    if family == "mixture":
-        single = [n for n in names if n not in DECKS]
-        return [str(n) for n in rng.choice(single, min(int(rng.integers(2, 4)), len(single)), replace=False)], table
-    return [str(rng.choice(names))], table
-
-
-def _partly(law: Law, shots: list[Shot], rng: Rng) -> Law:
-    """The law in a part of the data only."""
-    if any(shot.long for shot in shots):
-        region = {"variable": "time", "low": 1500.0, "high": 1e5}
-        return replace(law, mask=lambda p: (p.time > 1500.0) * np.ones(p.z.shape), region=(region,))
-    if rng.random() < 0.5:
-        limit = float(np.median([np.nanmedian(shot.hits.z) for shot in shots]))
-        region = {"variable": "depth", "low": limit, "high": 1e5}
-        return replace(law, mask=lambda p: (np.nan_to_num(p.z) > limit).astype(float), region=(region,))
-    region = {"variable": "u", "low": shots[0].camera.width / 2, "high": shots[0].camera.width}
-    return replace(law, mask=lambda p: (p.u > p.shot.camera.width / 2).astype(float), region=(region,))
-
-
-def _sized(law: Law, device: Flight | Matching, shots: list[Shot], ratio: float) -> Law:
-    """The law with a size that makes its root mean square `ratio` times the noise of a frame."""
-    squares, count = 0.0, 0
-    for shot in shots:
-        for frame in range(0, len(shot.times), 5) if shot.long else [0]:
-            change = (device.clean(shot, [law], frame) - device.clean(shot, [], frame)) / device.sigma(shot)
-            inside = change[shot.interior & (shot.hits.z > 0)]
-            squares, count = squares + float(np.nansum(inside**2)), count + inside.size
-    return replace(law, size=ratio / max(np.sqrt(squares / max(count, 1)), 1e-9))
-
-
-def _sign(law: Law, rng: Rng) -> int:
-    """Light adds up; everything else may go either way."""
-    way = int(rng.choice([-1, 1]))
-    return 1 if law.stage == "light" else way
-
-
-def _masking(plan: Plan, rng: Rng) -> Plan:
-    """A known offset, several times larger than the effect, whose stated value is slightly off."""
-    unit = 1e-3 if plan.flight else 0.01
-    name, symbol = ("depth_offset", "m") if plan.flight else ("disparity_offset", "px")
-    size = float(rng.choice([-1, 1]) * rng.uniform(3, 8))
-    std = 0.05 * abs(size) * unit
-    stage = "delay" if plan.flight else "disparity"
-
-    def acts(p: Place) -> Array:
-        return unit * np.ones(p.z.shape)
-
-    law = Law(name, stage, acts, (), size=size)
-    about = {"name": name, "unit": symbol, "true": size * unit, "std": std}
-    about["value"] = size * unit + std * float(np.clip(rng.standard_normal(), -2, 2))
-    return replace(plan, known=[law], stated=about)
+def _misled(flight: bool, device: Flight | Matching, rng: Rng) -> Plan:
+    """Poses worse than stated, no temperature log, or a mesh of one grey; one in three with nothing missing."""
+    how = str(rng.choice(["pose", "log", "reflectance"]))
+    nothing = how != "log" and bool(rng.random() < 1 / 3)
+    names, makers, deck = choice("plain", flight, rng)
+    while names[0] in ("multipath", "stray_light"):  # they need what is not told here
+        names, makers, deck = choice("plain", flight, rng)
+    if how == "log":
+        names, deck = ["temperature_drift"], "warm"
+    if how == "reflectance":
+        deck = "warm" if deck == "warm" else "patches"
+    setting = Setting(deck, flight, poses=2.0 if how == "pose" else 1.0)
+    shots = shots_of(rng, setting)
+    laws = [] if nothing else [makers[name](rng) for name in names]
+    laws = [sized(law, device, shots, rng.uniform(*USUAL) * sign(law, rng)) for law in laws]
+    notes = how if nothing else f"{how} {names[0]}"
+    return Plan("wrong metadata", setting, device, shots, laws, notes=notes, metadata=how)

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+MARGIN = 0.02  # of the tangent plane of the image: a bowed panel is seen a little beside its flat one
+
 
 @dataclass(frozen=True)
 class Bow:
@@ -67,12 +69,13 @@ class Hits:
 
 def cast(panels: list[Panel], T: Array, rays: Array) -> Hits:
     """First panel on every ray; T (4, 4) camera to world."""
-    origin, directions = T[:3, 3], rays @ T[:3, :3].T
-    shape = rays.shape[:2]
+    origin, shape = T[:3, 3], rays.shape[:2]
     z, reflectance, cosine = np.full(shape, np.inf), np.zeros(shape), np.zeros(shape)
     which = np.full(shape, -1)
     lengths = np.linalg.norm(rays, axis=-1)
     for i, panel in enumerate(panels):
+        window = _window(panel, T, rays)
+        directions, nearest = rays[window] @ T[:3, :3].T, z[window]
         n, facing = panel.normal, directions @ panel.normal
         with np.errstate(divide="ignore", invalid="ignore"):
             t = ((panel.corner - origin) @ n) / facing
@@ -80,13 +83,31 @@ def cast(panels: list[Panel], T: Array, rays: Array) -> Hits:
             s, q = at @ panel.a / (panel.a @ panel.a), at @ panel.b / (panel.b @ panel.b)
             if panel.bow is not None:
                 t = t + panel.bow.at(s, q) / facing
-        inside = (s >= 0) & (s < 1) & (q >= 0) & (q < 1) & (t > 0.05) & (t < z)
+        inside = (s >= 0) & (s < 1) & (q >= 0) & (q < 1) & (t > 0.05) & (t < nearest)
         rows, columns = panel.cells.shape
         cell = panel.cells[(q[inside] * rows).astype(int), (s[inside] * columns).astype(int)]
-        z[inside], reflectance[inside], which[inside] = t[inside], cell, i
-        cosine[inside] = np.abs(facing[inside]) / lengths[inside]
+        nearest[inside], reflectance[window][inside], which[window][inside] = t[inside], cell, i
+        cosine[window][inside] = np.abs(facing[inside]) / lengths[window][inside]
     z[which < 0] = np.nan
-    return Hits(z, cosine, reflectance, which, origin + z[..., None] * directions)
+    return Hits(z, cosine, reflectance, which, origin + (z[..., None] * rays) @ T[:3, :3].T)
+
+
+def _window(panel: Panel, T: Array, rays: Array) -> tuple[slice, slice]:
+    """Rows and columns of the image beyond which no ray meets the panel."""
+    corners = np.array([panel.corner, panel.corner + panel.a, panel.corner + panel.b, panel.corner + panel.a + panel.b])
+    seen = (corners - T[:3, 3]) @ T[:3, :3]
+    if np.min(seen[:, 2]) < 0.05:
+        return slice(None), slice(None)
+    flat = seen[:, :2] / seen[:, 2:]
+    (left, top), (right, bottom) = flat.min(axis=0) - MARGIN, flat.max(axis=0) + MARGIN
+    across, down = rays[0, :, 0], rays[:, 0, 1]
+    columns = slice(*np.searchsorted(across, [left, right]))
+    return slice(*np.searchsorted(down, [top, bottom])), columns
+
+
+def joined(parts: list[Hits]) -> Hits:
+    """Bands of rows as one image."""
+    return Hits(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in Hits.__annotations__})
 
 
 def blocked(panels: list[Panel], hits: Hits, source: Array) -> NDArray[np.bool_]:

@@ -14,6 +14,12 @@ SAMPLES = 10  # along each edge of a panel
 
 def second_bounce(shot: Shot, light: NDArray[np.complex128], modulations: Array) -> NDArray[np.complex128]:
     """(f, h, w) what is added to the light of every pixel: lamp - other panel - surface - lens."""
+    if "bounce" not in shot.kept:
+        shot.kept["bounce"] = _bounced(shot, light, modulations)
+    return np.asarray(shot.kept["bounce"])
+
+
+def _bounced(shot: Shot, light: NDArray[np.complex128], modulations: Array) -> NDArray[np.complex128]:
     out = np.zeros_like(light)
     origin = shot.T[:3, 3]
     seen = shot.hits

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from concealed.rays import Camera, Hits, Panel, cast
+from concealed.rays import Camera, Hits, Panel, cast, joined
 
 Array = NDArray[np.float64]
 
@@ -20,6 +20,10 @@ class Shot:
     stated: (4, 4) where the poses file says that it is.
     times: (n,) of the frames [s since switch-on].
     temperatures: (n,) [degC].
+    degrees: of the turntable, as commanded; None without a table.
+    series: recording it belongs to, where several shots make one; their poses share one error.
+    bands: (4, 4) each, where the camera really is while the rows are exposed, from the top; empty when all at once.
+    sigma: how large the errors of its pose are stated to be, times the usual.
     kept: what devices have computed of it.
     """
 
@@ -30,12 +34,19 @@ class Shot:
     times: Array
     temperatures: Array
     long: bool = False
+    degrees: float | None = None
+    series: int | None = None
+    bands: tuple[Array, ...] = ()
+    sigma: float = 1.0
     kept: dict[Any, Any] = field(default_factory=dict)
 
     @cached_property
     def hits(self) -> Hits:
         """At the pixel centres."""
-        return cast(self.panels, self.T, self.camera.rays())
+        if not self.bands:
+            return cast(self.panels, self.T, self.camera.rays())
+        rows = np.array_split(self.camera.rays(), len(self.bands))
+        return joined([cast(self.panels, T, part) for T, part in zip(self.bands, rows, strict=True)])
 
     @cached_property
     def sub(self) -> list[Hits]:

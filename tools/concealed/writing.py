@@ -16,42 +16,71 @@ from concealed.shot import Shot
 Array = NDArray[np.float64]
 
 
-def write_recording(folder: Path, shot: Shot, depth: Array, amplitude: Array | None, about: dict[str, Any]) -> None:
-    """One recording; `about` holds `scale`, `mesh_sigma_m`, `telemetry`."""
-    flight = amplitude is not None
+def write_recording(
+    folder: Path, shots: list[Shot], taken: list[tuple[Array, Array | None]], about: dict[str, Any]
+) -> None:
+    """One recording of one or more shots; `about` holds `scale`, `mesh_sigma_m`, `temperature`, `grey`."""
+    shot, flight = shots[0], taken[0][1] is not None
     for name in ("depth", "ir") if flight else ("depth",):
         (folder / name).mkdir(parents=True)
     c = shot.camera
     camera: dict[str, Any] = {"width": c.width, "height": c.height, "fx": c.f, "fy": c.f, "cx": c.cx, "cy": c.cy}
     camera |= {"distortion": [0.0] * 5, "depth_scale": about["scale"]}
     camera |= {"principle": "itof" if flight else "structured_light", "sensor": "trial"}
-    scene = {"mesh": "scene.ply", "poses": {"source": "surveyed", "sigma_m": SIGMA_M, "sigma_rad": SIGMA_RAD}}
+    (folder / "camera.json").write_text(json.dumps(camera))
+    (folder / "scene.json").write_text(json.dumps(_scene(shots, about)))
+    (folder / "scene.ply").write_text(shot.kept.get("mesh") or mesh_text(shot.panels, about["grey"]))
+    times = np.concatenate([one.times for one in shots])
+    names = [f"depth/{t:.6f}.png" for t in times]
+    for name, z in zip(names, np.concatenate([depth for depth, _ in taken]), strict=True):
+        Image.fromarray(np.clip(np.round(z * about["scale"]), 0, 65534).astype(np.uint16)).save(folder / name)
+    _lines(folder / "depth.txt", [f"{t:.6f} {name}" for t, name in zip(times, names, strict=True)])
+    lit = [(one.times[0], ir) for one, (_, ir) in zip(shots, taken, strict=True) if ir is not None]
+    for t, ir in lit:
+        Image.fromarray(np.clip(np.round(ir), 0, 65535).astype(np.uint16)).save(folder / f"ir/{t:.6f}.png")
+    if lit:
+        _lines(folder / "ir.txt", [f"{t:.6f} ir/{t:.6f}.png" for t, _ in lit])
+    _lines(folder / "groundtruth.txt", [line for one in shots for line in _poses(one)])
+    _log(folder, shots, about["temperature"])
+
+
+def _scene(shots: list[Shot], about: dict[str, Any]) -> dict[str, Any]:
+    scene: dict[str, Any] = {"mesh": "scene.ply"}
+    s = shots[0].sigma
+    scene["poses"] = {"source": "surveyed", "sigma_m": s * SIGMA_M, "sigma_rad": s * SIGMA_RAD}
     if about["mesh_sigma_m"]:
         scene["mesh_sigma_m"] = about["mesh_sigma_m"]
-    (folder / "camera.json").write_text(json.dumps(camera))
-    (folder / "scene.json").write_text(json.dumps(scene))
-    (folder / "scene.ply").write_text(_mesh(shot.panels))
-    names = [f"depth/{t:.6f}.png" for t in shot.times]
-    for name, z in zip(names, depth, strict=True):
-        Image.fromarray(np.clip(np.round(z * about["scale"]), 0, 65534).astype(np.uint16)).save(folder / name)
-    _lines(folder / "depth.txt", [f"{t:.6f} {name}" for t, name in zip(shot.times, names, strict=True)])
-    if amplitude is not None:
-        name = f"ir/{shot.times[0]:.6f}.png"
-        Image.fromarray(np.clip(np.round(amplitude), 0, 65535).astype(np.uint16)).save(folder / name)
-        _lines(folder / "ir.txt", [f"{shot.times[0]:.6f} {name}"])
+    if shots[0].degrees is not None:  # poses and mesh in the frame of what turns
+        axis = {"axis_point": [0.0, 0.0, 0.0], "axis_direction": [0.0, 0.0, 1.0]}
+        scene["trajectory"] = {"turntable": axis, "continuous": len(shots[0].times) == 1}
+    return scene
+
+
+def _poses(shot: Shot) -> list[str]:
     pose = [*shot.stated[:3, 3], *Rotation.from_matrix(shot.stated[:3, :3]).as_quat()]
     text = " ".join(f"{x:.8f}" for x in pose)
-    _lines(folder / "groundtruth.txt", [f"{t:.6f} {text}" for t in shot.times])
-    if about["telemetry"]:
-        rows = [f"{t:.6f},{x:.3f}" for t, x in zip(shot.times, shot.temperatures, strict=True)]
-        (folder / "telemetry.csv").write_text("\n".join(["timestamp,temperature_c", *rows]) + "\n")
+    return [f"{t:.6f} {text}" for t in shot.times]
+
+
+def _log(folder: Path, shots: list[Shot], temperature: bool) -> None:
+    columns: dict[str, list[float]] = {}
+    if shots[0].degrees is not None:
+        columns["turntable_deg"] = [float(shot.degrees or 0.0) for shot in shots for _ in shot.times]
+    if temperature:
+        columns["temperature_c"] = [float(x) for shot in shots for x in shot.temperatures]
+    if columns:
+        times = [t for shot in shots for t in shot.times]
+        rows = [
+            ",".join([f"{t:.6f}", *(f"{x:.4f}" for x in row)]) for t, *row in zip(times, *columns.values(), strict=True)
+        ]
+        _lines(folder / "telemetry.csv", [",".join(["timestamp", *columns]), *rows])
 
 
 def _lines(path: Path, lines: list[str]) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
-def _mesh(panels: list[Panel]) -> str:
+def mesh_text(panels: list[Panel], one_grey: bool) -> str:
     """ASCII PLY: every printed cell a square of its own; flat, whatever the surface really is."""
     vertices: list[Any] = []
     faces: list[Any] = []
@@ -59,7 +88,7 @@ def _mesh(panels: list[Panel]) -> str:
         rows, columns = panel.cells.shape
         for i in range(rows):
             for j in range(columns):
-                grey = round(float(panel.cells[i, j]) * 255)
+                grey = 128 if one_grey else round(float(panel.cells[i, j]) * 255)
                 first = len(vertices)
                 for s, t in ((j, i), (j + 1, i), (j + 1, i + 1), (j, i + 1)):
                     x = panel.corner + panel.a * s / columns + panel.b * t / rows

@@ -8,21 +8,12 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 LIMIT_S = 600
 WHOLE = "import sys; from fusion.commands.main import main; sys.exit(main())"
-# the verdict without pictures: most of the command's time is the report
-BRIEF = """
-import json, sys
-from pathlib import Path
-from fusion.discrepancy.explain import explain
-from fusion.discrepancy.verdict.verdict import verdict_of
-from fusion.recording.open import open_recording
-from fusion.sensor.file import read_sensor
-recordings, (_, sensor, _, out) = sys.argv[2:-4], sys.argv[-4:]
-verdict = verdict_of(explain([open_recording(path) for path in recordings], read_sensor(sensor)))
-Path(out).mkdir(parents=True, exist_ok=True)
-(Path(out) / "verdict.json").write_text(json.dumps(verdict, indent=1))
-"""
+HERE = Path(__file__).resolve().parent
 
 
 def explained(case: Path, out: Path, whole: bool = False) -> tuple[dict[str, Any] | None, float, str]:
@@ -34,15 +25,40 @@ def explained(case: Path, out: Path, whole: bool = False) -> tuple[dict[str, Any
         whole: run the command with its report, not the verdict alone.
     """
     recordings = sorted(str(p) for p in case.glob("rec_*"))
-    command = [sys.executable, "-c", WHOLE if whole else BRIEF, "explain", *recordings]
-    command += ["--sensor", str(case / "sensor.json"), "-o", str(out)]
+    program = ["-c", WHOLE, "explain"] if whole else [str(HERE / "engine_side.py"), "explain"]
+    command = [*program, *recordings, "--sensor", str(case / "sensor.json"), "-o", str(out)]
+    seconds, complaint = _run(command)
+    file = out / "verdict.json"
+    verdict = json.loads(file.read_text(encoding="utf-8")) if file.is_file() and not complaint else None
+    return verdict, seconds, complaint
+
+
+def predicted(recordings: Path, sensors: list[Path], scratch: Path) -> NDArray[np.float64] | None:
+    """(sensors, recordings, h, w) [m] depth of recordings that the engine was not given, by its models, or None."""
+    paths = sorted(str(p) for p in recordings.glob("rec_*"))
+    file = scratch / "predicted.npy"
+    words = [str(HERE / "engine_side.py"), "predict", *paths, "--sensor", *map(str, sensors), "-o", str(file)]
+    _, complaint = _run(words)
+    return None if complaint else np.asarray(np.load(file))
+
+
+def naively(case: Path, out: Path) -> dict[str, list[str]]:
+    """Names that plainer methods claim, the first first; {} when they fail."""
+    recordings = sorted(str(p) for p in case.glob("rec_*"))
+    words = [str(HERE / "naive.py"), *recordings, "--sensor", str(case / "sensor.json"), "-o", str(out)]
+    _, complaint = _run(words)
+    return {"failed": [complaint]} if complaint else dict(json.loads(out.read_text(encoding="utf-8")))
+
+
+def _run(words: list[str]) -> tuple[float, str]:
+    """Seconds, and the last lines of complaint of a Python program that failed."""
     threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     start = time.monotonic()
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, env={**os.environ, **threads})
-        complaint = " / ".join(done.stderr.strip().splitlines()[-3:]) if done.returncode else ""
+        done = subprocess.run(
+            [sys.executable, *words], capture_output=True, text=True, timeout=LIMIT_S, env={**os.environ, **threads}
+        )
+        complaint = " / ".join(done.stderr.strip().splitlines()[-3:]) or "failed" if done.returncode else ""
     except subprocess.TimeoutExpired:
         complaint = f"no answer within {LIMIT_S} s"
-    file = out / "verdict.json"
-    verdict = json.loads(file.read_text(encoding="utf-8")) if file.is_file() and not complaint else None
-    return verdict, time.monotonic() - start, complaint
+    return time.monotonic() - start, complaint
