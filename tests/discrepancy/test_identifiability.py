@@ -1,8 +1,14 @@
 """What a free pose would swallow: on planes, every error of the disparity that is affine in the image."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 from made_up_walls import looks_at, sensor_of
 
+from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.identifiability import unseen, visibilities
+from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.observations import observe
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
@@ -25,10 +31,49 @@ def survival(observations, column: np.ndarray) -> float:
 def test_scale_offset_and_tilt_of_a_triangulating_sensor_vanish_on_walls_with_free_poses():
     sensor = sensor_of("structured_light")
     observations = observe(sensor, looks_at(sensor, 0))
-    small = [DepthScale(1e-7), DisparityOffset(1e-7)]
+    small = [DepthScale(scale=1e-7), DisparityOffset(offset=1e-7)]
     tilt = np.concatenate([p.tiles.mean(np.broadcast_to(p.view.u, p.depth.shape)) for p in observations.patches])
     columns = [*observations.columns(small).T, tilt]
     for column in columns:
         assert survival(observations, column) < 1e-6
     # and what is not affine stays to be seen
-    assert survival(observations, observations.columns([PixelLocking(0.01)])[:, 0]) > 0.3
+    assert survival(observations, observations.columns([PixelLocking(amplitude=0.01)])[:, 0]) > 0.3
+
+
+def table_of(sensor, looks):
+    """What the engine says of every effect, by name."""
+    observations = observe(sensor, looks)
+    gauge = gauge_of(observations)
+    return {entry.effect: entry for entry in visibilities(candidates_of(observations, gauge), gauge)}
+
+
+def test_the_table_says_what_nearly_free_poses_swallow():
+    sensor = sensor_of("structured_light")
+    looks = [free_pose(look) for look in looks_at(sensor, 0)]
+    table = table_of(sensor, looks)
+    for name in ("depth_scale", "disparity_offset"):
+        assert not table[name].visible and name in unseen(list(table.values()), "structured_light")
+    assert table["pixel_locking"].share > 0.3
+
+
+def free_pose(look):
+    """A look whose pose is known to a few metres and half a radian."""
+    stage = SimpleNamespace(**{**vars(look.stage), "sigma_m": 3.0, "sigma_rad": 0.5})
+    return replace(look, stage=stage)
+
+
+def test_the_smallest_detectable_size_stands_out_by_five_sigma():
+    sensor = sensor_of("itof")
+    looks = looks_at(sensor, 0)
+    entry = table_of(sensor, looks)["depth_scale"]
+    observations = observe(sensor, looks)
+    white = gauge_of(observations).whiten(observations.columns([DepthScale(scale=entry.detectable)])[:, 0])
+    # the footprint is linear to first order; its size here is a part in ten thousand
+    assert abs(np.linalg.norm(white) - 5) < 0.05
+
+
+def test_twins_of_this_data_are_named():
+    """A path inside the material and an offset are both lengths: no wall tells them apart."""
+    table = table_of(sensor_of("itof"), looks_at(sensor_of("itof"), 0))
+    assert "subsurface_scattering" in table["depth_offset"].alike
+    assert "column_delay" not in table["depth_offset"].alike
