@@ -84,13 +84,13 @@ def axial_law(poses: list[Pose], principle: str, known: Sensor, focal_baseline: 
     Raises:
         FusionError: not one pose has a noise.
     """
-    some = [p for p in poses if np.isfinite(p.axial) and p.axial > 0 and p.axial_std > 0 and
-            p.seen.valid >= LEAST_VALID]  # fmt: skip
+    # a noise that is not above its own deviation lies below the rounding
+    some = [p for p in poses if p.axial > p.axial_std > 0 and p.seen.valid >= LEAST_VALID]
     if not some:
         raise FusionError(
             "no pose shows noise",
             found=f"{len(poses)} poses, without repeated values or with equal ones",
-            expected="depths that differ between frames",
+            expected="depths that differ between frames by more than their rounding",
             do="record 100 frames at each pose; filters of the camera off",
         )
     sigma, deviation = (np.array([getattr(p, name) for p in some]) for name in ("axial", "axial_std"))

@@ -133,7 +133,8 @@ def _notes(
                 ("warning", f"axial_noise.{name} is not established: {value:.2g} with a deviation of {std:.2g}")
             )
     if len(poses) < FEW_POSES:
-        notes.append(("warning", f"{len(poses)} poses: intervals are wide; 9 distances at 6 angles each are usual"))
+        count = "one pose" if len(poses) == 1 else f"{len(poses)} poses"
+        notes.append(("warning", f"{count}: intervals are wide; 9 distances at 6 angles each are usual"))
     fewest = min(pose.seen.frames for pose in poses)
     if fewest < FEW_FRAMES:
         notes.append(("warning", f"a pose has {fewest} frames: 100 are usual"))

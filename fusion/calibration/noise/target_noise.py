@@ -19,6 +19,7 @@ PATCH = 240  # [px] of the target nearest to its middle: noise changes little ov
 OUTLIER = 6.0  # standard deviations from the plane
 LEAST_OUTLIER = 0.03  # [m] nearer to the plane than this nothing is an outlier
 MOST_FRAMES = 2000  # whose values are kept at a time; of longer series every second, third, ...
+SUNNY, FEWEST = 0.1, 5  # share of the frames and number of values that still place a target, where more are missing
 SCORES = 20  # frames whose z-scores are kept
 
 
@@ -84,9 +85,7 @@ def measure_target(
         series.add(depth)
     if series.frames < 2:
         raise FusionError("too few frames for a noise", found=series.frames, expected="2 or more, better 100")
-    # a pixel with few values would bring its outliers into the search
-    mean = np.where(series.valid > 0.5, series.mean, np.nan)
-    found = target or find_target(mean, camera)
+    found, mean = _found(series, camera, target)
     plane = found.plane_depth(camera)
     middle = _middle(found, camera.shape)
     limit = max(OUTLIER * (sigma if sigma is not None else _pooled(series, middle)), LEAST_OUTLIER)
@@ -116,6 +115,22 @@ def measure_target(
         middle=where,
         edge_depth=at_edges,
     )
+
+
+def _found(series: PixelSeries, camera: Camera, target: Target | None) -> tuple[Target, Image]:
+    """The target and the mean depth (h, w) [m] that shows it."""
+    # a pixel with few values would bring its outliers into the search
+    mean = np.where(series.valid > 0.5, series.mean, np.nan)
+    if target is not None:
+        return target, mean
+    try:
+        return find_target(mean, camera), mean
+    except FusionError:
+        # in the sun most values are missing: means of fewer, where they are the majority's
+        fewer = np.where((series.valid > SUNNY) & (series.count >= FEWEST), series.mean, np.nan)
+        if np.isfinite(fewer).sum() < 1.05 * np.isfinite(mean).sum() + 1:
+            raise
+        return find_target(fewer, camera), fewer
 
 
 @dataclass(frozen=True)
