@@ -1,17 +1,18 @@
 """Explain: recordings of known scenes against a sensor model, from frames to what is missing."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.spread import SpreadStep, spread_step
+from fusion.discrepancy.channels.channels import Channels, channels_of
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.look import Look, looks_of, stage_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects
 from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
 from fusion.discrepancy.unknown.unrestricted import Found, covariates, explained, groups_of
 from fusion.errors import FusionError
 from fusion.recording.recording import Recording
@@ -33,11 +34,12 @@ class Explanation:
         gauge: how far tiles may be off for known reasons.
         white: (n,) residual before, in units of the gauge.
         named: effects that were added for the mean depth, and the model with them.
-        spread: the effect that explains the noise, where that is not what the model says; else None.
+        channels: what was found beside the mean, and the model with that too.
         possible: what smooth functions of all variables could explain before.
         left: the same, of what the named effects leave.
         candidates: all forms that change anything here, under the given model.
         held_out: chi2 per degree of freedom and rms [m] of held-out frames, before and after; NaN without such frames.
+        beyond: what is left and no entry of the catalogue explains, established or not; None when it is little.
     """
 
     looks: tuple[Look, ...]
@@ -45,23 +47,32 @@ class Explanation:
     gauge: Gauge
     white: Vector
     named: Named
-    spread: SpreadStep | None
+    channels: Channels
     possible: Found
     left: Found
     candidates: tuple[Candidate, ...]
     held_out: dict[str, float]
+    beyond: Unknown | None = None
 
     @property
     def sensor(self) -> Sensor:
         """The model with all that was found."""
-        return self.named.sensor if self.spread is None else self.named.sensor.having(self.spread.effect)
+        return self.channels.sensor
+
+    @property
+    def mean_sensor(self) -> Sensor:
+        """The model with all that was found for the mean depth."""
+        return _extended(self.named, self.beyond)
+
+    @property
+    def spread(self) -> bool:
+        """True when the noise is not what the given model says."""
+        return bool(self.channels.of("noise"))
 
     @property
     def unknown(self) -> bool:
-        """True when something is missing that no effect of the catalogue explains."""
-        named = sum(step.gain for step in self.named.steps)
-        whole = max(self.possible.gain, named + self.left.gain)
-        return self.left.gain > UNKNOWN_GAIN and self.left.gain > UNKNOWN_SHARE * whole
+        """True when something is missing that no effect of the catalogue explains, and new recordings show it too."""
+        return self.beyond is not None and self.beyond.law.replicated
 
 
 def explain(
@@ -107,11 +118,37 @@ def explained_looks(
     candidates = candidates_of(before, gauge)
     named = name_effects(looks, before, gauge, candidates)
     left = explained(named.white, groups, nothing)
+    beyond = None
+    if _is_much(left, named, possible):
+        progress("looking for the form of what no effect explains")
+        beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
     progress("comparing the noise")
-    spread = spread_step(named.observations)
+    channels = _channels(named, beyond, looks)
     progress("judging frames that took no part")
-    held_out = _held_out([look.held for look in looks if look.held is not None], sensor, named.sensor)
-    return Explanation(tuple(looks), before, gauge, white, named, spread, possible, left, tuple(candidates), held_out)
+    held_out = _held_out([look.held for look in looks if look.held is not None], sensor, _extended(named, beyond))
+    return Explanation(
+        tuple(looks), before, gauge, white, named, channels, possible, left, tuple(candidates), held_out, beyond
+    )
+
+
+def _is_much(left: Found, named: Named, possible: Found) -> bool:
+    """True when what is left is no chance, and no mere matter of the form of a named effect."""
+    whole = max(possible.gain, sum(step.gain for step in named.steps) + left.gain)
+    return left.gain > UNKNOWN_GAIN and left.gain > UNKNOWN_SHARE * whole
+
+
+def _extended(named: Named, beyond: Unknown | None) -> Sensor:
+    return named.sensor if beyond is None or not beyond.law.replicated else beyond.added_to(named.sensor)
+
+
+def _channels(named: Named, beyond: Unknown | None, looks: Sequence[Look]) -> Channels:
+    """What is found beside the mean, under the model with all that was found for the mean."""
+    found = channels_of(named.observations, looks)
+    sensor = _extended(named, beyond)
+    for step in found.steps:
+        sensor = sensor.having(step.effect) if step.effect else sensor
+    std = {**sensor.std, **{key: value for key, value in found.sensor.std.items() if sensor.effect(key[0])}}
+    return replace(found, sensor=replace(sensor, std=std))
 
 
 def variables_of(observations: Observations) -> dict[str, Vector]:

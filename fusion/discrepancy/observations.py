@@ -1,7 +1,7 @@
 """Observations: what recordings show beyond the prediction of scene and sensor: tiles in native units."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -96,6 +96,14 @@ class Observations:
             return np.zeros((len(self.residual), 0))
         return np.concatenate([np.column_stack([p.column(effect) for effect in effects]) for p in self.patches])
 
+    def under(self, sensor: Sensor) -> "Observations":
+        """The same looks and tiles, in the same units, under another sensor model."""
+        patches = []
+        for patch in self.patches:
+            mean, sigma = sensor.repeated(patch.depth, patch.look.view)
+            patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
+        return Observations(sensor, tuple(patches))
+
 
 def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:
     """Predict every look with a sensor model and cut it into tiles."""
@@ -111,13 +119,20 @@ def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:
     with np.errstate(all="ignore"):
         native = view.stretch if view.time_of_flight else -view.focal_baseline / mean**2
     usable = np.isfinite(mean) & np.isfinite(look.mean) & (look.count >= max(1, len(look.frames) - 1))
-    if view.edges is not None:
-        usable &= view.edges.distance > EDGE_PX
-    if view.incidence is not None:
-        usable &= view.incidence < STEEPEST
-    if view.reflectance is not None:
-        usable &= ~_printed_edges(view.reflectance)
+    usable &= interior(view)
     return Patch(look, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
+
+
+def interior(view: View) -> NDArray[np.bool_]:
+    """(h, w) pixels that see one surface of one material, and not edge-on."""
+    inside = np.ones(view.camera.shape, bool)
+    if view.edges is not None:
+        inside &= view.edges.distance > EDGE_PX
+    if view.incidence is not None:
+        inside &= view.incidence < STEEPEST
+    if view.reflectance is not None:
+        inside &= ~_printed_edges(view.reflectance)
+    return inside
 
 
 def _printed_edges(reflectance: Image) -> NDArray[np.bool_]:

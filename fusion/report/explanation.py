@@ -59,8 +59,8 @@ def _claims(folder: Path, found: Explanation, verdict: dict[str, Any], unit: Uni
         if number in of_mean:
             mask = of_mean[number].mask(found)
             section = claim_section(found, of_mean[number], mask, unit)
-        elif found.spread is not None:
-            noise = noise_of(found, found.spread)
+        elif entry["channel"] == "noise" and found.spread:
+            noise = noise_of(found)
             mask = noise_mask(found, noise)
             section = noise_section(found, number, entry, noise, mask, unit)
         else:

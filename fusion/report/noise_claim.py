@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.spread import SpreadStep
+from fusion.discrepancy.channels.scatter import variance
 from fusion.discrepancy.explain import Explanation
 from fusion.report.claims import bins, lead, parameters_table, plain, questions, shown_variables
 from fusion.report.evidence import mask_of, variables_here
@@ -26,20 +26,19 @@ class Noise:
     extended: Vector
 
 
-def noise_of(found: Explanation, step: SpreadStep) -> Noise:
-    """The noise of every tile."""
+def noise_of(found: Explanation) -> Noise:
+    """The noise of every tile, before and with all that was found."""
     rows = []
     for patch in found.before.patches:
         with np.errstate(all="ignore"):
-            sigma = step.effect.spread(patch.sigma, patch.depth, patch.view)
-        spreads = (np.nan_to_num(patch.look.std), patch.sigma, sigma)
-        rows.append([patch.tiles.mean((spread * patch.native) ** 2) for spread in spreads])
+            sigma = found.sensor.repeated(patch.depth, patch.look.view)[1]
+        rows.append([variance(patch, spread) for spread in (patch.look.std, patch.sigma, sigma)])
     return Noise(*(np.concatenate(parts) for parts in zip(*rows, strict=True)))
 
 
 def noise_mask(found: Explanation, noise: Noise) -> NDArray[np.uint8]:
-    """(h, w) where noise was missing that the claim brings: 255 the most."""
-    return mask_of(found, np.log(np.maximum(noise.extended, 1e-300) / np.maximum(noise.given, 1e-300)))
+    """(h, w) where the claim changes the noise: 255 the most."""
+    return mask_of(found, np.abs(np.log(np.maximum(noise.extended, 1e-300) / np.maximum(noise.given, 1e-300))))
 
 
 def noise_section(
@@ -47,15 +46,19 @@ def noise_section(
 ) -> Section:
     """Everything about one claim on the noise."""
     title = f"{'Also missing' if number else 'Missing'}: {plain(entry['effect'])} (noise)"
+    ratio = np.sqrt(noise.extended / np.maximum(noise.given, 1e-300))
     curves = [_curve(found, noise, name, unit) for name in shown_variables(found, entry)]
     curves = [curve for curve in curves if len(curve.at) > 1]
-    most = float(np.sqrt(np.quantile(noise.extended / np.maximum(noise.given, 1e-300), 0.9)))
+    low, high = (float(x) for x in np.quantile(ratio, (0.1, 0.9)))
+    changed = f"It makes the noise up to {high:.2f} times as large"
+    if low * high < 1:
+        changed = f"It makes the noise as small as {low:.2f} times what the model had"
     text = Figure(
-        f"It makes the noise up to {most:.2f} times as large",
+        changed,
         f"claim-{number}",
         f"Noise of repeated frames with and without {plain(entry['effect'])}.",
         "Above: standard deviation of a pixel over repeated frames, as recorded and as the model predicts it. Below: "
-        "recorded over predicted noise; 1 is right. Bright pixels of the picture gain most noise by the claim.",
+        "recorded over predicted noise; 1 is right. In the bright pixels of the picture the claim changes the noise most.",
     )
     figures = (spread_figure(curves, mask, unit, text),) if curves else ()
     return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))

@@ -11,7 +11,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).parents[1] / "discrepancy"))
 from made_up_walls import WALLS, looks_at, sensor_of
 
-from fusion.discrepancy.channels.spread import spread_step
+from fusion.discrepancy.channels.channels import channels_of
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
@@ -40,6 +40,6 @@ def explanation_of(principle: str, *hidden: Effect, names: Sequence[str] = ()) -
     left = explained(named.white, groups, nothing)
     keys = ("chi2_per_dof_before", "chi2_per_dof_after", "rms_before_m", "rms_after_m")
     return Explanation(
-        tuple(looks), before, gauge, white, named, spread_step(named.observations), possible, left,
+        tuple(looks), before, gauge, white, named, channels_of(named.observations, looks), possible, left,
         tuple(candidates), dict.fromkeys(keys, 0.001),
     )  # fmt: skip

@@ -76,7 +76,7 @@ def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
     assert verdict["missing"][0]["where"]["mask"] == "mask_0.png"
     assert "an unknown effect" in (tmp_path / "a" / "report.html").read_text()
     bright = explanation_of("itof", AmbientLight(ambient=6000.0))
-    assert bright.spread is not None
+    assert bright.spread
     explanation_report(tmp_path / "b", bright, verdict_of(bright))
     assert "times as large" in (tmp_path / "b" / "report.html").read_text()
 

@@ -1,9 +1,10 @@
 """The channels beside the mean: what repeated frames and missing values show beyond the model."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.noise import noise_steps
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.observations import Observations
@@ -34,4 +35,7 @@ def channels_of(observations: Observations, looks: Sequence[Look]) -> Channels:
         looks: with the frames that take no part in any fit.
     """
     held = [look.held for look in looks if look.held is not None]
-    return Channels(*noise_steps(observations, held))
+    sensor, noise = noise_steps(observations, held)
+    # what adds noise may take values away too: the missing ones are asked about under the better noise
+    better, dropout = dropout_steps(replace(observations, sensor=sensor))
+    return Channels(better, (*noise, *dropout))

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.spread import SpreadStep
 from fusion.discrepancy.explain import Explanation, variables_of
 from fusion.discrepancy.naming.region import Region, region_of
 from fusion.discrepancy.naming.step import Step
@@ -39,25 +38,6 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str
         },
         "indistinguishable_from": alike,
         "record_next": record_next(effect, alike),
-    }
-
-
-def noise_claim(step: SpreadStep) -> dict[str, Any]:
-    effect, about = step.effect, step.parameter
-    variables = list(dict.fromkeys(v for name in effect.variables for v in (name, *_also(name))))
-    value = {"value": float(getattr(effect, about.name)), "std": step.std, "unit": about.unit}
-    return {
-        "effect": effect.name,
-        "parameters": {about.label: value},
-        "channel": "noise",
-        "where": _where(variables, None, f"the spread of repeated frames: {effect.formula}"),
-        "evidence": {
-            "heldout_gain": step.share,
-            "false_alarm_probability": step.probability,
-            "visible_share": 1.0,
-        },
-        "indistinguishable_from": list(step.alike),
-        "record_next": record_next(effect, list(step.alike)),
     }
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.naming.step import Step
-from fusion.discrepancy.verdict.claims import mean_claim, noise_claim, unknown_claim
+from fusion.discrepancy.verdict.channel_claims import channel_claim
+from fusion.discrepancy.verdict.claims import mean_claim, unknown_claim
 from fusion.discrepancy.verdict.limits import limits_of
 
 FORMAT = "fusion-verdict/1"
@@ -17,8 +18,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     groups = _by_name(found)
     before = float(found.white @ found.white)
     missing = [mean_claim(steps, found, before) for steps in groups]
-    if found.spread is not None:
-        missing.append(noise_claim(found.spread))
+    missing += [channel_claim(step) for step in found.channels.steps]
     if found.unknown:
         missing.append(unknown_claim(found, before))
     missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])

@@ -1,0 +1,181 @@
+"""The dropout channel: are values missing where the model says so, and which effect would lose them?"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.channels.validity import Validity, validity_of
+from fusion.discrepancy.observations import Observations
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects import EFFECTS
+from fusion.sensor.parameter import Parameter, parameters
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+LEAST_FRAMES = 3
+SIZES = np.geomspace(0.02, 50.0, 33)  # of a typical size, that are tried
+FINE = np.linspace(-1.0, 1.0, 13)  # between two of them, then between two of these
+OUTLIER = 4.0  # standard deviations from which on a tile counts less
+FALSE_ALARM = 1e-6
+BEYOND = 3.0  # standard deviations by which a stated value must be off
+REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
+EXPLAINED = 0.7  # of what is too much: less, and the name is not the right one
+LEAST_CHANGE = 0.05  # of the values of the tile that changes most
+MOST_STEPS = 2
+ALIKE = 0.95
+
+
+@dataclass(frozen=True)
+class Lost:
+    """One effect at its best size.
+
+    Attributes:
+        effect: it.
+        parameter: what was searched.
+        std: of it.
+        corrected: the model holds it, at another value.
+        costs: (recordings,) chi2 in each.
+        held_out: (recordings,) chi2 in each at the size that is best in the others.
+        share: (n,) of missing values then.
+    """
+
+    effect: Effect
+    parameter: Parameter
+    std: float
+    corrected: bool
+    costs: Vector
+    held_out: Vector
+    share: Vector
+
+
+def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, ...]]:
+    """The model with what its validity lacks, and every step towards it."""
+    sensor = observations.sensor
+    patches = [p for p in observations.patches if len(p.look.frames) >= LEAST_FRAMES]
+    steps: list[ChannelStep] = []
+    for _ in range(MOST_STEPS):
+        seen = validity_of(sensor, patches)
+        found = None if seen is None else _step(sensor, seen)
+        if found is None:
+            break
+        sensor, step = found
+        steps.append(step)
+    return sensor, tuple(steps)
+
+
+def recorded_light(seen: Validity) -> bool:
+    """True when every look has its amplitude recorded: without it no model knows where too little light comes back."""
+    return all(patch.look.view.ir is not None for patch in seen.patches)
+
+
+def _step(sensor: Sensor, seen: Validity) -> tuple[Sensor, ChannelStep] | None:
+    if not recorded_light(seen):
+        return None
+    now = seen.share()
+    before = _costs(seen, now)
+    tried = [_searched(seen, *form) for form in _forms(sensor)]
+    if not tried:
+        return None
+    best = min(tried, key=lambda one: float(one.costs.sum()))
+    gain = float(before.sum() - best.costs.sum())
+    probability = float(min(1.0, len(tried) * len(SIZES) * chi2.sf(max(gain, 0.0), 1)))
+    excess = float(before.sum()) - len(now)
+    change = best.share - now
+    if probability > FALSE_ALARM or float(np.max(np.abs(change))) < LEAST_CHANGE or gain < EXPLAINED * excess:
+        return None
+    if len(before) > 2 and float((before - best.held_out).sum()) < REPLICATED * gain:
+        return None
+    name = best.parameter.name
+    if best.corrected and not _beyond(sensor, best):
+        return None
+    others = [one for one in tried if one.effect.name != best.effect.name and _like(one.share - now, change)]
+    alike = sorted({one.effect.name for one in others if before.sum() - one.costs.sum() > ALIKE * gain})
+    better = sensor.having(best.effect)
+    better = replace(better, std={**better.std, (best.effect.name, name): best.std})
+    share = gain / max(float(before.sum()), 1e-9)
+    return better, ChannelStep(
+        "dropout", best.effect, {name: best.std}, best.corrected, gain, share, probability, tuple(alike)
+    )
+
+
+def _forms(sensor: Sensor) -> Iterator[tuple[Effect, Parameter, Effect | None]]:
+    """Effects, what of them is searched, and what of the model they stand for.
+
+    An effect that changes the noise too is found by it: no light takes values away without adding noise.
+    """
+    for kind in EFFECTS:
+        if not kind.changes("dropout") or kind.changes("noise"):
+            continue
+        if kind.principles and sensor.principle not in kind.principles:
+            continue
+        own = sensor.effect(kind.name)
+        for about in parameters(kind).values():
+            if about.neutral == 0 and about.kind in ("number", "scalar"):
+                exact = own is not None and sensor.std.get((kind.name, about.name)) == 0.0
+                if not exact and (own is None or np.ndim(getattr(own, about.name)) == 0):
+                    yield own or kind(), about, own
+                break
+
+
+def _searched(seen: Validity, effect: Effect, about: Parameter, own: Effect | None) -> Lost:
+    """The size that explains the missing values best."""
+    stated = float(getattr(effect, about.name)) if own is not None else 0.0
+    usual = abs(stated) if stated else about.typical
+    sizes = usual * SIZES
+    rows: dict[float, Vector] = {}
+
+    def costs(size: float) -> Vector:
+        size = float(np.clip(size, about.low, about.high))
+        if size not in rows:
+            rows[size] = _costs(seen, seen.share(_with(effect, about, size), own))
+        return rows[size]
+
+    step = SIZES[1] / SIZES[0]
+    for size in sizes:
+        costs(size)
+    for _ in range(2):
+        best = min(rows, key=lambda size: float(rows[size].sum()))
+        for part in FINE:
+            costs(best * step**part)
+        step = step ** (FINE[1] - FINE[0])
+    best = min(rows, key=lambda size: float(rows[size].sum()))
+    tried, table = np.array(list(rows)), np.array(list(rows.values()))
+    others = table.sum(axis=1)[:, None] - table
+    held = np.array([table[int(np.argmin(others[:, g])), g] for g in range(table.shape[1])])
+    near = tried[table.sum(axis=1) < rows[best].sum() + 1.0]
+    std = float(max(np.max(np.abs(near - best)), abs(best) * (step - 1.0)))
+    chosen = _with(effect, about, best)
+    return Lost(chosen, about, std, own is not None, rows[best], held, seen.share(chosen, own))
+
+
+def _costs(seen: Validity, share: Vector) -> Vector:
+    """(recordings,) chi2 of the tiles of each, tamed."""
+    sigma = seen.sigma(share)
+    size = np.abs(seen.missing - share) / sigma
+    tamed = np.where(size > OUTLIER, 2 * OUTLIER * size - OUTLIER**2, size**2)
+    return np.array([tamed[seen.place == g].sum() for g in np.unique(seen.place)])
+
+
+def _beyond(sensor: Sensor, best: Lost) -> bool:
+    """True when a value that the model states is further off than both it and the fit are uncertain."""
+    key = (best.effect.name, best.parameter.name)
+    own = sensor.effect(best.effect.name)
+    stated = float(getattr(own, best.parameter.name))
+    known = float(np.max(sensor.std.get(key, 0.3 * abs(stated))))
+    off = abs(float(getattr(best.effect, best.parameter.name)) - stated)
+    return off > BEYOND * float(np.hypot(known, best.std))
+
+
+def _like(one: Vector, other: Vector) -> bool:
+    return float(one @ other) > ALIKE * float(np.linalg.norm(one)) * float(np.linalg.norm(other))
+
+
+def _with(effect: Effect, about: Parameter, value: float) -> Effect:
+    changed: dict[str, Any] = {about.name: float(value)}
+    return replace(effect, **changed)

@@ -1,0 +1,85 @@
+"""Validity: which share of the values of every tile is missing, against what a sensor model says of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.look import Look
+from fusion.discrepancy.observations import Observations, Patch, interior
+from fusion.discrepancy.tiles import tiling
+from fusion.sensor.effect import Effect
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import Image
+
+Vector = NDArray[np.float64]
+
+FLOOR = 0.02  # of a tile's pixels: what a model of validity leaves open, from recordings in which nothing is missing
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Missing shares of tiles (n,), which hold the pixels that a surface stands before, seen or not.
+
+    Attributes:
+        patches: with tiles of their own.
+        missing: measured share.
+        predicted: (h, w) per patch, probability by the model.
+        place: recording of each tile.
+    """
+
+    patches: tuple[Patch, ...]
+    missing: Vector
+    predicted: tuple[Image, ...]
+    place: NDArray[np.intp]
+
+    def share(self, effect: Effect | None = None, less: Effect | None = None) -> Vector:
+        """(n,) predicted share with one more effect, and without one that the model holds."""
+        parts = []
+        for patch, lost in zip(self.patches, self.predicted, strict=True):
+            seen = 1.0 - lost
+            with np.errstate(all="ignore"):
+                if less is not None:
+                    own = np.asarray(less.dropout(patch.depth, patch.view))
+                    seen = np.where(own < 1, seen / np.maximum(1 - own, 1e-6), _others(patch, less))
+                if effect is not None:
+                    seen = seen * (1.0 - effect.dropout(patch.depth, patch.view))
+            parts.append(patch.tiles.mean(1.0 - seen))
+        return np.concatenate(parts)
+
+    def sigma(self, share: Vector) -> Vector:
+        """(n,) standard deviation of the measured share where `share` is expected: every pixel decides for itself."""
+        pixels = np.concatenate([patch.tiles.pixels for patch in self.patches])
+        return np.sqrt(np.clip(share * (1 - share), 0.0, 0.25) / pixels + FLOOR**2)
+
+    @property
+    def observations(self) -> Observations:
+        return Observations(self.patches[0].sensor, self.patches)
+
+
+def validity_of(sensor: Sensor, patches: Sequence[Patch]) -> Validity | None:
+    """The validity of looks; None when no tile is left."""
+    kept, missing, predicted, place = [], [], [], []
+    for patch in patches:
+        view, look = sensor.seen(patch.look.view), patch.look
+        tiles = tiling(np.isfinite(patch.depth) & interior(view), patch.tiles.side)
+        if len(tiles):
+            kept.append(replace(patch, sensor=sensor, view=view, tiles=tiles))
+            missing.append(tiles.mean(_lost(look)))
+            lost = sensor.dropout(patch.depth, look.view)
+            predicted.append(np.broadcast_to(lost, patch.depth.shape))
+            place.append(np.full(len(tiles), look.place))
+    if not kept:
+        return None
+    return Validity(tuple(kept), np.concatenate(missing), tuple(predicted), np.concatenate(place))
+
+
+def _lost(look: Look) -> Image:
+    return 1.0 - look.count / max(len(look.frames), 1)
+
+
+def _others(patch: Patch, less: Effect) -> Image:
+    """(h, w) chance that a pixel has a value, by all effects but one."""
+    rest = replace(patch.sensor, effects=tuple(e for e in patch.sensor.effects if e.name != less.name))
+    return 1.0 - np.broadcast_to(rest.dropout(patch.depth, patch.look.view), patch.depth.shape)
