@@ -63,6 +63,7 @@ class Look:
         expected_sigma: what the sensor model says for the target [m], NaN without a model.
         drift: of the centre.
         quantization: of this stretch, None where too few levels occur.
+        reflectance: of the surface as `scene.json` states it, NaN where it does not.
         tiles: shares, noise and offset in parts of the image.
         valid, missing, outliers: shares in the surface's region; NaN when all of it moves.
     """
@@ -75,6 +76,7 @@ class Look:
     expected_sigma: float
     drift: Drift
     quantization: Quantization | None
+    reflectance: float
     tiles: Tiles
     valid: float
     missing: float
@@ -134,14 +136,13 @@ def evaluate(recordings: Sequence[Recording], settings: EvaluationSettings | Non
     looks = [look_at(stretch, camera, settings) for stretch in stretches]
     tiles = joined([look.tiles for look in looks])
     shares = {name: found for name in VARIABLES if (found := shares_over(tiles, name)) is not None}
-    levels = np.sum([look.still.levels for look in looks], axis=0)
     ambient = ambient_light([look.noise for look in looks if look.noise is not None], camera, settings.sensor)
     return Evaluation(
         camera,
         looks,
         shares,
-        near_limits([_seen(look) for look in looks]),
-        quantization_of(levels, camera.depth_scale),
+        near_limits(_seen(looks)),
+        quantization_of([look.still.levels for look in looks], camera.depth_scale),
         ambient,
         notes_on(looks, recordings),
         settings.sensor,
@@ -157,6 +158,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> L
     bias = bias_of(still, surface, camera, (settings.sensor, settings.distance_std))
     noise = _noise(sample, surface, camera)
     tiles = tiles_of(still, surface)
+    stated = stretch.recording.scene.get("reflectance")
     counts = np.array([part.sum() for part in (tiles.valid, tiles.missing, tiles.outliers)])
     shares = counts / counts.sum() if counts.sum() else np.full(3, np.nan)
     return Look(
@@ -167,7 +169,8 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> L
         noise,
         _expected(noise, still, settings.sensor, camera),
         drift_of(still.time, still.centre),
-        quantization_of(still.levels, camera.depth_scale),
+        quantization_of([still.levels], camera.depth_scale),
+        float(stated) if isinstance(stated, int | float) else float("nan"),
         tiles,
         *map(float, shares),
     )
@@ -189,11 +192,16 @@ def _expected(noise: TargetNoise | None, still: Still, sensor: Sensor | None, ca
     return float(sensor.sigma(flat, np.full(camera.shape, noise.tilt, np.float32), camera, ir)[noise.pixel])
 
 
-def _seen(look: Look) -> Seen:
-    """The stretch as one point of valid share over distance."""
-    distance = look.surface.distance
+def _seen(looks: list[Look]) -> list[Seen]:
+    """The stretches as points of valid share over distance; brightness by stated reflectance where all state it."""
+    stated = all(np.isfinite(look.reflectance) for look in looks)
+    return [
+        Seen(look.surface.distance, look.valid, look.reflectance if stated else _brightness(look)) for look in looks
+    ]
+
+
+def _brightness(look: Look) -> float:
+    """Median brightness of the region, taken to 1 m: light falls with the distance squared."""
     light = brightness_of(look.still)[look.surface.region]
     light = light[np.isfinite(light)]
-    # light falls with the distance squared, so at 1 m surfaces can be told apart
-    bright = float(np.median(light)) * distance**2 if light.size else float("nan")
-    return Seen(distance, look.valid, bright)
+    return float(np.median(light)) * look.surface.distance**2 if light.size else float("nan")

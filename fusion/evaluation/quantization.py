@@ -1,5 +1,6 @@
 """The quantisation step over distance, from the depths that occur at all: a single frame is enough."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 NEIGHBOURS = 12  # levels in a row that give one step
 PER_LEVEL = 4.0  # pixels a level needs on average: fewer leave levels out by chance
+MOST_STEPS = 3  # in one gap: beyond a larger one the levels may be others
 RARE = 0.1  # share of the usual count of the levels around: rarer ones are mixtures, not levels
 FEWEST_GAPS = 3  # between levels, for one step
 FEWEST = 5  # windows that a law needs
@@ -43,29 +45,33 @@ class Quantization:
         return self.value * (np.square(depth) if self.law == "z^2" else np.ones_like(depth))
 
 
-def quantization_of(counts: NDArray[np.int64], depth_scale: float) -> Quantization | None:
+def quantization_of(views: Sequence[NDArray[np.int64]], depth_scale: float) -> Quantization | None:
     """Steps of the depths that occur.
 
     Args:
-        counts: how often each count of the file occurs.
+        views: how often each count of the file occurs, per view: walls at several distances share no levels.
         depth_scale: counts per metre.
     Returns: None where too little occurs.
     """
+    found = np.array([step for counts in views for step in _steps(counts)]).reshape(-1, 2) / depth_scale
+    if not len(found):
+        return None
+    middle, step = found[np.argsort(found[:, 0])].T
+    return _law(middle, step, 1.0 / depth_scale)
+
+
+def _steps(counts: NDArray[np.int64]) -> Iterator[tuple[float, float]]:
+    """Middle and step [count] of every window of neighbouring levels."""
     levels = np.flatnonzero(counts)
     levels = levels[(levels > 0) & (levels < 65535)]
-    if len(levels) < FEWEST_GAPS + 1:
-        return None
+    if len(levels) <= FEWEST_GAPS:
+        return
     weight = counts[levels].astype(float)
-    middle, step = [], []
     for start in range(0, max(len(levels) - NEIGHBOURS, 1), NEIGHBOURS // 2):
         window = slice(start, start + NEIGHBOURS + 1)
         found = _step(levels[window].astype(float), weight[window])
         if found:
-            middle.append(found[0] / depth_scale)
-            step.append(found[1] / depth_scale)
-    if not middle:
-        return None
-    return _law(np.array(middle), np.array(step), 1.0 / depth_scale)
+            yield found
 
 
 def _step(levels: Array, weight: Array) -> tuple[float, float] | None:
@@ -80,7 +86,8 @@ def _step(levels: Array, weight: Array) -> tuple[float, float] | None:
     usual = float(np.median(gaps))
     # a gap of two steps is a level that did not occur; counts round a step of 2.6 to 2 or 3
     steps = np.maximum(np.rint(gaps / usual), 1.0)
-    if (np.abs(gaps - steps * usual) > np.maximum(0.2 * steps * usual, 1.01)).any() or (steps > 1).mean() > 0.3:
+    uneven = np.abs(gaps - steps * usual) > np.maximum(0.2 * steps * usual, 1.01)
+    if uneven.any() or (steps > MOST_STEPS).any() or (steps > 1).mean() > 0.3:
         return None
     return float(0.5 * (levels[0] + levels[-1])), float(gaps.sum() / steps.sum())
 

@@ -154,18 +154,23 @@ class _Adding:
     def add(self, frame: Frame) -> None:
         """One more frame."""
         moving = self.sample.reference.moving(frame.depth, self.sample.limit)
-        depth = np.where(moving, np.float32(np.nan), frame.depth) if moving.any() else frame.depth
+        depth = frame.depth
+        if moving.any():
+            depth = np.where(moving, np.float32(np.nan), depth)
+            self.moved += moving
+        self.spread.add(depth)
         with np.errstate(invalid="ignore"):
             outliers = np.abs(depth - self.expected) > self.sample.limit
-        self.outliers += outliers
-        self.moved += moving
-        self.spread.add(depth)
-        self.depth.add(np.where(outliers, np.float32(np.nan), depth))
+        good = depth
+        if outliers.any():
+            good = np.where(outliers, np.float32(np.nan), depth)
+            self.outliers += outliers
+        self.depth.add(good)
         self._light(frame, moving)
         if frame.index in self.sample.frames:
             counts = np.rint(np.nan_to_num(frame.depth) * np.float32(self.scale))
             self.levels += np.bincount(np.minimum(counts, 65535).astype(np.uint16).ravel(), minlength=65536)
-        off = (np.where(outliers, np.nan, depth) - self.sample.reference.depth)[self.centre]
+        off = good[self.centre] - self.sample.reference.depth[self.centre]
         off = off[np.isfinite(off)]
         v, u = self.pixel
         self.rows.append(

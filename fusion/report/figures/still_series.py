@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from fusion.evaluation.drift import SHORTEST, Drift
 from fusion.report.page import Figure
@@ -32,7 +31,8 @@ def pixel_figure(time: Array, series: Array, text: Figure) -> Figure:
         right.hist(off[known], edges, orientation="horizontal", color=GREY, alpha=0.7)
         if sigma > 0:
             x = np.linspace(edges[0], edges[-1], 201)
-            right.plot(norm.pdf(x, 0, sigma * 1e3) * len(z) * (edges[1] - edges[0]), x, color=BLUE, label="normal")
+            normal = np.exp(-0.5 * (x / sigma / 1e3) ** 2) / (np.sqrt(2 * np.pi) * sigma * 1e3)
+            right.plot(normal * len(z) * (edges[1] - edges[0]), x, color=BLUE, label="normal")
             right.legend(loc="upper right")
         right.tick_params(labelleft=False)
         right.set_xlabel("frames")
