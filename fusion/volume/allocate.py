@@ -32,15 +32,15 @@ def allocate(
     """
     settings = blocks.settings
     block = settings.voxel * BLOCK
-    box = np.array([-1e30] * 3 + [1e30] * 3 if settings.bounds is None else np.ravel(settings.bounds), np.float32)
+    box = np.array([-1e30] * 3 + [1e30] * 3 if settings.bounds is None else np.ravel(settings.bounds)) / block
     edge = LATTICE - 2  # neighbours stay on the lattice
-    span = np.clip(np.floor(box.astype(float) / block), -edge, edge).astype(np.int32)
+    span = np.clip(np.floor(box), -edge, edge).astype(np.int32)
     seen, missing, size = np.full(FILTER, -1, np.int64), np.zeros(1, np.int32), 1 << 14
     while True:
         keys = np.empty(size, np.int64)
         missing[0] = 0
         _scan(
-            *images, frame.depth, frame.farthest, frame.x, frame.y, rows(T_world_camera), box, span,
+            *images, frame.depth, frame.farthest, frame.x, frame.y, rows(T_world_camera), box.astype(np.float32), span,
             blocks.keys, blocks.ids, seen, keys, missing, settings.voxel, settings.truncation, camera.fx,
             frame.layout.stride, images[1].size > 1 or images[0].size == 1,
         )  # fmt: skip
@@ -93,6 +93,11 @@ def _scan(
     reach = ti.min(2.0 * voxel, truncation)  # every sample stands for the cube of this half edge around it
     half = truncation - reach
     samples = ti.cast(ti.ceil(half / reach - 1e-3), ti.i32) + 1
+    spacing = 0.0  # between samples along a ray, where both ends are 1 apart; a single one sits in the middle
+    if samples > 1:
+        spacing = 1.0 / (samples - 1)
+    else:
+        half = 0.0
     horizon = block * (LATTICE - 4)
     for tile in range(farthest.shape[0] * across):
         v0 = tile // across * TILE
@@ -100,69 +105,66 @@ def _scan(
         v1 = ti.min(v0 + TILE, height)
         u1 = ti.min(u0 + TILE, width)
         far = 0.0
+        before = farthest[tile // across, tile % across]
         for v in range(v0, v1):
             for u in range(u0, u1):
                 z = depth[v, u]
-                if not (z > 0.0 and z < horizon):  # also what is NaN
-                    z = 0.0
-                if ti.static(weighted):
-                    w = weight[v, u]
-                    if not (w > 0.0 and w < 1e30):
-                        z = 0.0
-                clean[(v + PAD) * stride + u] = z
-                far = ti.select(z > far, z, far)
+                far = ti.select((z > far) & (z < horizon), z, far)  # not what is NaN
+        if far > 0.0 or before > 0.0:  # else the tile is empty and stays so
+            far = 0.0
+            for v in range(v0, v1):
+                for u in range(u0, u1):
+                    z = depth[v, u]
+                    good = (z > 0.0) & (z < horizon)
+                    if ti.static(weighted):
+                        good &= (weight[v, u] > 0.0) & (weight[v, u] < 1e30)
+                    z = ti.select(good, z, 0.0)
+                    clean[(v + PAD) * stride + u] = z
+                    far = ti.select(z > far, z, far)
         farthest[tile // across, tile % across] = far
         if far > 0.0:
-            R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
-            t = ti.Vector([pose[3], pose[7], pose[11]])
-            cell = TILE  # pixels along the edge of a square whose middle one stands for all of like depth
-            while cell > 1 and cell * far > reach * focal:
-                cell //= 2
+            R = (
+                ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
+                / block
+            )
+            t = ti.Vector([pose[3], pose[7], pose[11]]) / block
+            # pixels along the edge of a square whose first one stands for all of like depth
+            cell = ti.max(1, ti.min(TILE, ti.cast(reach * focal / far, ti.i32)))
+            cells = (TILE + cell - 1) // cell
             corner = ti.Vector([1 << 30, 0, 0])  # of 4 x 4 x 4 blocks, most often all that a tile meets: met once,
             met = ti.cast(0, ti.i64)  # as a bit, they are looked up once
-            each = TILE // cell
-            for c in range(each * each):
-                va = v0 + c // each * cell
-                ua = u0 + c % each * cell
+            for c in range(cells * cells):
+                va = v0 + c // cells * cell
+                ua = u0 + c % cells * cell
                 done = -1e30
-                for m in range(-1, cell * cell):  # the middle first
-                    v = va + (cell // 2 if m < 0 else m // cell)
-                    u = ua + (cell // 2 if m < 0 else m % cell)
-                    if v < v1 and u < u1:
+                for v in range(va, ti.min(va + cell, v1)):
+                    for u in range(ua, ti.min(ua + cell, u1)):
                         at = (v + PAD) * stride + u
                         z = clean[at]
                         if z > 0.0 and ti.abs(z - done) > reach:
                             done = z
                             ray = R @ ti.Vector([x[at], y[at], 1.0])
-                            p = ray * z + t
+                            p = ray * z + t  # [blocks]
                             if (
                                 p[0] >= box[0] and p[1] >= box[1] and p[2] >= box[2]
                                 and p[0] <= box[3] and p[1] <= box[4] and p[2] <= box[5]
                             ):  # fmt: skip
                                 for s in range(samples):
-                                    shift = 0.0
-                                    if samples > 1:
-                                        shift = half * (2.0 * s / (samples - 1) - 1.0)
-                                    q = (p + ray * shift) / block
-                                    low = ti.floor(q - reach / block)
-                                    high = ti.floor(q + reach / block)
-                                    if low.min() > -LATTICE and high.max() < LATTICE:
-                                        a = ti.cast(low, ti.i32)
-                                        b = ti.cast(high, ti.i32)
-                                        if corner[0] == 1 << 30:
-                                            corner = a - 1
-                                        a -= corner
-                                        b -= corner
-                                        if a.min() >= 0 and b.max() < 4:
-                                            met |= _bits(a, b)
-                                        else:
-                                            for i, j, k in ti.ndrange(
-                                                (a[0], b[0] + 1), (a[1], b[1] + 1), (a[2], b[2] + 1)
-                                            ):
-                                                _want(
-                                                    corner[0] + i, corner[1] + j, corner[2] + k, span, keys, ids, seen,
-                                                    missing, count,
-                                                )  # fmt: skip
+                                    shift = (2.0 * s * spacing - 1.0) * half
+                                    a = ti.floor(p + ray * shift - reach / block, ti.i32)
+                                    b = ti.floor(p + ray * shift + reach / block, ti.i32)
+                                    if corner[0] == 1 << 30:
+                                        corner = a - 1
+                                    a -= corner
+                                    b -= corner
+                                    if (a | b).min() >= 0 and (a | b).max() < 4:
+                                        met |= _bits(a, b)
+                                    else:
+                                        for i, j, k in ti.ndrange((a[0], b[0] + 1), (a[1], b[1] + 1), (a[2], b[2] + 1)):
+                                            _want(
+                                                corner[0] + i, corner[1] + j, corner[2] + k, span, keys, ids, seen,
+                                                missing, count,
+                                            )  # fmt: skip
             for i in range(4):
                 slab = ti.cast((met >> 16 * i) & 0xFFFF, ti.i32)
                 if slab != 0:

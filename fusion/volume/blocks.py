@@ -31,6 +31,7 @@ class Blocks:
         neighbours: (capacity, 27) int32 ids of the blocks around, -1 = none, index (di+1)*9 + (dj+1)*3 + dk+1.
         voxels: (capacity, 64, 2, 8) float32, rows of voxels along z: the sums of weight * distance [m] of all eight,
             then their sums of weight. So a row is one cache line, and eight voxels are updated at a time.
+        solid: (capacity,) int32, 0 where no voxel was ever behind a surface: no ray ends in such a block.
         colors: (capacity, 512, 4) float32: sums of weight * (r, g, b), sum of weight; (1, 1, 4) without colour.
     """
 
@@ -43,6 +44,7 @@ class Blocks:
         self.coordinates: NDArray[np.int32] = np.zeros((0, 3), np.int32)
         self.neighbours: NDArray[np.int32] = np.zeros((0, 27), np.int32)
         self.voxels: NDArray[np.float32] = np.zeros((0, BLOCK * BLOCK, 2, BLOCK), np.float32)
+        self.solid: NDArray[np.int32] = np.zeros(0, np.int32)
         self.colors: NDArray[np.float32] = np.zeros((0, VOXELS, 4) if settings.color else (1, 1, 4), np.float32)
         self._reserve(min(64, max(self.limit, 1)))
 
@@ -54,7 +56,7 @@ class Blocks:
     @property
     def bytes(self) -> int:
         """Memory of all arrays [bytes]."""
-        arrays = (self.keys, self.ids, self.coordinates, self.neighbours, self.voxels, self.colors)
+        arrays = (self.keys, self.ids, self.coordinates, self.neighbours, self.voxels, self.solid, self.colors)
         return sum(array.nbytes for array in arrays)
 
     def insert(self, coordinates: NDArray[np.int32]) -> None:
@@ -78,6 +80,10 @@ class Blocks:
             _fill(self.coordinates, first, needed, self.keys, self.ids)
         _link(self.coordinates, first, needed, self.keys, self.ids, self.neighbours)
 
+    def mark(self, ids: NDArray[np.int32] | slice) -> None:
+        """Bring `solid` up to date after voxels were changed other than by fusing a frame."""
+        self.solid[ids] = (self.voxels[ids, :, 0] < 0).any(axis=(1, 2))
+
     def find(self, coordinates: NDArray[np.int32]) -> NDArray[np.int32]:
         """Ids (n,) of the blocks at coordinates (n, 3), -1 where there is none."""
         found = np.full(len(coordinates), -1, np.int32)
@@ -87,7 +93,7 @@ class Blocks:
 
     def _reserve(self, capacity: int) -> None:
         """Move to arrays of a new capacity; pages never written to cost no memory yet."""
-        for name in ("coordinates", "neighbours", "voxels", "colors"):
+        for name in ("coordinates", "neighbours", "voxels", "solid", "colors"):
             old = getattr(self, name)
             if name == "colors" and not self.settings.color:
                 continue

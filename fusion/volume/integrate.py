@@ -49,11 +49,14 @@ def integrate(
     allocate(blocks, (depth, weights), frame, camera, T_world_camera)
     settings = blocks.settings
     measure_slant(frame.depth, frame.x, frame.y, frame.farthest, settings.truncation, frame.slant)
+    # the same image from four pixels on: places need to be taken apart once for all four neighbours
+    stride = frame.layout.stride
+    corners = [frame.depth[shift:] for shift in (0, 1, stride, stride + 1)]
     _update(
-        blocks.coordinates, blocks.count, blocks.flat, blocks.colors, frame.depth, frame.slant, weights.reshape(-1),
+        blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors, *corners, frame.slant, weights.reshape(-1),
         np.zeros((1, 1, 3), np.uint8) if color is None else np.ascontiguousarray(color),
         frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
-        settings.voxel, settings.truncation, camera.height, camera.width, frame.layout.stride,
+        settings.voxel, settings.truncation, camera.height, camera.width, stride,
         any(camera.distortion), weight is not None, color is not None and settings.color,
     )  # fmt: skip
 
@@ -114,8 +117,8 @@ def _read(image: ti.template(), at: ti.template()):
 
 @ti.kernel
 def _update(
-    coordinates: I32_2, count: ti.i32, voxels: F32, colors: F32_3, depth: F32, slant: F32, weight: F32,
-    color: U8_3, farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
+    coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3, depth: F32, depth_right: F32, depth_below: F32,
+    depth_aslant: F32, slant: F32, weight: F32, color: U8_3, farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
     height: ti.i32, width: ti.i32, stride: ti.i32,
     distorted: ti.template(), weighted: ti.template(), colored: ti.template(),
 ):  # fmt: skip
@@ -149,8 +152,7 @@ def _update(
         ua, va = ti.cast(_low(uc, right - 0.5), ti.i32), ti.cast(_low(vc, bottom - 0.5), ti.i32)
         du, dv = uc - ti.cast(ua, ti.f32), vc - ti.cast(va, ti.f32)
         at = (va + PAD) * stride + ua
-        d00, d01 = _read(depth, at), _read(depth, at + 1)
-        d10, d11 = _read(depth, at + stride), _read(depth, at + (stride + 1))
+        d00, d01, d10, d11 = _read(depth, at), _read(depth_right, at), _read(depth_below, at), _read(depth_aslant, at)
         upper, lower = d00 + (d01 - d00) * du, d10 + (d11 - d10) * du
         lowest = _low(_low(d00, d01), _low(d10, d11))
         gap = ti.select(lowest > 0.0, _high(_high(d00, d01), _high(d10, d11)) - lowest, truncation)
@@ -175,6 +177,10 @@ def _update(
             voxels[o | e] = sums[e]
         for e in ti.static(range(BLOCK)):
             voxels[o | (BLOCK + e)] = weights[e]
+        if solid[n] == 0:
+            for e in ti.static(range(BLOCK)):
+                if sums[e] < 0.0:
+                    solid[n] = 1
         if ti.static(colored):
             for e in ti.static(range(BLOCK)):
                 if w[e] > 0.0 and d[e] < truncation:

@@ -49,7 +49,7 @@ def load(parameters: ti.template()):
 
 @ti.func
 def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
-    """Pixel (u, v) of x/z and y/z, numbers or vectors; a point beyond the lens' limit lands far outside of the image."""
+    """Pixel (u, v) of x/z and y/z, numbers or vectors; beyond the lens' limit it lies far outside of the image."""
     a, b = x, y
     if ti.static(distorted):
         q = x * x + y * y

@@ -14,7 +14,8 @@ from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.sample import blend, corners, place, slope, smooth, value
 from fusion.volume.settings import BLOCK
 
-TILE = 16  # pixels along the edge of a tile that shares one range of depths
+TILE = 8  # pixels along the edge of a tile that shares one range of depths
+CLOSE = 0.02  # voxels from the surface at which a straight line finds it
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
     near, far = max(reach[0], 1e-4), reach[1]
     if blocks.count:
         _range(
-            blocks.coordinates, blocks.count, rows(inverse(T_world_camera)), lens(camera), blocks.settings.voxel,
+            blocks.coordinates, blocks.count, blocks.solid, rows(inverse(T_world_camera)), lens(camera), blocks.settings.voxel,
             near, far, h, w, first, last, any(camera.distortion),
         )  # fmt: skip
     _cast(
@@ -58,17 +59,22 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
 
 @ti.kernel
 def _range(
-    coordinates: I32_2, count: ti.i32, pose: F32, camera: F32, voxel: ti.f32, near: ti.f32, far: ti.f32,
+    coordinates: I32_2, count: ti.i32, solid: I32, pose: F32, camera: F32, voxel: ti.f32, near: ti.f32, far: ti.f32,
     height: ti.i32, width: ti.i32, first: F32_2, last: F32_2, distorted: ti.template(),
 ):  # fmt: skip
-    radius = 4.0 * 1.7321 * voxel  # of the ball around the block's cells
+    # a ray ends in a cell with a corner behind the surface: up to one voxel around a solid block
+    half = 4.5 * voxel
+    radius = half * 1.7321
+    deep = half * (ti.abs(pose[8]) + ti.abs(pose[9]) + ti.abs(pose[10]))  # the cube's extent along z
     for n in range(count):
+        if solid[n] == 0:
+            continue
         c = load(camera)
-        p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 4.0) * voxel
+        p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
         q = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
                        for a in ti.static(range(3))])  # fmt: skip
-        z0 = ti.max(q[2] - radius, near)
-        z1 = ti.min(q[2] + radius, far)
+        z0 = ti.max(q[2] - deep, near)
+        z1 = ti.min(q[2] + deep, far)
         if z0 < z1 and in_cone(q, radius, c):
             v0, u0, v1, u1 = 0, 0, height - 1, width - 1
             if q[2] - radius > 0.25 * radius:
@@ -155,19 +161,19 @@ def _cast(
                 t = ti.max(t, leave) + 0.01 * quantum
                 before = -1.0
             else:
-                local = base & 7
-                far = ti.cast(ti.floor(p + 0.5), ti.i32) - block * BLOCK
-                s, w = value(n, far[0], far[1], far[2], neighbours, voxels)
-                if w <= 0.0:  # one of the eight voxels around was never seen
+                nearest = ti.cast(ti.floor(p + 0.5), ti.i32) - block * BLOCK
+                s, w = value(n, nearest[0], nearest[1], nearest[2], neighbours, voxels)
+                if w <= 0.0:  # never seen
                     before = -1.0
                     t += 0.5 * quantum
                 elif before < 0.0 and s < -1.8 * voxel:  # well inside, and not come from outside
                     t += quantum
-                elif s > 2.5 * voxel:  # well outside: a coarse look is enough
+                elif s > 1.5 * voxel:  # well outside: a coarse look is enough, and the next one may be just behind
                     before = s
                     t_before = t
-                    t += 0.8 * s / voxel * quantum
+                    t += ti.max(0.8 * s / voxel, s / voxel - 0.5) * quantum
                 else:
+                    local = base & 7
                     f, lowest = corners(n, local[0], local[1], local[2], neighbours, voxels)
                     s = blend(f, p - base)
                     if lowest <= 0.0:
@@ -176,20 +182,21 @@ def _cast(
                     elif s > 0.0:
                         before = s
                         t_before = t
-                        t += ti.max(0.8 * s / voxel, 0.3) * quantum
+                        t += (s / voxel + 0.3) * quantum
                     elif before < 0.0:  # inside from the start, or the back of a surface
                         t += quantum
                     else:
                         t0, f0, t1, f1 = t_before, before, t, s
                         known = True
-                        for _ in range(3):  # the false position converges fast on a nearly linear field
-                            m = t0 + (t1 - t0) * ti.min(ti.max(f0 / (f0 - f1), 0.02), 0.98)
-                            fm, wm = _field(origin + d * m, keys, ids, neighbours, voxels)
-                            known = known and wm > 0.0
-                            if fm > 0.0:
-                                t0, f0 = m, fm
-                            else:
-                                t1, f1 = m, fm
+                        for _ in range(4):  # the false position converges fast on a nearly linear field
+                            if known and ti.min(f0, -f1) > CLOSE * voxel:
+                                m = t0 + (t1 - t0) * ti.min(ti.max(f0 / (f0 - f1), 0.02), 0.98)
+                                fm, wm = _field(origin + d * m, keys, ids, neighbours, voxels)
+                                known = wm > 0.0
+                                if fm > 0.0:
+                                    t0, f0 = m, fm
+                                else:
+                                    t1, f1 = m, fm
                         if known:
                             hit = t0 + (t1 - t0) * f0 / (f0 - f1)
                         else:

@@ -60,13 +60,25 @@ def value(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(),
 
 @ti.func
 def corners(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(), voxels: ti.template()):
-    """Distances (8,) of the cell whose lowest corner is voxel (i, j, k), 0 to 7, of block n, and the lowest weight."""
+    """Distances (8,) of the cell whose lowest corner is voxel (i, j, k), 0 to 7, of block n, and the lowest weight;
+    all 0 where that is 0."""
+    at = ti.Vector([0] * 8)
+    known = True
+    if ti.max(i, j, k) < BLOCK - 1:  # all in one block
+        first = entry(n, (i * BLOCK + j) * BLOCK + k)
+        at = first + ti.Vector([o // 4 * 128 + o // 2 % 2 * 16 + o % 2 for o in range(8)])
+    else:
+        for o in ti.static(range(8)):
+            block, voxel = place(n, i + o // 4, j + o // 2 % 2, k + o % 2, neighbours)
+            known = known and block >= 0
+            at[o] = entry(ti.max(block, 0), voxel)
     f = ti.Vector([0.0] * 8)
-    lowest = 1e30
-    for o in ti.static(range(8)):
-        distance, weight = value(n, i + o // 4, j + o // 2 % 2, k + o % 2, neighbours, voxels)
-        f[o] = distance
-        lowest = ti.min(lowest, weight)
+    lowest = 0.0
+    if known:
+        w = ti.Vector([voxels[at[o] + BLOCK] for o in ti.static(range(8))])
+        lowest = w.min()
+        if lowest > 0.0:
+            f = ti.Vector([voxels[at[o]] for o in ti.static(range(8))]) / w
     return f, lowest
 
 

@@ -51,6 +51,7 @@ def load(path: Path) -> Blocks:
     blocks = Blocks(settings)
     blocks.insert(coordinates)
     blocks.voxels[:n] = by_row(voxels)
+    blocks.mark(slice(n))
     if settings.color:
         blocks.colors[:n] = colors
     return blocks

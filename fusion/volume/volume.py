@@ -114,6 +114,7 @@ class Volume:
         self.blocks.insert(coordinates[self.blocks.find(coordinates) < 0])
         ids = self.blocks.find(coordinates)
         self.blocks.voxels[ids] += other.blocks.voxels[: other.blocks.count]
+        self.blocks.mark(ids)
         if ours.color:
             self.blocks.colors[ids] += other.blocks.colors[: other.blocks.count]
 
