@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from calibrate_noise import CAMERAS, NOISE, simulated
+from calibrate_noise import CAMERAS, NOISE, measured, seen_at, simulated
 
 from fusion.calibration.noise.ambient import AmbientEstimate, estimate_ambient, points_of
 from fusion.calibration.noise.light_law import OVERCAST, ROOM_LUX, SUN, effective, light_law
@@ -56,10 +56,10 @@ def main(arguments: list[str] | None = None) -> int:
     print(f"{np.mean(hits):.3f} of {len(hits)} intervals hold the light, {np.mean(hits_noise):.3f} were the laws' own "
           "light known (asked 0.85-0.95)")  # fmt: skip
     for name in ("indoors", "overcast", "sunlight"):
-        print(f"  preset {name}: {shown([measured(preset(f'kinect-v2-{name}'), s, options) for s in range(3)])}")
+        print(f"  preset {name}: {shown([of_sensor(preset(f'kinect-v2-{name}'), s, options) for s in range(3)])}")
     for lux in LIGHTS[1:7]:
         sensor = preset("kinect-v2-indoors").having(AmbientLight(ambient=lux - ROOM_LUX))
-        print(f"  effect ambient_light, {lux:.0f} lux: {shown([measured(sensor, s, options) for s in range(3)])}")
+        print(f"  effect ambient_light, {lux:.0f} lux: {shown([of_sensor(sensor, s, options) for s in range(3)])}")
     if options.json:
         options.json.write_text(json.dumps(results | {"covered": float(np.mean(hits))}, indent=1) + "\n")
     return 0 if COVERED[0] <= np.mean(hits) else 1
@@ -74,10 +74,13 @@ def one(lux: float, seed: int, options: argparse.Namespace) -> tuple[AmbientEsti
     factor = float(np.exp(UNIT * rng.standard_normal()))
     base = preset("kinect-v2-indoors")
     poses = []
-    for z, tilt in PLACES[: options.places]:
-        variance = law.variance(np.array([z]), np.array([np.deg2rad(tilt)]), nominal)
-        sensor = base.having(AxialNoise(c0=factor * float(np.sqrt(variance[0]))))
-        poses.append(simulated(sensor, CAMERA, without_noise(base), (z, tilt), (options.frames, rng)))
+    for place in PLACES[: options.places]:
+        view = seen_at(CAMERA, place, None, int(rng.integers(2)))
+        assert view.depth is not None and view.incidence is not None
+        # the law at every pixel, as a map of constants
+        sigma = np.sqrt(law.variance(view.depth.ravel(), view.incidence.ravel(), nominal)).reshape(view.depth.shape)
+        sensor = base.having(AxialNoise(c0=factor * np.nan_to_num(sigma)))
+        poses.append(measured(sensor, view, without_noise(base), (options.frames, rng), str(place)))
     return estimated(poses), nominal
 
 
@@ -93,7 +96,7 @@ def nominal_light(lux: float, clouds: float, sun: float) -> float:
     return float(np.interp(at, effective(lights), lights))
 
 
-def measured(sensor: Sensor, seed: int, options: argparse.Namespace) -> AmbientEstimate:
+def of_sensor(sensor: Sensor, seed: int, options: argparse.Namespace) -> AmbientEstimate:
     """The estimate from targets before this sensor."""
     rng = np.random.default_rng(seed)
     poses = []

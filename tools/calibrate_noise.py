@@ -113,13 +113,15 @@ def simulated(
     sensor: Sensor, camera: Camera, known: Sensor, place: tuple[float, float], drawn: tuple[int, np.random.Generator]
 ) -> Pose:
     """A target near this distance [m] and tilt [deg], measured over some frames."""
-    frames, rng = drawn
-    view = seen_at(
-        camera, place, sensor.baseline if sensor.principle == "structured_light" else None, int(rng.integers(2))
-    )
-    part = view.camera
+    lit = sensor.baseline if sensor.principle == "structured_light" else None
+    view = seen_at(camera, place, lit, int(drawn[1].integers(2)))
+    return measured(sensor, view, known, drawn, f"{place[0]:.1f} m, {place[1]:.0f} deg")
+
+
+def measured(sensor: Sensor, view: View, known: Sensor, drawn: tuple[int, np.random.Generator], name: str) -> Pose:
+    """What the calibration makes of some frames of a view."""
+    (frames, rng), part = drawn, view.camera
     assert view.depth is not None
-    # files hold counts
     depths = [np.round(sensor.sample(view.depth, view, None, rng) * part.depth_scale) / part.depth_scale
               for _ in range(frames)]  # fmt: skip
     ir = sensor.amplitude(view) if sensor.principle == "itof" else None
@@ -127,7 +129,7 @@ def simulated(
     correct = (lambda mean: clean.correct(mean, View(part, mean, ir=ir))) if clean.effects else None
     seen = measure_target(depths, part, correct=correct)
     light = float(ir[seen.middle].mean()) if ir is not None else float("nan")
-    return pose_of(seen, f"{place[0]:.1f} m, {place[1]:.0f} deg", part, known, (light, float("nan")))
+    return pose_of(seen, name, part, known, (light, float("nan")))
 
 
 @cache
