@@ -100,7 +100,7 @@ class Observations:
         """The same looks and tiles, in the same units, under another sensor model."""
         patches = []
         for patch in self.patches:
-            mean, sigma = sensor.repeated(patch.depth, patch.look.view)
+            mean, sigma = predicted(sensor, patch.look)
             patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
         return Observations(sensor, tuple(patches))
 
@@ -115,12 +115,21 @@ def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:
     depth = look.view.depth
     assert depth is not None
     view = sensor.seen(look.view)
-    mean, sigma = sensor.repeated(depth, look.view)
+    mean, sigma = predicted(sensor, look)
     with np.errstate(all="ignore"):
         native = view.stretch if view.time_of_flight else -view.focal_baseline / mean**2
     usable = np.isfinite(mean) & np.isfinite(look.mean) & (look.count >= max(1, len(look.frames) - 1))
     usable &= interior(view)
     return Patch(look, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
+
+
+def predicted(sensor: Sensor, look: Look) -> tuple[Image, Image]:
+    """Mean and standard deviation (h, w) [m] of repeated frames of a look."""
+    assert look.view.depth is not None
+    mean, sigma = sensor.repeated(look.view.depth, look.view)
+    if look.given is None:
+        return mean, sigma
+    return mean + look.given.offset, sigma if look.given.spread is None else np.hypot(sigma, look.given.spread)
 
 
 def interior(view: View) -> NDArray[np.bool_]:

@@ -58,16 +58,23 @@ def forms_of(kind: type[Effect], shape: tuple[int, int]) -> list[Form]:
             if p.kind == "map":
                 out += [Form(kind, fixed, map=p.name) for fixed in _fixed(searched)]
         numbers = [p for p in sizes if p.kind in ("number", "scalar", "list") and p.name != "rms"]
-        if not numbers:
-            continue
         angle = next((p.name for p in members if p.name in ANGLES), None)
-        for fixed in _fixed(searched):
+        shapes = {name: values for name, values in searched.items() if about[name].group == group}
+        for used, fixed in product(_one_unit_each(numbers), _fixed(shapes)):
             if angle:
-                height = {numbers[0].name: SMALL * numbers[0].typical}
+                height = {used[0].name: SMALL * used[0].typical}
                 out.append(Form(kind, fixed, ({**height, angle: 0.0}, {**height, angle: np.pi / 2}), join=_wave))
             else:
-                out.append(Form(kind, fixed, tuple({p.name: SMALL * p.typical} for p in numbers)))
+                out.append(Form(kind, fixed, tuple({p.name: SMALL * p.typical} for p in used)))
     return out
+
+
+def _one_unit_each(numbers: list[Parameter]) -> list[list[Parameter]]:
+    """Parameters that share a name in two units are alternatives: a file holds one of them."""
+    labels = [p.label for p in numbers]
+    twice = [p for p in numbers if labels.count(p.label) > 1]
+    once = [p for p in numbers if p not in twice]
+    return [[*once, p] for p in twice] if twice else [once] if once else []
 
 
 def _fixed(searched: dict[str, tuple[float, ...]]) -> list[dict[str, float]]:

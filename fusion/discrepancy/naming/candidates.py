@@ -1,7 +1,7 @@
 """Candidates: every form of every effect that this sensor can have, as columns of what it would change."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,7 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import Form, forms_of
 from fusion.sensor.parameter import parameters
+from fusion.sensor.where import Bound
 
 Matrix = NDArray[np.float64]
 
@@ -27,11 +28,13 @@ class Candidate:
         form: what it is.
         columns: (n, k) change of the tiles per atom, in native units.
         white: (n, k) the same in units of the gauge.
+        where: bounds outside which it does not act; empty: everywhere.
     """
 
     form: Form
     columns: Matrix
     white: Matrix
+    where: tuple[Bound, ...] = ()
 
     @property
     def name(self) -> str:
@@ -65,25 +68,40 @@ def candidates_of(observations: Observations, gauge: Gauge) -> list[Candidate]:
 def _forms(observations: Observations) -> Iterator[Form]:
     shape = observations.patches[0].view.camera.shape
     principle = observations.sensor.principle
+    flight = observations.patches[0].view.time_of_flight
     for kind in EFFECTS:
         if kind.changes("bias") and (not kind.principles or principle in kind.principles):
-            yield from forms_of(kind, shape)
+            yield from (form for form in forms_of(kind, shape) if not (flight and _in_disparity(form)))
 
 
-def _columns(observations: Observations, form: Form) -> Matrix:
+def _in_disparity(form: Form) -> bool:
+    """True when a form is the alternative in pixels of disparity to one in metres."""
+    about = parameters(form.kind)
+    used = [about[name] for atom in form.atoms for name in atom]
+    return any(p.unit.startswith("px") and any(q.label == p.label for q in about.values() if q is not p) for p in used)
+
+
+def candidate_of(observations: Observations, gauge: Gauge, form: Form, where: tuple[Bound, ...] = ()) -> Candidate:
+    """One form, acting everywhere or within bounds."""
+    columns = _columns(observations, form, where)
+    return Candidate(form, columns, gauge.whiten(columns), where)
+
+
+def _columns(observations: Observations, form: Form, where: tuple[Bound, ...] = ()) -> Matrix:
     if form.map:
-        return _mapped(observations, form)
+        return _mapped(observations, form, where)
     with np.errstate(all="ignore"):
-        return np.nan_to_num(observations.columns(form.instances()), posinf=0, neginf=0)
+        instances = [replace(one, where=where) for one in form.instances()]
+        return np.nan_to_num(observations.columns(instances), posinf=0, neginf=0)
 
 
-def _mapped(observations: Observations, form: Form) -> Matrix:
+def _mapped(observations: Observations, form: Form, where: tuple[Bound, ...]) -> Matrix:
     """(n, cells) one column per square of the image: a map that is constant over each."""
     shape = observations.patches[0].view.camera.shape
     side = max(patch.tiles.side for patch in observations.patches)
     across = -(-shape[1] // side)
     cells = -(-shape[0] // side) * across
-    whole: Effect = form.kind(**form.fixed, **{form.map: np.full(shape, unit_of(form))})
+    whole: Effect = form.kind(**form.fixed, **{form.map: np.full(shape, unit_of(form))}, where=where)
     out = np.zeros((len(observations.residual), cells))
     for rows, patch in observations.rows():
         cell = patch.tiles.cell * patch.tiles.side // side

@@ -1,19 +1,21 @@
 """Naming: which effects, added to the model, explain the residual; each must pay, replicate and fit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.look import Look
+from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.naming.step import Step, best_step
-from fusion.discrepancy.observations import Observations, observe
-from fusion.sensor.effect import Effect
-from fusion.sensor.parameter import parameters
+from fusion.discrepancy.naming.judged import Step, judged, judged_next
+from fusion.discrepancy.naming.part import Part
+from fusion.discrepancy.naming.refit import Fit, refitted
+from fusion.discrepancy.naming.review import reviewed
+from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part
+from fusion.discrepancy.observations import Observations
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -22,6 +24,7 @@ MOST_STEPS = 6  # waves of one effect count one by one
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 MOST_NAMES = 3
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
+FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 
 
@@ -30,7 +33,7 @@ class Named:
     """What naming found.
 
     Attributes:
-        steps: in the order of finding.
+        steps: the most telling first.
         sensor: the model with all of them.
         observations: under that model.
         white: (n,) what is left, in units of the gauge.
@@ -48,46 +51,52 @@ def name_effects(
     looks: Sequence[Look], observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]
 ) -> Named:
     """Add effects one by one while they pass the tests; `candidates` are those of the given model."""
-    sensor = observations.sensor
-    steps: list[Step] = []
+    fit = refitted((), observations, gauge)
     likely: Step | None = None
-    white = gauge.whiten(observations.residual)
+    passed_over: set[str] = set()
     for _ in range(MOST_STEPS):
-        # what an effect would change is of first order, and stays while others are added
-        step = best_step(candidates, observations, gauge, white)
-        if step is None or not step.established:
-            likely = step if step is not None and step.probability < LIKELY else None
+        space, target = beside(fit, None)
+        open_to = [c for c in candidates if c.name not in passed_over]
+        found = best_part(open_to, observations, gauge, space, target)
+        if found is None or found.probability > FALSE_ALARM or _faint(fit, found):
+            likely = _told_of(fit, found, open_to)
             break
-        if steps and step.effect.name not in {s.effect.name for s in steps} and step.gain < FAINT_NAME * steps[0].gain:
-            likely = step
+        if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
             break
-        names = {s.effect.name for s in steps} | {step.effect.name}
-        if len(names) > MOST_NAMES:
-            break
-        known = sensor.effect(step.effect.name)
-        if known is not None and steps and step.gain < FAINT_WAVE * steps[0].gain:
-            break
-        larger = sensor.having(step.effect if known is None else joined(known, step.effect))
-        better = observe(larger, looks)
-        if len(better.residual) != len(white):
-            break
-        after = gauge.whiten(better.residual)
-        if after @ after > white @ white - 0.5 * step.gain:
-            break  # to first order it helped, in full it does not
-        sensor, observations, white = larger, better, after
-        steps.append(step)
-    return Named(tuple(steps), sensor, observations, white, likely)
+        larger = refitted([*fit.parts, found.part], observations, gauge)
+        helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
+        if not found.established or not helped:
+            passed_over.add(found.part.name)  # in full, or in new recordings, it does not help
+            likely = likely or _told_of(fit, found, open_to)
+            continue
+        fit = reviewed(larger, candidates)
+        if len(fit.parts) < len(larger.parts):
+            break  # it took the place of another: what the next would do is known
+    steps = judged(fit, candidates)
+    better = observations.under(fit.sensor) if steps else observations
+    return Named(tuple(steps), fit.sensor, better, fit.white, likely)
 
 
-def joined(own: Effect, more: Effect) -> Effect:
-    """Two effects of one kind as one: lists are continued, other sizes added up."""
-    about = parameters(own)
-    lists = [name for name, p in about.items() if p.kind == "list"]
-    values: dict[str, Any] = {}
-    if lists and any(np.any(getattr(own, name)) for name in lists):
-        values = {name: np.concatenate([np.atleast_1d(getattr(e, name)) for e in (own, more)]) for name in lists}
-    for name, p in about.items():
-        if name not in values and p.neutral == 0 and name not in lists:
-            total = np.asarray(getattr(own, name)) + np.asarray(getattr(more, name))
-            values[name] = np.clip(total, p.low, p.high) if np.ndim(total) else float(np.clip(total, p.low, p.high))
-    return replace(own, **values)
+def _told_of(fit: Fit, found: Found | None, candidates: Sequence[Candidate]) -> Step | None:
+    """What is likely, but not established; more of a named effect is a matter of its form."""
+    if found is None or found.probability > LIKELY or any(part.name == found.part.name for part in fit.parts):
+        return None
+    return judged_next(fit, found, candidates)
+
+
+def _faint(fit: Fit, found: Found) -> bool:
+    """True when a further part brings too little to be more than the form of the parts before it."""
+    if not fit.parts:
+        return False
+    most = max(_gain(part) for part in fit.parts)
+    fields = [_gain(part) for part in fit.parts if part.size]
+    if found.part.size and fields:
+        return found.gain < FAINT_REGION * max(fields)  # what one field leaves looks like another
+    if found.part.candidate.where:
+        return found.gain < FAINT_REGION * most
+    known = any(part.name == found.part.name for part in fit.parts)
+    return found.gain < (FAINT_WAVE if known else FAINT_NAME) * most
+
+
+def _gain(part: Part) -> float:
+    return float(part.footprint @ part.footprint)

@@ -1,63 +1,234 @@
-"""Where an effect acts: everywhere, or only in a part of the data."""
+"""Region: candidates that act only where one variable is within bounds; every choice of bounds is paid for."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize_scalar
+
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.naming.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.part import is_field
+from fusion.discrepancy.naming.score import Scored, scored
+from fusion.discrepancy.naming.space import Space
+from fusion.discrepancy.observations import Observations
+from fusion.sensor.variables import VARIABLES
+from fusion.sensor.where import Bound
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
-CUTS = 24  # thresholds that are tried along each variable
-LEAST_SHARE = 0.1  # of the tiles on both sides of a threshold
-BETTER = 0.04  # of the gain: a region must explain that much more than the whole
+# what regions are cut along; others follow one of them too closely
+ALONG = ("depth", "u", "v", "radius", "incidence", "amplitude", "reflectance", "time", "temperature")
+BINS = 20
+LEAST_SHARE = 0.08  # of the tiles, inside and outside
 FAINT = 0.35  # of the size inside: outside a region the effect must be below
+TWEAKS = 10  # evaluations for each edge
+LOOKS = 4  # names and variables whose edges are searched finely
+NEAR = 0.8  # of the best score: less is not looked at again
 
 
 @dataclass(frozen=True)
-class Region:
-    """One side of one variable.
+class Regional:
+    """The best candidate that is confined to a region.
 
     Attributes:
-        variable: name as in verdicts.
-        low, high: bounds; one of them infinite.
+        candidate, scored: it, and what it brings; the score has paid for the region.
+        tried: number of regions among which it was chosen.
     """
+
+    candidate: Candidate
+    scored: Scored
+    tried: int
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """One variable cut into bins: the tiles in order, where each bin starts, and the values between bins."""
 
     variable: str
-    low: float
-    high: float
+    order: NDArray[np.intp]
+    starts: NDArray[np.intp]
+    edges: Vector
 
 
-def region_of(white: Vector, footprint: Vector, covariates: dict[str, Vector]) -> Region | None:
-    """The part of the data to which a footprint (n,) is confined, or None when it acts everywhere.
-
-    Args:
-        white: (n,) residual before the effect was added, whitened.
-        footprint: (n,) what the effect changes, whitened, at any size.
-        covariates: (n,) each.
-    """
-    whole = _gain(white, footprint)
-    best, chosen = whole * (1 + BETTER) + 12.0, None
-    for name, values in covariates.items():
-        for cut in np.unique(np.quantile(values, np.linspace(LEAST_SHARE, 1 - LEAST_SHARE, CUTS))):
-            for inside, region in (
-                (values >= cut, Region(name, float(cut), np.inf)),
-                (values <= cut, Region(name, -np.inf, float(cut))),
-            ):
-                if not LEAST_SHARE < inside.mean() < 1 - LEAST_SHARE:
-                    continue
-                gain = _gain(white[inside], footprint[inside])
-                if gain > best and abs(_size(white[~inside], footprint[~inside])) < FAINT * abs(
-                    _size(white[inside], footprint[inside])
-                ):
-                    best, chosen = gain, region
-    return chosen
-
-
-def _gain(white: Vector, footprint: Vector) -> float:
-    power = float(footprint @ footprint)
-    return float((footprint @ white) ** 2 / power) if power > 0 else 0.0
+def best_region(
+    candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, space: Space, target: Vector
+) -> Regional | None:
+    """The region in which one of the candidates (few columns each) explains most of a target (n,) in a space."""
+    n = len(target)
+    inverse = solve_triangular(gauge.root, np.eye(n), lower=True, check_finite=False)
+    seen = space.of(inverse)
+    metric, pull = seen.T @ seen, seen.T @ target
+    cuts = list(_cuts(observations))
+    tried = sum(len(cut.starts) * (len(cut.starts) + 1) // 2 - 1 for cut in cuts)
+    best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]] = {}
+    probes = [(candidate, _probe(candidate, space, target)) for candidate in candidates]
+    for cut in cuts:
+        sorted_metric = metric[np.ix_(cut.order, cut.order)]
+        for candidate, columns in probes:
+            found = _interval(columns[cut.order], sorted_metric, pull[cut.order], cut)
+            key = is_field(candidate), candidate.name, cut.variable
+            if found is not None and (key not in best or found[0] > best[key][0]):
+                best[key] = found[0], candidate, found[1]
+    results = []
+    for candidate, bound in _worth_a_look(best):
+        chosen = _tweaked(candidate, bound, observations, gauge, (space, target))
+        result = scored(chosen, space.of(chosen.white), target)
+        paid = _price(chosen.where[0], n) + 2 * float(np.log(max(tried, 1)))
+        results.append(Regional(chosen, replace(result, score=result.score - paid), tried))
+    return max(results, key=lambda one: one.scored.score, default=None)
 
 
-def _size(white: Vector, footprint: Vector) -> float:
-    power = float(footprint @ footprint)
-    return float(footprint @ white) / power if power > 0 else 0.0
+def _worth_a_look(
+    best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]],
+) -> list[tuple[Candidate, Bound]]:
+    """Regions whose edges are worth a finer search: bins are coarse, so the best few, and one of a field."""
+    out = []
+    for field, most in ((False, LOOKS), (True, 1)):
+        ranked = sorted((value for key, value in best.items() if key[0] == field), key=lambda value: -value[0])
+        out += [(c, bound) for score, c, bound in ranked[:most] if score > NEAR * ranked[0][0]]
+    return out
+
+
+def _probe(candidate: Candidate, space: Space, target: Vector) -> Matrix:
+    """Columns (n, k) for the search: one or two as they are, more of them in the proportion that fits the whole."""
+    if candidate.columns.shape[1] <= 2:
+        return candidate.columns
+    weights = scored(candidate, space.of(candidate.white), target).weights
+    return np.asarray(candidate.columns @ weights)[:, None]
+
+
+def confined(regional: Candidate, whole: Candidate, space: Space, target: Vector) -> bool:
+    """True when outside its region the effect is much smaller than inside, the sizes of both fitted together."""
+    inside = scored(regional, space.of(regional.white), target).weights
+    pair = np.column_stack([regional.white @ inside, (whole.white - regional.white) @ inside])
+    sizes = np.linalg.lstsq(space.of(pair), target, rcond=None)[0]
+    return bool(abs(sizes[1]) < FAINT * abs(sizes[0]))
+
+
+def region_variables(observations: Observations) -> dict[str, Vector]:
+    """Tile means (n,) of what regions are cut along, in the units of verdicts."""
+    out: dict[str, Vector] = {}
+    for name in ALONG:
+        parts = []
+        for patch in observations.patches:
+            value = VARIABLES[name](patch.depth, patch.view)
+            if value is None or not np.any(np.isfinite(value)):
+                break
+            parts.append(patch.tiles.mean(np.asarray(value, float)))
+        else:
+            out[name] = np.concatenate(parts)
+    return out
+
+
+def _edges(name: str, values: Vector, side: int) -> Vector:
+    """Where bins start: at the squares of the image, at all values of a few, or at quantiles."""
+    if name in ("u", "v"):
+        return np.arange(np.floor(np.min(values) / side) * side, np.max(values), side)
+    known = np.unique(np.round(values, 9))
+    return known if len(known) <= BINS else np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)[:-1]))
+
+
+def _cuts(observations: Observations) -> Iterator[_Cut]:
+    side = max(patch.tiles.side for patch in observations.patches)
+    for name, values in region_variables(observations).items():
+        edges = _edges(name, values, side)
+        if len(edges) < 2:
+            continue
+        number = np.maximum(np.searchsorted(edges, values + 1e-9, side="right") - 1, 0)
+        order = np.argsort(number, kind="stable")
+        starts = np.searchsorted(number[order], np.arange(len(edges)))
+        filled = np.diff(np.append(starts, len(values))) > 0
+        yield _Cut(name, order, starts[filled], edges[filled])
+
+
+def _interval(columns: Matrix, metric: Matrix, pull: Vector, cut: _Cut) -> tuple[float, Bound] | None:
+    """Gain of the best run of bins for columns (n, k), k of 1 or 2, and its bounds."""
+    k, n = columns.shape[1], len(pull)
+    moments = [_runs1(np.add.reduceat(columns[:, a] * pull, cut.starts)) for a in range(k)]
+    rows = [np.add.reduceat(columns[:, a, None] * metric, cut.starts, axis=0) for a in range(k)]
+    powers = {
+        (a, b): _runs2(np.add.reduceat(rows[a] * columns[:, b], cut.starts, axis=1))
+        for a in range(k)
+        for b in range(a, k)
+    }
+    with np.errstate(all="ignore"):
+        if k == 1:
+            gain = moments[0] ** 2 / powers[0, 0]
+        else:
+            p, q, r = powers[0, 0], powers[0, 1], powers[1, 1]
+            gain = (r * moments[0] ** 2 - 2 * q * moments[0] * moments[1] + p * moments[1] ** 2) / (p * r - q * q)
+    counts = _runs1(np.diff(np.append(cut.starts, n)).astype(float)) / n
+    low, high = np.indices(gain.shape)
+    price = ((low > 0).astype(float) + (high < len(cut.starts))) * np.log(n)
+    allowed = (high > low) & (counts > LEAST_SHARE) & (counts < 1 - LEAST_SHARE) & np.isfinite(gain)
+    score = np.where(allowed, gain - price, -np.inf)
+    i, j = np.unravel_index(int(np.argmax(score)), score.shape)
+    if not np.isfinite(score[i, j]):
+        return None
+    first = float(cut.edges[i]) if i > 0 else -np.inf
+    last = float(cut.edges[j]) if j < len(cut.starts) else np.inf
+    return float(score[i, j]), Bound(cut.variable, first, np.nextafter(last, -np.inf) if np.isfinite(last) else last)
+
+
+def _runs1(values: Vector) -> Matrix:
+    """[i, j] = sum of the values from i to j - 1."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(total[None, :] - total[:, None])
+
+
+def _runs2(values: Matrix) -> Matrix:
+    """[i, j] = sum of the square of values from i to j - 1 in both directions."""
+    total = np.pad(values.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    own = np.diag(total)
+    return np.asarray(own[None, :] + own[:, None] - total - total.T)
+
+
+def _tweaked(
+    candidate: Candidate, bound: Bound, observations: Observations, gauge: Gauge, aim: tuple[Space, Vector]
+) -> Candidate:
+    """The candidate in a region whose edges were moved, pixel by pixel, to where they explain most."""
+    space, target = aim
+    values = np.sort(region_variables(observations)[bound.variable])
+
+    def within(low: float, high: float) -> Candidate:
+        return candidate_of(observations, gauge, candidate.form, (Bound(bound.variable, low, high),))
+
+    def score(low: float, high: float) -> float:
+        one = within(low, high)
+        return scored(one, space.of(one.white), target).gain
+
+    low, high = bound.low, bound.high
+    for side in ("low", "high"):
+        edge = low if side == "low" else high
+        if not np.isfinite(edge):
+            continue
+        ends = _around(values, edge)
+        if ends[1] <= ends[0]:
+            continue
+
+        def loss(x: float, side: str = side, low: float = low, high: float = high) -> float:
+            return -score(x, high) if side == "low" else -score(low, x)
+
+        found = minimize_scalar(
+            loss, bounds=ends, method="bounded", options={"maxiter": TWEAKS // 2 if is_field(candidate) else TWEAKS}
+        )
+        if -found.fun > score(low, high):
+            low, high = (float(found.x), high) if side == "low" else (low, float(found.x))
+    return within(low, high)
+
+
+def _around(values: Vector, edge: float) -> tuple[float, float]:
+    """Where an edge may really be: between the next values on both sides that are clearly others."""
+    below, above = values[values < edge - 1e-6], values[values > edge + 1e-6]
+    reach = len(values) // BINS
+    low = min(below[-1], values[max(len(below) - reach, 0)]) if len(below) else edge
+    high = max(above[0], values[min(len(values) - len(above) + reach, len(values) - 1)]) if len(above) else edge
+    return float(low), float(high)
+
+
+def _price(bound: Bound, n: int) -> float:
+    return float((np.isfinite(bound.low) + np.isfinite(bound.high)) * np.log(n))

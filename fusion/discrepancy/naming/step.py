@@ -1,4 +1,4 @@
-"""Step: the one effect that pays most for its columns now, with all that tells whether to believe it."""
+"""Step: the one effect that pays most for its freedom now, everywhere or in a region, with what tells if it is real."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,85 +9,148 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.candidates import Candidate, map_of
+from fusion.discrepancy.naming.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.part import Part, is_field
+from fusion.discrepancy.naming.region import Regional, best_region, confined
+from fusion.discrepancy.naming.score import Scored, scored
+from fusion.discrepancy.naming.space import Space
 from fusion.discrepancy.observations import Observations
-from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
 FALSE_ALARM = 1e-4  # of one step, over all names together
 REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
-ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
+SHAPES = 4  # of each name that are tried in regions: those that explain most everywhere
+REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
+REGION_LEAST = 12.0
+AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
 
 
 @dataclass(frozen=True)
-class Step:
-    """One effect, or one more wave of it, that was added.
+class Found:
+    """The best next part, and how sure it is.
 
     Attributes:
-        candidate: the form that was best.
-        effect: with fitted parameters.
+        part: with weights of its own fit.
         gain: drop of the chi2.
+        score: the same less the price of its freedom.
         held_out: drop of the chi2 in recordings left out in turn.
-        probability: that noise alone does this, over all names.
-        alike: names that this data cannot tell from it.
-        std: of its size, as a share of it.
-        weights, weights_std: (k,) of the atoms.
-        white_before: (n,) what it had to explain, in units of the gauge.
+        probability: that noise alone does this, over all names and regions.
     """
 
-    candidate: Candidate
-    effect: Effect
+    part: Part
     gain: float
+    score: float
     held_out: float
     probability: float
-    alike: tuple[str, ...]
-    std: float
-    weights: Vector
-    weights_std: Vector
-    white_before: Vector
 
     @property
     def established(self) -> bool:
         """True when chance is ruled out and recordings that took no part in the fit show it too."""
         return self.probability <= FALSE_ALARM and self.held_out >= REPLICATED * self.gain
 
-    @property
-    def footprint(self) -> Vector:
-        """(n,) what it changes, in units of the gauge."""
-        return np.asarray(self.candidate.white @ self.weights)
 
-
-def best_step(candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, white: Vector) -> Step | None:
-    """The candidate that pays most for its columns, established or not; None when there is none at all."""
-    scores = [_score(c, white) for c in candidates]
-    if not scores:
+def best_part(
+    candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, space: Space, target: Vector
+) -> Found | None:
+    """The candidate that pays most for its freedom in a space, established or not; None when there is none at all."""
+    if not candidates:
         return None
-    best = int(np.argmax(scores))
-    chosen = _tuned(candidates[best], observations, gauge, white)
-    weights = np.asarray(np.linalg.lstsq(chosen.white, white, rcond=None)[0], float)
-    fitted = chosen.white @ weights
-    gain, k = float(fitted @ white), chosen.basis.shape[1]
-    inflated = max(1.0, _robust_variance(white - fitted))
-    names = len({c.name for c in candidates})
-    probability = float(min(1.0, names * chi2.sf(gain / inflated, k)))
-    held_out = _held_out(chosen, observations, white)
-    effect = map_of(observations, chosen.form, weights) if chosen.form.map else chosen.form.combined(list(weights))
-    alike = _alike(chosen, fitted, candidates, white)
-    std = float(np.sqrt(inflated / max(gain, 1e-9)))
-    spread = np.asarray(np.sqrt(inflated * np.diag(np.linalg.pinv(chosen.white.T @ chosen.white))), float)
-    return Step(chosen, effect, gain, held_out, probability, alike, std, weights, spread, white)
+    all_scored = scores(candidates, space, target)
+    best = int(np.argmax([one.score for one in all_scored]))
+    if not np.isfinite(all_scored[best].score):
+        return None
+    whole = _tuned(candidates[best], observations, gauge, (space, target))
+    own = scored(whole, space.of(whole.white), target)
+    candidate, result, tried = whole, own, len({c.name for c in candidates})
+    regional = _regional(candidates, all_scored, observations, gauge, (space, target))
+    if regional is not None and _beats(regional, own):
+        everywhere = candidate_of(observations, gauge, regional.candidate.form)
+        if confined(regional.candidate, everywhere, space, target) and _replicates_more(
+            regional, whole, observations, (space, target)
+        ):
+            candidate, result, tried = regional.candidate, regional.scored, tried * regional.tried
+    part = Part(candidate, result.weights, result.size)
+    seen = space.of(candidate.white)
+    inflated = inflation(target - seen @ result.weights)
+    probability = float(min(1.0, tried * chi2.sf(result.gain / inflated, result.freedom)))
+    held_out = left_out_gain(seen, target, observations.place, result.size)
+    return Found(part, result.gain, result.score, held_out, probability)
 
 
-def _score(candidate: Candidate, white: Vector) -> float:
-    basis = candidate.basis
-    return float(((basis.T @ white) ** 2).sum()) - basis.shape[1] * float(np.log(len(white)))
+def scores(candidates: Sequence[Candidate], space: Space, target: Vector) -> list[Scored]:
+    """Every candidate in a space, whitened columns transformed in one go."""
+    all_columns = space.of(np.concatenate([c.white for c in candidates], axis=1))
+    ends = np.cumsum([c.white.shape[1] for c in candidates])
+    return [
+        scored(candidate, seen, target)
+        for candidate, seen in zip(candidates, np.split(all_columns, ends[:-1], axis=1), strict=True)
+    ]
 
 
-def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, white: Vector) -> Candidate:
+def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0) -> float:
+    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others."""
+    total = 0.0
+    normal, moment = seen.T @ seen, seen.T @ target
+    normal = normal + np.eye(len(normal)) * (size**-2 if size else 1e-9 * np.trace(normal) / len(normal))
+    for g in np.unique(place):
+        own, aim = seen[place == g], target[place == g]
+        weights = np.linalg.solve(normal - own.T @ own, moment - own.T @ aim)
+        total += float(aim @ aim - ((aim - own @ weights) ** 2).sum())
+    return total
+
+
+def inflation(white: Vector) -> float:
+    """By how much (at least 1) the bulk of the residuals scatters more than the gauge says."""
+    return max(1.0, float((np.median(np.abs(white)) / 0.6745) ** 2))
+
+
+def _regional(
+    candidates: Sequence[Candidate],
+    all_scored: Sequence[Scored],
+    observations: Observations,
+    gauge: Gauge,
+    aim: tuple[Space, Vector],
+) -> Regional | None:
+    """The best candidate in a region, among the most telling shapes of each name."""
+    ranked = sorted(range(len(candidates)), key=lambda i: -all_scored[i].gain)
+    taken: dict[str, int] = {}
+    chosen = []
+    for i in ranked:
+        name = candidates[i].name
+        if taken.get(name, 0) < SHAPES and not candidates[i].where:
+            taken[name] = taken.get(name, 0) + 1
+            chosen.append(candidates[i])
+    return best_region(chosen, observations, gauge, *aim)
+
+
+def _beats(regional: Regional, whole: Scored) -> bool:
+    more = 0.0 if whole.size else REGION_GAIN * whole.gain  # a field has paid for its freedom already
+    return regional.scored.score > whole.score + max(REGION_LEAST, more)
+
+
+def _replicates_more(
+    regional: Regional, whole: Candidate, observations: Observations, aim: tuple[Space, Vector]
+) -> bool:
+    space, target = aim
+    size = scored(whole, space.of(whole.white), target).size
+    inside = left_out_gain(space.of(regional.candidate.white), target, observations.place, regional.scored.size)
+    outside = left_out_gain(space.of(whole.white), target, observations.place, size)
+    return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
+
+
+def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, aim: tuple[Space, Vector]) -> Candidate:
     """The candidate with its searched shape parameters between the values of the search."""
+    space, target = aim
+    if is_field(candidate):
+        return candidate
     about = parameters(candidate.form.kind)
+
+    def gain(one: Candidate) -> float:
+        return scored(one, space.of(one.white), target).gain
+
     for name, value in candidate.form.fixed.items():
         values = sorted(about[name].search)
         if value not in values:
@@ -97,48 +160,15 @@ def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, white
         if not low < high or value <= 0:
             continue
 
-        def loss(x: float, name: str = name, start: Candidate = candidate) -> float:
-            return -_score(_with(start, name, x, observations, gauge), white)
+        def with_(x: float, name: str = name, start: Candidate = candidate) -> Candidate:
+            form = replace(start.form, fixed={**start.form.fixed, name: x})
+            return candidate_of(observations, gauge, form, start.where)
 
-        found = minimize_scalar(
-            loss, bounds=(low, high), method="bounded", options={"xatol": 1e-4 * value, "maxiter": 12}
-        )
-        if -found.fun > _score(candidate, white):
-            candidate = _with(candidate, name, float(found.x), observations, gauge)
+        def loss(x: float, made: object = with_) -> float:
+            return -gain(made(x))  # type: ignore[operator]
+
+        options = {"xatol": 1e-3 * value, "maxiter": 12}
+        found = minimize_scalar(loss, bounds=(low, high), method="bounded", options=options)
+        if -found.fun > gain(candidate):
+            candidate = with_(float(found.x))
     return candidate
-
-
-def _with(candidate: Candidate, name: str, value: float, observations: Observations, gauge: Gauge) -> Candidate:
-    form = replace(candidate.form, fixed={**candidate.form.fixed, name: value})
-    columns = observations.columns(form.instances())
-    return Candidate(form, columns, gauge.whiten(columns))
-
-
-def _held_out(candidate: Candidate, observations: Observations, white: Vector) -> float:
-    """Drop of the chi2 in each recording, with weights fitted to the others."""
-    place, total = observations.place, 0.0
-    A = candidate.white
-    normal, moment = A.T @ A, A.T @ white
-    ridge = 1e-9 * np.trace(normal) / len(normal) * np.eye(len(normal))
-    for g in np.unique(place):
-        rows = place == g
-        weights = np.linalg.solve(normal - A[rows].T @ A[rows] + ridge, moment - A[rows].T @ white[rows])
-        total += float(white[rows] @ white[rows] - ((white[rows] - A[rows] @ weights) ** 2).sum())
-    return total
-
-
-def _alike(chosen: Candidate, fitted: Vector, candidates: Sequence[Candidate], white: Vector) -> tuple[str, ...]:
-    """Names whose own fit to the same residual points the same way."""
-    out: dict[str, None] = {}
-    length = np.linalg.norm(fitted)
-    for other in candidates:
-        if other.name == chosen.name or other.basis.shape[1] > chosen.basis.shape[1] + 6:
-            continue
-        own = other.basis @ (other.basis.T @ white)
-        if own @ fitted > ALIKE * length * max(float(np.linalg.norm(own)), 1e-12):
-            out[other.name] = None
-    return tuple(out)
-
-
-def _robust_variance(white: Vector) -> float:
-    return float((np.median(np.abs(white)) / 0.6745) ** 2)

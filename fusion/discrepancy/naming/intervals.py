@@ -1,0 +1,37 @@
+"""Intervals: how far fitted parameters may be off, by the gauge and by how much recordings disagree."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.step import inflation
+
+Vector = NDArray[np.float64]
+
+FEWEST = 5  # recordings from which on their disagreement says something
+ALONE = 4.0  # a recording without which the variance grows by more than this is the only one that tells
+
+
+def spreads_of(fit: Fit) -> Vector:
+    """Standard deviations (p,) of all weights and logarithms of shapes: the larger of the gauge's and the jackknife's.
+
+    The gauge's is scaled by how much the bulk of the residuals exceeds it; the jackknife leaves out each recording.
+    """
+    if not fit.parts:
+        return np.zeros(0)
+    normal = fit.normal
+    cov = np.linalg.inv(normal)
+    own = np.diag(cov) * inflation(fit.white)
+    place = fit.observations.place
+    places = np.unique(place)
+    if len(places) < FEWEST:
+        return np.asarray(np.sqrt(own))
+    total = np.zeros(len(own))
+    for g in places:
+        rows = place == g
+        J, rest = fit.columns[rows], fit.white[rows]
+        without = np.linalg.pinv(normal - J.T @ J, hermitian=True)
+        moved = without @ (J.T @ rest)
+        known = np.diag(without) < ALONE * np.diag(cov)
+        total += np.where(known, moved, 0.0) ** 2
+    return np.asarray(np.sqrt(np.maximum(own, total * (len(places) - 1) / len(places))))

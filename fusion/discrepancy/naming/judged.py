@@ -1,0 +1,146 @@
+"""Judged: the parts of a fit with intervals, replication, extrapolation and look-alikes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.intervals import spreads_of
+from fusion.discrepancy.naming.part import Part
+from fusion.discrepancy.naming.refit import Fit, shapes_of
+from fusion.discrepancy.naming.score import scored
+from fusion.discrepancy.naming.space import Space
+from fusion.discrepancy.naming.step import Found, inflation, left_out_gain
+from fusion.sensor.effect import Effect
+from fusion.sensor.where import Bound, inside
+
+Vector = NDArray[np.float64]
+
+ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
+
+
+@dataclass(frozen=True)
+class Step:
+    """One effect, or one more wave of it, that was added.
+
+    Attributes:
+        candidate: the form.
+        effect: with fitted parameters.
+        gain: drop of the chi2, all others refitted.
+        held_out: drop of the chi2 in recordings left out in turn.
+        probability: that noise alone does this, over all names and regions.
+        alike: names that this data cannot tell from it.
+        std: of its size, as a share of it.
+        weights, weights_std: (k,) of the atoms.
+        white_before: (n,) what it had to explain, in units of the gauge.
+        shapes_std: of the searched shapes, by name.
+    """
+
+    candidate: Candidate
+    effect: Effect
+    gain: float
+    held_out: float
+    probability: float
+    alike: tuple[str, ...]
+    std: float
+    weights: Vector
+    weights_std: Vector
+    white_before: Vector
+    shapes_std: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def footprint(self) -> Vector:
+        """(n,) what it changes, in units of the gauge."""
+        return np.asarray(self.candidate.white @ self.weights)
+
+
+def judged(fit: Fit, candidates: Sequence[Candidate]) -> list[Step]:
+    """Every part of a fit, the most telling first."""
+    spreads = spreads_of(fit)
+    steps = [_step(fit, k, candidates, spreads) for k in range(len(fit.parts))]
+    return sorted(steps, key=lambda step: -step.held_out)
+
+
+def judged_next(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Step:
+    """A further part that is not added, as it would be judged beside the parts as they are."""
+    part = found.part
+    space, _ = beside(fit, None)
+    seen = space.of(part.candidate.white)
+    power = np.diag(np.linalg.pinv(seen.T @ seen + (np.eye(seen.shape[1]) * part.size**-2 if part.size else 0.0)))
+    spread = np.sqrt(np.maximum(power, 0.0) * inflation(fit.white))
+    length = max(float(np.linalg.norm(seen @ part.weights)), 1e-12)
+    return Step(
+        part.candidate,
+        part.effect(fit.observations),
+        found.gain,
+        found.held_out,
+        found.probability,
+        _alike(fit, part, candidates, space),
+        1.0 / length,
+        part.weights,
+        spread,
+        fit.white,
+    )
+
+
+def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, probability: float | None = None) -> Step:
+    part = fit.parts[k]
+    space, target = beside(fit, k)
+    seen = space.of(part.candidate.white)
+    own = scored(part.candidate, seen, target)
+    fitted = seen @ part.weights
+    names = len({c.name for c in candidates})
+    probability = float(min(1.0, names * chi2.sf(own.gain / inflation(fit.white), own.freedom)))
+    weights, shapes = fit.places[k]
+    about = {
+        name: float(part.candidate.form.fixed[name] * spread)
+        for name, spread in zip(shapes_of(part), spreads[shapes], strict=True)
+    }
+    length = float(np.linalg.norm(fitted))
+    return Step(
+        part.candidate,
+        part.effect(fit.observations),
+        own.gain,
+        left_out_gain(seen, target, fit.observations.place, part.size),
+        probability,
+        _alike(fit, part, candidates, space),
+        float(np.linalg.norm(spreads[weights] * np.linalg.norm(seen, axis=0))) / max(length, 1e-12)
+        if len(part.weights) <= 2
+        else 1.0 / max(length, 1e-12),
+        part.weights,
+        spreads[weights],
+        fit.white + part.footprint,
+        about,
+    )
+
+
+def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:
+    """Names that can make nearly the same change of the tiles, beside the other parts."""
+    out: dict[str, None] = {}
+    fitted = space.of(part.footprint)
+    length = float(np.linalg.norm(fitted))
+    share = _share(fit, part.candidate.where)
+    most = part.candidate.columns.shape[1] + 6
+    taken = {other.name for other in (*fit.parts, part)}
+    for other in candidates:
+        if other.name in taken or other.name in out or other.columns.shape[1] > most:
+            continue
+        white = fit.gauge.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
+        found = scored(other, space.of(white), fitted)
+        if found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score):
+            out[other.name] = None
+    return tuple(out)
+
+
+def _share(fit: Fit, where: tuple[Bound, ...]) -> Vector:
+    """(n,) share of each tile that lies within bounds."""
+    return np.concatenate(
+        [
+            patch.tiles.mean(np.broadcast_to(inside(where, patch.depth, patch.view), patch.depth.shape).astype(float))
+            for patch in fit.observations.patches
+        ]
+    )

@@ -1,0 +1,77 @@
+"""Part: one named form with its weights, and the sensor model that holds several of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.naming.candidates import Candidate, map_of
+from fusion.discrepancy.observations import Observations
+from fusion.sensor.effect import Effect
+from fusion.sensor.parameter import parameters
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+FIELD = 8  # atoms from which on a form is a field: its weights are draws of one size, not laws of their own
+
+
+@dataclass(frozen=True)
+class Part:
+    """One form of one effect, as fitted.
+
+    Attributes:
+        candidate: the form, with its columns.
+        weights: (k,) of the atoms.
+        size: usual size of the weights of a field; 0 for others, whose weights are free.
+    """
+
+    candidate: Candidate
+    weights: Vector
+    size: float = 0.0
+
+    @property
+    def name(self) -> str:
+        return self.candidate.name
+
+    @property
+    def footprint(self) -> Vector:
+        """(n,) what it changes, in units of the gauge."""
+        return np.asarray(self.candidate.white @ self.weights)
+
+    def effect(self, observations: Observations) -> Effect:
+        """The effect with fitted parameters."""
+        form = self.candidate.form
+        whole = map_of(observations, form, self.weights) if form.map else form.combined(list(self.weights))
+        return replace(whole, where=self.candidate.where)
+
+
+def is_field(candidate: Candidate) -> bool:
+    """True when the form is a map or another long list of equal terms."""
+    return candidate.columns.shape[1] >= FIELD
+
+
+def model_of(observations: Observations, parts: Sequence[Part]) -> Sensor:
+    """The sensor of the observations with all parts added."""
+    sensor = observations.sensor
+    for part in parts:
+        effect = part.effect(observations)
+        known = sensor.effect(effect.name)
+        sensor = sensor.having(effect if known is None else joined(known, effect))
+    return sensor
+
+
+def joined(own: Effect, more: Effect) -> Effect:
+    """Two effects of one kind as one: lists are continued, other sizes added up."""
+    about = parameters(own)
+    lists = [name for name, p in about.items() if p.kind == "list"]
+    values: dict[str, Any] = {}
+    if lists and any(np.any(getattr(own, name)) for name in lists):
+        values = {name: np.concatenate([np.atleast_1d(getattr(e, name)) for e in (own, more)]) for name in lists}
+    for name, p in about.items():
+        if name not in values and p.neutral == 0 and name not in lists:
+            total = np.asarray(getattr(own, name)) + np.asarray(getattr(more, name))
+            values[name] = np.clip(total, p.low, p.high) if np.ndim(total) else float(np.clip(total, p.low, p.high))
+    return replace(own, **values)

@@ -1,0 +1,173 @@
+"""Refit: all named parts together, shapes included, predicted through the sensor itself and not by columns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.naming.candidates import candidate_of
+from fusion.discrepancy.naming.part import Part, model_of
+from fusion.discrepancy.observations import Observations
+from fusion.sensor.parameter import parameters
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+STEPS = 6
+ENOUGH = 0.3  # drop of the chi2 below which nothing is gained by going on
+LARGEST = 0.3  # change of the logarithm of a shape in one step
+STEP = 1e-3  # of a shape, for its derivative
+RIDGE = 1e-10  # of a column's power: directions that nothing tells stay where they are
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Parts as fitted together.
+
+    Attributes:
+        observations: under the given model; they say which tiles there are.
+        gauge: their units.
+        parts: with fitted weights and shapes.
+        sensor: the given model with them.
+        white: (n,) what it leaves, whitened.
+        columns: (n, p) change per weight, then per logarithm of a shape, part by part.
+        prior: (p,) one over the square of the usual size of a field's weights; 0 for all that is free.
+        places: for each part, where its weights and its shapes stand among the columns.
+    """
+
+    observations: Observations
+    gauge: Gauge
+    parts: tuple[Part, ...]
+    sensor: Sensor
+    white: Vector
+    columns: Matrix
+    prior: Vector
+    places: tuple[tuple[slice, slice], ...]
+
+    @property
+    def normal(self) -> Matrix:
+        """(p, p) information of all that was fitted."""
+        power = (self.columns**2).sum(axis=0)
+        return np.asarray(self.columns.T @ self.columns + np.diag(self.prior + RIDGE * np.maximum(power, 1e-300)))
+
+    def shapes(self, k: int) -> Matrix:
+        """(n, s) change per logarithm of the shapes of one part."""
+        return self.columns[:, self.places[k][1]]
+
+    def others(self, k: int | None) -> tuple[list[Part], list[Matrix]]:
+        """The parts without one of them, and the columns of their shapes."""
+        rest = [i for i in range(len(self.parts)) if i != k]
+        return [self.parts[i] for i in rest], [self.shapes(i) for i in rest]
+
+
+def refitted(parts: Sequence[Part], observations: Observations, gauge: Gauge) -> Fit:
+    """Least squares over all weights and shapes, step by step, each step judged by the sensor's own prediction."""
+    fit = _fit(tuple(parts), observations, gauge)
+    for _ in range(STEPS if parts else 0):
+        weights = np.concatenate([np.append(p.weights, np.zeros(len(shapes_of(p)))) for p in fit.parts])
+        change = np.linalg.solve(fit.normal, fit.columns.T @ fit.white - fit.prior * weights)
+        better = _along(fit, change)
+        if better is None:
+            break
+        gained = _cost(fit) - _cost(better)
+        fit = _resized(better)
+        if gained < ENOUGH:
+            break
+    return fit
+
+
+def shapes_of(part: Part) -> list[str]:
+    """Names of the searched shapes of a part that are numbers above 0."""
+    form = part.candidate.form
+    about = parameters(form.kind)
+    used = {about[name].group for atom in form.atoms for name in atom}
+    return [
+        name for name, value in form.fixed.items() if about[name].search and value > 0 and about[name].group in used
+    ]
+
+
+def _fit(parts: tuple[Part, ...], observations: Observations, gauge: Gauge) -> Fit:
+    sensor = model_of(observations, parts)
+    white = gauge.whiten(observations.under(sensor).residual)
+    blocks: list[Matrix] = [np.zeros((len(white), 0))]
+    prior: list[Vector] = [np.zeros(0)]
+    places, start = [], 0
+    for part in parts:
+        own = part.candidate.white
+        shapes = _shape_columns(part, observations, gauge)
+        middle, end = start + own.shape[1], start + own.shape[1] + shapes.shape[1]
+        places.append((slice(start, middle), slice(middle, end)))
+        start = end
+        blocks += [own, shapes]
+        prior.append(np.full(own.shape[1], part.size**-2 if part.size else 0.0))
+        prior.append(np.zeros(shapes.shape[1]))
+    return Fit(
+        observations,
+        gauge,
+        parts,
+        sensor,
+        white,
+        np.concatenate(blocks, axis=1),
+        np.concatenate(prior),
+        tuple(places),
+    )
+
+
+def _shape_columns(part: Part, observations: Observations, gauge: Gauge) -> Matrix:
+    """(n, s) change of the tiles, whitened, per logarithm of each shape."""
+    out = []
+    for name in shapes_of(part):
+        ends = [_shaped(part, {name: sign * STEP}, observations, gauge).footprint for sign in (1, -1)]
+        out.append((ends[0] - ends[1]) / (2 * STEP))
+    return np.column_stack(out) if out else np.zeros((len(observations.residual), 0))
+
+
+def _shaped(part: Part, change: dict[str, float], observations: Observations, gauge: Gauge) -> Part:
+    """A part whose shapes differ by factors exp(change), within their bounds."""
+    form = part.candidate.form
+    about = parameters(form.kind)
+    fixed = dict(form.fixed)
+    for name, step in change.items():
+        fixed[name] = float(np.clip(fixed[name] * np.exp(step), about[name].low, about[name].high))
+    candidate = candidate_of(observations, gauge, replace(form, fixed=fixed), part.candidate.where)
+    return replace(part, candidate=candidate)
+
+
+def _along(fit: Fit, change: Vector) -> Fit | None:
+    """The fit moved by a change of all parameters, or by less; None where that does not help."""
+    for share in (1.0, 0.4, 0.1):
+        parts = []
+        for part, (own, shapes) in zip(fit.parts, fit.places, strict=True):
+            moved = replace(part, weights=part.weights + share * change[own])
+            steps = np.clip(share * change[shapes], -LARGEST, LARGEST)
+            names = shapes_of(part)
+            if names:
+                moved = _shaped(moved, dict(zip(names, steps.tolist(), strict=True)), fit.observations, fit.gauge)
+            parts.append(moved)
+        better = _fit(tuple(parts), fit.observations, fit.gauge)
+        if _cost(better) <= _cost(fit):
+            return better
+    return None
+
+
+def _resized(fit: Fit) -> Fit:
+    """The usual size of a field's weights, from the weights as they are and from what is open about them."""
+    if not np.any(fit.prior):
+        return fit
+    spread = np.diag(np.linalg.inv(fit.normal))
+    parts, prior = [], fit.prior.copy()
+    for part, (own, _) in zip(fit.parts, fit.places, strict=True):
+        if part.size:
+            size = float(np.sqrt(np.mean(part.weights**2 + spread[own])))
+            part = replace(part, size=size)
+            prior[own] = size**-2
+        parts.append(part)
+    return replace(fit, parts=tuple(parts), prior=prior)
+
+
+def _cost(fit: Fit) -> float:
+    field = sum(float((part.weights**2).sum()) / part.size**2 for part in fit.parts if part.size)
+    return float(fit.white @ fit.white) + field
