@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAD_TO_STD = 1.4826  # of a normal distribution
+QUARTILES_TO_STD = np.float32(0.7413)  # their distance, of a normal distribution
 NEAR = 0.05  # share of the depth: values further off belong to something else
 WIDE = 6.0  # standard deviations
 RARE = 0.5  # share of the frames: a pixel that has a depth less often has no usual one
@@ -62,11 +63,13 @@ def reference_of(depths: Sequence[Image]) -> Reference:
     usual = np.isfinite(ordered).sum(axis=1) >= RARE * values.shape[1]
     centre = _shortest_half(ordered)
     with np.errstate(invalid="ignore"):
-        ordered[np.abs(ordered - centre[:, None]) > NEAR * centre[:, None]] = np.nan
-        ordered.sort(axis=1)
-        centre, count = _median(ordered)
-        off = np.sort(np.abs(ordered - centre[:, None]), axis=1)
-    sigma = np.where(count >= 3, MAD_TO_STD * _median(off)[0], np.nan).astype(np.float32)
+        far = np.abs(ordered - centre[:, None]) > NEAR * centre[:, None]
+    disturbed = np.flatnonzero(far.any(axis=1))
+    if len(disturbed):
+        ordered[disturbed] = np.sort(np.where(far[disturbed], np.float32(np.nan), ordered[disturbed]), axis=1)
+    count = np.isfinite(ordered).sum(axis=1)
+    low, centre, high = (_quantile(ordered, count, share) for share in (0.25, 0.5, 0.75))
+    sigma = np.where(count >= 3, QUARTILES_TO_STD * (high - low), np.float32(np.nan))
     return Reference(centre.reshape(shape), sigma.reshape(shape), usual.reshape(shape), values.shape[1])
 
 
@@ -83,9 +86,10 @@ def _shortest_half(ordered: NDArray[np.float32]) -> NDArray[np.float32]:
     return centre
 
 
-def _median(ordered: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
-    """(p,) median of each row in order, NaN last, and how many values it has."""
-    count = np.isfinite(ordered).sum(axis=1)
-    rows, last = np.arange(len(ordered)), ordered.shape[1] - 1
-    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, last)
-    return np.float32(0.5) * (ordered[rows, low] + ordered[rows, high]), count
+def _quantile(ordered: NDArray[np.float32], count: NDArray[np.intp], share: float) -> NDArray[np.float32]:
+    """(p,) quantile of the first `count` values of each row, which are in order; NaN where there is none."""
+    place = share * np.maximum(count - 1, 0)
+    low = place.astype(np.intp)
+    rows = np.arange(len(ordered))
+    below, above = ordered[rows, low], ordered[rows, np.minimum(low + 1, np.maximum(count - 1, 0))]
+    return np.asarray(below + (place - low).astype(np.float32) * (above - below))
