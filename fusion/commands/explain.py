@@ -27,6 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         help="folder for verdict.json, sensor.json, report.html",
     )
+    add(
+        "--simulated",
+        type=Path,
+        nargs="+",
+        metavar="SIM",
+        default=[],
+        help="what any simulator made of the same scenes, one recording for each REC, in the same order",
+    )
     add("--camera", type=Path, metavar="FILE", help="camera.json instead of the recordings' own")
     add("--json", action="store_true", help="print the verdict as one JSON object")
 
@@ -42,7 +50,8 @@ def run(options: argparse.Namespace) -> None:
 
     sensor = read_sensor(options.sensor)
     recordings = [open_recording(path, options.camera) for path in options.recordings]
-    found = explain(recordings, sensor, _told if sys.stderr.isatty() else lambda text: None)
+    simulated = [open_recording(path, options.camera) for path in options.simulated]
+    found = explain(recordings, sensor, _told if sys.stderr.isatty() else lambda text: None, simulated)
     verdict = verdict_of(found)
     with output_folder(options.output) as partial:
         explanation_report(partial, found, verdict)

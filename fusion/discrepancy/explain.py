@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channels import Channels, channels_of
 from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.look import Look, looks_of, stage_of, wanted_channels
+from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects
 from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.simulated import matched
+from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
 from fusion.discrepancy.unknown.unrestricted import Found, covariates, explained, groups_of
 from fusion.errors import FusionError
@@ -76,7 +78,10 @@ class Explanation:
 
 
 def explain(
-    recordings: Sequence[Recording], sensor: Sensor, progress: Callable[[str], None] = lambda text: None
+    recordings: Sequence[Recording],
+    sensor: Sensor,
+    progress: Callable[[str], None] = lambda text: None,
+    simulated: Sequence[Recording] = (),
 ) -> Explanation:
     """Compare recordings of known scenes with a sensor model, and add what is missing.
 
@@ -84,15 +89,19 @@ def explain(
         recordings: with `scene.json`, mesh and poses.
         sensor: what is already known.
         progress: is told what happens.
+        simulated: what any simulator made of the same scenes, in the same order: it stands for the prediction, and
+            no mesh is needed. The sensor model counts as in it.
     Raises:
-        FusionError: a scene or pose is not known, cameras differ, or no tile is left.
+        FusionError: a scene or pose is not known, cameras differ, frames do not match, or no tile is left.
     """
     _same_cameras(recordings, sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
     looks: list[Look] = []
+    matches = matched(recordings, simulated) if simulated else []
     for place, recording in enumerate(recordings):
         progress(f"looking at {recording.path.name}")
-        looks += looks_of(stage_of(recording, place), wanted_channels(baseline, sensor.principle == "itof"))
+        stage = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
+        looks += looks_of(stage, wanted_channels(baseline, sensor.principle == "itof"))
     return explained_looks(looks, sensor, progress)
 
 
@@ -144,6 +153,10 @@ def _extended(named: Named, beyond: Unknown | None) -> Sensor:
 def _channels(named: Named, beyond: Unknown | None, looks: Sequence[Look]) -> Channels:
     """What is found beside the mean, under the model with all that was found for the mean."""
     found = channels_of(named.observations, looks)
+    # the size of an effect that the mean has just been given is no number of the given model that is wrong
+    given = {effect.name for effect in named.sensor.effects} - {step.effect.name for step in named.steps}
+    kept = (s for s in found.steps if not s.corrected or s.effect is None or s.effect.name in given)
+    found = replace(found, steps=tuple(kept))
     sensor = _extended(named, beyond)
     for step in found.steps:
         sensor = sensor.having(step.effect) if step.effect else sensor

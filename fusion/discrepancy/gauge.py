@@ -50,6 +50,8 @@ def gauge_of(observations: Observations) -> Gauge:
     for effect in observations.sensor.effects:
         if effect.anew:
             _add_grain(observations, effect, total)
+            if any(_simulated(patch).any() for patch in observations.patches):
+                _add_grain(observations, effect, total)  # of the simulation, which has its own
     _add_shape(observations, total)
     bare = cholesky(total, lower=True, check_finite=False)
     common = np.column_stack([*_poses(observations), *_known(observations)])
@@ -71,7 +73,16 @@ def _noise(patch: Patch) -> NDArray[np.float64]:
     own = (variance - np.minimum(variance, shared**2 * tiles.pixels / tiles.side**2)) / tiles.pixels
     spread = grain(tiles.cell, tiles.cell, tiles.side, window) * np.outer(shared, shared)
     floor = FLOOR[patch.view.time_of_flight] ** 2
-    return spread / frames + np.diag(own / frames + floor)
+    # noise of a simulation that stands for the prediction comes on top
+    more = 1.0 + _simulated(patch) * frames / np.maximum(variance, 1e-300)
+    spread = spread * np.sqrt(np.outer(more, more))
+    return spread / frames + np.diag(own * more / frames + floor)
+
+
+def _simulated(patch: Patch) -> Vector:
+    """(n,) variance of the mean that a simulation predicts, from its own noise."""
+    given = patch.look.given
+    return np.zeros(len(patch.tiles)) if given is None else patch.tiles.mean((given.doubt * patch.native) ** 2)
 
 
 def _add_grain(observations: Observations, effect: Effect, total: NDArray[np.float64]) -> None:

@@ -1,51 +1,27 @@
 """Look: one known scene seen for one stretch of time; what was measured there, and what stood before the camera."""
 
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.frames import FrameSeries
-from fusion.errors import RecordingError
+from fusion.discrepancy.given import Given
+from fusion.discrepancy.simulated import seen_in
+from fusion.discrepancy.stage import Stage, number_of
+from fusion.discrepancy.stage import stage_of as stage_of
 from fusion.geometry.pose import Array
-from fusion.mesh.files import read_mesh
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
 from fusion.sensor.view import Image, View
 from fusion.simulation.indirect import Bounce
-from fusion.simulation.render import Channels, RayCaster
+from fusion.simulation.render import Channels
 
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
 HELD_OUT = 3  # one frame in three takes no part in the fit
 LONG = 6  # looks of a recording that make it a series
-NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobody measured
-
-
-@dataclass(frozen=True)
-class Stage:
-    """What is known of the scene of one recording.
-
-    Attributes:
-        recording: with its poses.
-        place: 0, 1, ... in the order given.
-        caster: the mesh, ready to be seen; in the world frame.
-        sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis.
-        mesh_sigma_m: how far the real surface may be from the mesh.
-        shape: fingerprint of the mesh file: recordings of one target share its errors.
-    """
-
-    recording: Recording
-    place: int
-    caster: RayCaster
-    sigma_m: float
-    sigma_rad: float
-    mesh_sigma_m: float
-    shape: str = ""
 
 
 @dataclass(frozen=True)
@@ -62,6 +38,7 @@ class Look:
         held: the same pose and time in frames that take no part in any fit; None where there are too few.
         succession: (h, w) half the mean square of the change from a frame to the next [m^2]; None where not known.
         alike: (2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None where not known.
+        given: what another simulator predicts; None where the sensor model alone does.
     """
 
     stage: Stage
@@ -74,53 +51,16 @@ class Look:
     held: "Look | None" = None
     succession: Image | None = None
     alike: NDArray[np.float64] | None = None
+    given: Given | None = None
 
     @property
     def place(self) -> int:
         return self.stage.place
 
 
-def stage_of(recording: Recording, place: int) -> Stage:
-    """The known scene of a recording; RecordingError when mesh or poses are missing."""
-    mesh = recording.scene.get("mesh")
-    if not mesh:
-        raise RecordingError(
-            "the scene of the recording is not known",
-            recording.path,
-            "no scene.json with a mesh",
-            'scene.json with {"mesh": "scene.ply"}',
-            "add the mesh of what stood before the camera",
-        )
-    if recording.poses is None or not recording.poses.valid.any():
-        raise RecordingError(
-            "the poses of the recording are not known", recording.path, expected="groundtruth.txt", do="add the poses"
-        )
-    about = recording.scene.get("poses")
-    about = about if isinstance(about, dict) else {}
-    path = Path(recording.path) / str(mesh)
-    caster = RayCaster(read_mesh(path))
-    return Stage(
-        recording,
-        place,
-        caster,
-        _number(about, "sigma_m", NOMINAL[0], recording),
-        _number(about, "sigma_rad", NOMINAL[1], recording),
-        _number(recording.scene, "mesh_sigma_m", 0.0, recording),
-        sha256(path.read_bytes()).hexdigest(),
-    )
-
-
-def _number(given: dict[str, Any], name: str, usual: float, recording: Recording, most: float = 10.0) -> float:
-    """A number of `scene.json` from 0 on; the usual one where it is not said."""
-    value = given.get(name, usual)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < most:
-        raise RecordingError(f"{name} of scene.json cannot be used", recording.path, repr(value), f"0 to {most:g}")
-    return float(value)
-
-
 def looks_of(stage: Stage, channels: Channels) -> list[Look]:
     """All stretches of a recording, in order."""
-    looks = [_look(stage, frames, channels) for frames in _blocks(stage.recording)]
+    looks = [_look(stage, frames, channels) for frames in _blocks(stage)]
     if len(looks) < LONG or any(look.held for look in looks):
         return looks
     # a series of single frames holds out every third of them, whole
@@ -134,26 +74,30 @@ def wanted_channels(baseline: float | None, indirect: bool) -> Channels:
     return Channels(edges=True, lit=baseline, motion=True, indirect=Bounce() if indirect else None)
 
 
-def _blocks(recording: Recording) -> list[tuple[int, ...]]:
+def _blocks(stage: Stage) -> list[tuple[int, ...]]:
     """Frame indices that belong together: close in time and with the same pose."""
-    poses = recording.poses
+    recording, poses = stage.recording, stage.recording.poses
     assert poses is not None
+    match = stage.simulated[0] if stage.simulated else None
     at_frames = poses.at(recording.timestamps)
     blocks: list[list[int]] = []
     for i, stamp in enumerate(recording.timestamps):
-        if not at_frames.valid[i]:
+        if not at_frames.valid[i] or (match and match.partner[i] < 0):
             continue
         last = blocks[-1] if blocks else None
         if (
             last
             and stamp - recording.timestamps[last[0]] < TOGETHER_S
             and np.allclose(at_frames.poses[i], at_frames.poses[last[0]], atol=1e-9)
+            and (match is None or match.same(last[0], i))
         ):
             last.append(i)
         else:
             blocks.append([i])
     size = -(-len(blocks) // MOST_BLOCKS)
-    same = all(np.allclose(at_frames.poses[b[0]], at_frames.poses[blocks[0][0]], atol=1e-9) for b in blocks)
+    same = match is None and all(
+        np.allclose(at_frames.poses[b[0]], at_frames.poses[blocks[0][0]], atol=1e-9) for b in blocks
+    )
     if size > 1 and same:
         blocks = [[i for block in blocks[k : k + size] for i in block] for k in range(0, len(blocks), size)]
     return [tuple(block) for block in blocks]
@@ -161,18 +105,33 @@ def _blocks(recording: Recording) -> list[tuple[int, ...]]:
 
 def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
     recording = stage.recording
-    camera = recording.camera
     assert recording.poses is not None
     T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
-    ir = _first_ir(recording)
-    view = stage.caster.view(camera, T_world_camera, channels)
-    amplitude = None if ir is None else np.asarray(ir, np.float32)
-    view = replace(view, ir=amplitude, moment=_moment(recording, frames))
+    view, given = _seen(stage, frames, T_world_camera, channels)
+    view = replace(view, moment=_moment(recording, frames))
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
-    look = _measured(stage, frames[:kept], view, T_world_camera)
+    look = replace(_measured(stage, frames[:kept], view, T_world_camera), given=given)
     if kept == len(frames):
         return look
-    return replace(look, held=_measured(stage, frames[kept:], view, T_world_camera))
+    return replace(look, held=replace(_measured(stage, frames[kept:], view, T_world_camera), given=given))
+
+
+def _seen(
+    stage: Stage, frames: tuple[int, ...], T_world_camera: Array, channels: Channels
+) -> tuple[View, Given | None]:
+    """What stood before the camera, with the amplitude that was recorded, and what a simulation predicts."""
+    ir = _first_ir(stage.recording)
+    if stage.simulated:
+        match, sensor = stage.simulated
+        view, given = seen_in(match, frames, sensor)
+        return (
+            (view, given)
+            if view.ir is not None or ir is None
+            else (replace(view, ir=np.asarray(ir, np.float32)), given)
+        )
+    assert stage.caster is not None
+    view = stage.caster.view(stage.recording.camera, T_world_camera, channels)
+    return replace(view, ir=None if ir is None else np.asarray(ir, np.float32)), None
 
 
 def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera: Array) -> Look:
@@ -205,6 +164,6 @@ def _moment(recording: Recording, frames: tuple[int, ...]) -> Moment:
         # stamps as they are: dates too tell one look from the next
         time=float(np.mean(recording.timestamps[some])),
         temperature=float(np.mean(logged.temperature[some])),
-        ambient=ambient if np.isfinite(ambient) else _number(recording.scene, "ambient_lux", 0.0, recording, 1e6),
+        ambient=ambient if np.isfinite(ambient) else number_of(recording.scene, "ambient_lux", 0.0, recording, 1e6),
         table_angle=float(np.nan_to_num(np.mean(logged.table_angle[some]))),
     )

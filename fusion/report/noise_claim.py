@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.scatter import variance
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.observations import predicted
 from fusion.report.claims import bins, lead, parameters_table, plain, questions, shown_variables
 from fusion.report.evidence import mask_of, variables_here
 from fusion.report.figures.explanation import Unit
@@ -31,7 +32,7 @@ def noise_of(found: Explanation) -> Noise:
     rows = []
     for patch in found.before.patches:
         with np.errstate(all="ignore"):
-            sigma = found.sensor.repeated(patch.depth, patch.look.view)[1]
+            sigma = predicted(found.sensor, patch.look)[1]
         rows.append([variance(patch, spread) for spread in (patch.look.std, patch.sigma, sigma)])
     return Noise(*(np.concatenate(parts) for parts in zip(*rows, strict=True)))
 
@@ -58,7 +59,7 @@ def noise_section(
         f"claim-{number}",
         f"Noise of repeated frames with and without {plain(entry['effect'])}.",
         "Above: standard deviation of a pixel over repeated frames, as recorded and as the model predicts it. Below: "
-        "recorded over predicted noise; 1 is right. In the bright pixels of the picture the claim changes the noise most.",
+        "recorded over predicted noise; 1 is right. Bright pixels of the picture: changed most.",
     )
     figures = (spread_figure(curves, mask, unit, text),) if curves else ()
     return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))

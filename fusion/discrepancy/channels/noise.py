@@ -13,7 +13,7 @@ from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import Ruler, Turned, as_stated, changes, ruler_of, turn
 from fusion.discrepancy.look import Look
-from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.observations import Observations, Patch, predicted
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -41,7 +41,7 @@ def noise_steps(observations: Observations, held: Sequence[Look] = ()) -> tuple[
         sensor, step = found
         steps.append(step)
         free |= {step.effect.name} if step.effect else frozenset()
-        patches = [replace(p, sensor=sensor, sigma=sensor.repeated(p.depth, p.look.view)[1]) for p in patches]
+        patches = [replace(p, sensor=sensor, sigma=predicted(sensor, p.look)[1]) for p in patches]
     return sensor, tuple(steps)
 
 

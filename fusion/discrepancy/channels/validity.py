@@ -67,12 +67,22 @@ def validity_of(sensor: Sensor, patches: Sequence[Patch]) -> Validity | None:
         if len(tiles):
             kept.append(replace(patch, sensor=sensor, view=view, tiles=tiles))
             missing.append(tiles.mean(_lost(look)))
-            lost = sensor.dropout(patch.depth, look.view)
+            lost = _predicted(sensor, look)
             predicted.append(np.broadcast_to(lost, patch.depth.shape))
             place.append(np.full(len(tiles), look.place))
     if not kept:
         return None
     return Validity(tuple(kept), np.concatenate(missing), tuple(predicted), np.concatenate(place))
+
+
+def _predicted(sensor: Sensor, look: Look) -> Image:
+    """(h, w) chance that a value is missing; a simulation knows it for all that its own model holds."""
+    assert look.view.depth is not None
+    if look.given is None:
+        return sensor.dropout(look.view.depth, look.view)
+    added = tuple(effect for effect in sensor.effects if effect not in look.given.model.effects)
+    more = replace(sensor, effects=added).dropout(look.view.depth, look.view)
+    return 1.0 - (1.0 - look.given.lost) * (1.0 - more)
 
 
 def _lost(look: Look) -> Image:

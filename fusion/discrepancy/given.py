@@ -1,0 +1,27 @@
+"""Given: what another simulator predicts of a look, in place of scene and sensor model."""
+
+from dataclasses import dataclass
+
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import Image
+
+
+@dataclass(frozen=True)
+class Given:
+    """The images of a simulation for the frames of one look.
+
+    The sensor model that goes with it counts as in the images: what is added to the model later changes them.
+
+    Attributes:
+        model: that sensor model.
+        offset: (h, w) [m] what the simulation predicts beyond the model's mean for the simulated depth.
+        doubt: (h, w) [m] standard deviation of the simulated mean: its own noise, averaged over its frames.
+        lost: (h, w) share of its frames without a value.
+        spread: (h, w) [m] standard deviation of a frame where the model has no noise; None where it has.
+    """
+
+    model: Sensor
+    offset: Image
+    doubt: Image
+    lost: Image
+    spread: Image | None = None

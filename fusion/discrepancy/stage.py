@@ -1,0 +1,99 @@
+"""Stage: what is known of the scene of one recording: a mesh and poses, or a simulation of it."""
+
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fusion.discrepancy.simulated import Match
+from fusion.errors import RecordingError
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.files import read_mesh
+from fusion.recording.recording import Recording
+from fusion.sensor.sensor import Sensor
+from fusion.simulation.render import RayCaster
+
+NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobody measured
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What is known of the scene of one recording.
+
+    Attributes:
+        recording: with its poses.
+        place: 0, 1, ... in the order given.
+        caster: the mesh, ready to be seen; in the world frame. None where a simulation stands for it.
+        sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis.
+        mesh_sigma_m: how far the real surface may be from the mesh.
+        shape: fingerprint of the mesh file: recordings of one target share its errors.
+        simulated: the simulation of the recording and the sensor model that goes with it; None where there is a mesh.
+    """
+
+    recording: Recording
+    place: int
+    caster: RayCaster | None
+    sigma_m: float
+    sigma_rad: float
+    mesh_sigma_m: float
+    shape: str = ""
+    simulated: tuple[Match, Sensor] | None = None
+
+
+def stage_of(recording: Recording, place: int) -> Stage:
+    """The known scene of a recording; RecordingError when mesh or poses are missing."""
+    mesh = recording.scene.get("mesh")
+    if not mesh:
+        raise RecordingError(
+            "the scene of the recording is not known",
+            recording.path,
+            "no scene.json with a mesh",
+            'scene.json with {"mesh": "scene.ply"}',
+            "add the mesh of what stood before the camera",
+        )
+    if recording.poses is None or not recording.poses.valid.any():
+        raise RecordingError(
+            "the poses of the recording are not known", recording.path, expected="groundtruth.txt", do="add the poses"
+        )
+    about = recording.scene.get("poses")
+    about = about if isinstance(about, dict) else {}
+    path = Path(recording.path) / str(mesh)
+    caster = RayCaster(read_mesh(path))
+    return Stage(
+        recording,
+        place,
+        caster,
+        number_of(about, "sigma_m", NOMINAL[0], recording),
+        number_of(about, "sigma_rad", NOMINAL[1], recording),
+        number_of(recording.scene, "mesh_sigma_m", 0.0, recording),
+        sha256(path.read_bytes()).hexdigest(),
+    )
+
+
+def number_of(given: dict[str, Any], name: str, usual: float, recording: Recording, most: float = 10.0) -> float:
+    """A number of `scene.json` from 0 on; the usual one where it is not said."""
+    value = given.get(name, usual)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < most:
+        raise RecordingError(f"{name} of scene.json cannot be used", recording.path, repr(value), f"0 to {most:g}")
+    return float(value)
+
+
+def simulated_stage(match: Match, place: int, sensor: Sensor) -> Stage:
+    """A recording whose prediction is a simulation; poses that are not known are the same while the simulation is."""
+    recording = match.recording
+    about = recording.scene.get("poses")
+    about = about if isinstance(about, dict) else {}
+    if recording.poses is None or not recording.poses.valid.any():
+        poses = np.tile(np.eye(4), (len(recording), 1, 1))
+        recording = replace(recording, poses=Trajectory(recording.timestamps, poses))
+    return Stage(
+        recording,
+        place,
+        None,
+        number_of(about, "sigma_m", NOMINAL[0], recording),
+        number_of(about, "sigma_rad", NOMINAL[1], recording),
+        number_of(recording.scene, "mesh_sigma_m", 0.0, recording),
+        simulated=(replace(match, recording=recording), sensor),
+    )

@@ -1,0 +1,83 @@
+"""Simulated recordings in place of the prediction: matched frame by frame, what they lack is named, wrong ones told."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_up_walls import WALLS, sensor_of, view_of
+
+from fusion.discrepancy.explain import explain
+from fusion.discrepancy.simulated import matched
+from fusion.discrepancy.verdict.verdict import verdict_of
+from fusion.errors import RecordingError
+from fusion.recording.recording import Frame, Recording
+from fusion.sensor.effects.light.ambient_light import AmbientLight
+from fusion.sensor.effects.phase.column_delay import ColumnDelay
+from fusion.sensor.sensor import Sensor
+
+FRAMES = 7
+
+
+def recording_of(sensor: Sensor, place: int, seed: int, ir: bool = True) -> Recording:
+    """What a sensor gives of one of the walls, without mesh and poses."""
+    view = view_of(sensor.principle, WALLS[place], place)
+    rng = np.random.default_rng([seed, place])
+    depth = [np.asarray(sensor.sample(view.depth, view, None, rng), np.float32) for _ in range(FRAMES)]
+    light = np.asarray(view.ir, np.uint16) if ir else None
+    stamps = 100.0 * place + np.arange(FRAMES) / 30
+    about = {"poses": {"sigma_m": 0.0005, "sigma_rad": 0.0005}}
+    return Recording(
+        Path(f"rec_{place:02d}_{seed}"),
+        "native",
+        view.camera,
+        stamps,
+        lambda i: Frame(i, float(stamps[i]), depth[i], ir=light),
+        scene=about,
+    )
+
+
+def all_of(sensor: Sensor, seed: int) -> list[Recording]:
+    return [recording_of(sensor, place, seed) for place in range(5)]
+
+
+def test_a_simulation_that_is_right_leaves_nothing():
+    known = sensor_of("itof")
+    found = explain(all_of(known, 1), known, simulated=all_of(known, 2))
+    assert verdict_of(found)["missing"] == []
+
+
+def test_what_a_simulation_lacks_is_named():
+    known = sensor_of("itof")
+    hidden = replace(known, effects=(*known.effects, ColumnDelay(slope=4e-4), AmbientLight(ambient=8000.0)))
+    found = explain(all_of(hidden, 1), replace(known, std={("axial_noise", "c0"): 1e-4}), simulated=all_of(known, 2))
+    claims = {claim["effect"]: claim for claim in verdict_of(found)["missing"]}
+    noise = next(claim for claim in claims.values() if claim["channel"] == "noise")
+    assert "ambient_light" in (noise["effect"], *noise["indistinguishable_from"])
+    named = {*claims, *(name for claim in claims.values() for name in claim["indistinguishable_from"])}
+    assert "column_delay" in named
+
+
+@pytest.mark.slow
+def test_another_simulator_without_noise_serves_too():
+    silent = Sensor("geometry", "itof", ())
+    found = explain(all_of(sensor_of("itof"), 1), sensor_of("itof"), simulated=all_of(silent, 2))
+    assert verdict_of(found)["missing"] == []
+
+
+def test_frames_are_matched_by_order_or_by_time():
+    one = recording_of(sensor_of("itof"), 0, 1)
+    fewer = replace(one, timestamps=one.timestamps[2:], load=lambda i: one.load(i + 2))
+    (match,) = matched([one], [fewer])
+    assert match.partner.tolist() == [-1, -1, 0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("wrong", ["number", "size", "time"])
+def test_what_does_not_fit_is_told_in_one_line(wrong):
+    one = recording_of(sensor_of("itof"), 0, 1)
+    other = replace(one, timestamps=one.timestamps[:3] + 50.0)
+    if wrong == "size":
+        other = replace(one, camera=replace(one.camera, width=64))
+    with pytest.raises(RecordingError) as error:
+        matched([one], [one, one] if wrong == "number" else [other])
+    assert "\n" not in str(error.value)
