@@ -1,0 +1,142 @@
+"""The menu: recordings that a person with a wall, a board, some paper and an hour can make."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fusion.geometry.pose import Array
+from fusion.simulation.course import looking_at
+from fusion.simulation.scene import Scene
+from fusion.simulation.scenes.corner import corner
+from fusion.simulation.scenes.near_card import near_card
+from fusion.simulation.scenes.panel import before
+from fusion.simulation.scenes.patches import patches
+from fusion.simulation.scenes.step import step
+from fusion.simulation.scenes.wall import wall
+
+COLD_S, WARM_S = 30.0, 6000.0  # a few seconds after switching on, and long after all is warm
+COLD_C, WARM_C = 24.0, 38.0  # guess: of a closed camera of 5 to 15 W
+GREYS = (0.05, 0.25, 0.8)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One thing to look at, from one pose.
+
+    Attributes:
+        scene: what stands there.
+        pose: (4, 4) of the camera in the scene's world.
+        place: recordings with the same number share the error of their poses: nothing was moved between them.
+        time: since the sensor was switched on [s].
+        celsius: of the sensor.
+        light: share of the usual light of the lamp or exposure.
+    """
+
+    scene: Scene
+    pose: Array
+    place: int
+    time: float = WARM_S
+    celsius: float = WARM_C
+    light: float = 1.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One recording of the menu.
+
+    Attributes:
+        name: one word.
+        text: what to do, as a sentence without a full stop.
+        minutes: of work: guess.
+        switch: one thing is changed and nothing moved, so that the pose cancels.
+        setups: what is seen; made only when asked for.
+    """
+
+    name: str
+    text: str
+    minutes: float
+    switch: bool
+    setups: Callable[[], list[Setup]]
+
+
+def _walls(distances: tuple[float, ...], tilts: tuple[float, ...] = (0.0,), together: bool = False) -> list[Setup]:
+    poses = [before(d, t) for d in distances for t in tilts]
+    return [Setup(wall(), pose, 0 if together else k) for k, pose in enumerate(poses)]
+
+
+def _patches() -> list[Setup]:
+    scene = patches(reflectance=GREYS, patch_m=0.3, columns=10, rows=8)
+    return [Setup(scene, before(d, t), k) for k, (d, t) in enumerate(((0.8, 0.0), (1.5, 30.0), (2.5, 0.0)))]
+
+
+def _step() -> list[Setup]:
+    scene = step(step_m=0.5)
+    return [Setup(scene, before(d + 0.5), k) for k, d in enumerate((0.6, 1.0, 1.6, 2.4))]
+
+
+def _rolled() -> list[Setup]:
+    eye = np.array([1.2, 0.0, 0.0])
+    return [Setup(wall(), looking_at(eye, np.zeros(3), roll), k) for k, roll in enumerate((0.0, np.pi / 2))]
+
+
+def _warming() -> list[Setup]:
+    moments = ((COLD_S, COLD_C), (900.0, 33.0), (WARM_S, WARM_C))
+    return [Setup(step(step_m=0.5), before(1.5), 0, time, celsius) for time, celsius in moments]
+
+
+def _card() -> list[Setup]:
+    return [Setup(near_card(card=card), before(2.0), 0) for card in (False, True)]
+
+
+def _dimmed() -> list[Setup]:
+    scene = patches(reflectance=GREYS, patch_m=0.3, columns=10, rows=8)
+    return [Setup(scene, before(1.2), 0, light=light) for light in (1.0, 0.2)]
+
+
+def _cloth() -> list[Setup]:
+    pose = looking_at(np.array([1.5, 0.0, 0.0]), np.zeros(3))
+    return [Setup(corner(black=black), pose, 0) for black in (False, True)]
+
+
+MENU = (
+    Choice(
+        "time", "warm-up switch: leave camera and scene as they are; record cold, after 15 and after 100 minutes",
+        100.0, True, _warming,
+    ),
+    Choice(
+        "light", "amplitude switch: the same patches of black, grey and white paper twice from the same place, with "
+        "the usual exposure or lamp and with a fifth of it", 10.0, True, _dimmed,
+    ),
+    Choice(
+        "card", "near card switch: a wall at 2 m, with and without a white card close to the camera", 5.0, True, _card
+    ),
+    Choice(
+        "cloth", "corner switch: two walls that meet, with the second one bare and covered with black cloth",
+        10.0, True, _cloth,
+    ),
+    Choice(
+        "patches", "patches: a wall with patches of black, grey and white paper, from 0.8, 1.5 and 2.5 m",
+        15.0, False, _patches,
+    ),
+    Choice(
+        "step", "step target: a board half a metre before a wall, both in the picture, from 0.6 to 2.4 m",
+        15.0, False, _step,
+    ),
+    Choice(
+        "rail", "rail: a flat wall from distances known against each other, 0.5 to 4 m on a rail or by laser",
+        20.0, False, lambda: _walls((0.5, 1.0, 2.0, 3.0, 4.0), together=True),
+    ),
+    Choice(
+        "distance", "distances: a flat wall from 0.5, 1, 2 and 4 m, set up anew each time",
+        15.0, False, lambda: _walls((0.5, 1.0, 2.0, 4.0)),
+    ),
+    Choice(
+        "tilt", "tilted wall: a flat wall at 45 degrees to both sides, from 1 and 2 m",
+        10.0, False, lambda: _walls((1.0, 2.0), (-45.0, 45.0)),
+    ),
+    Choice(
+        "roll", "rolled camera: the same wall from 1.2 m, the camera upright and turned by 90 degrees about its axis",
+        10.0, False, _rolled,
+    ),
+)  # fmt: skip

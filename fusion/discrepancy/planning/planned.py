@@ -1,0 +1,81 @@
+"""Planned: what recordings of the menu would show a sensor, as tiles without a measurement."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+
+from fusion.discrepancy.gauge import Gauge, gauge_of
+from fusion.discrepancy.look import Look, Stage, wanted_channels
+from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.planning.menu import Choice, Setup
+from fusion.sensor.moment import Moment
+from fusion.sensor.sensor import Sensor
+from fusion.simulation.exposure import whole_mesh
+from fusion.simulation.render import RayCaster
+from fusion.simulation.scene import Scene
+
+FRAMES = 10
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What a recording will know of its scene: as the recordings at hand do."""
+
+    place: int
+    sigma_m: float
+    sigma_rad: float
+    mesh_sigma_m: float
+    shape: str = "planned"
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A choice of the menu as this sensor would see it."""
+
+    choice: Choice
+    observations: Observations
+
+    @cached_property
+    def gauge(self) -> Gauge:
+        return gauge_of(self.observations)
+
+
+def planned(choice: Choice, sensor: Sensor, like: Sequence[Look]) -> Planned | None:
+    """The choice seen by a sensor with the camera and the care of the looks at hand; None where nothing is seen."""
+    casters: dict[int, RayCaster] = {}
+    looks = [_look(setup, sensor, like, casters) for setup in choice.setups()]
+    observations = observe(sensor, looks)
+    return Planned(choice, observations) if len(observations.residual) > 20 else None
+
+
+def _look(setup: Setup, sensor: Sensor, like: Sequence[Look], casters: dict[int, RayCaster]) -> Look:
+    camera = like[0].view.camera
+    several = len(setup.scene.parts) > 1
+    baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
+    channels = wanted_channels(baseline, sensor.principle == "itof" and several)
+    view = _caster(setup.scene, casters).view(camera, setup.pose, replace(channels, motion=False))
+    known = np.isfinite(like[0].view.moment.temperature)
+    celsius = setup.celsius if known else float("nan")
+    view = replace(view, moment=Moment(time=setup.time, temperature=celsius, ambient=setup.scene.ambient_lux))
+    if sensor.principle == "itof":
+        amplitude = sensor.seen(view).ir
+        view = replace(view, ir=None if amplitude is None else amplitude * setup.light)
+    assert view.depth is not None
+    zero, full = np.zeros(camera.shape), np.full(camera.shape, FRAMES, np.int32)
+    stage: Any = Standing(
+        setup.place,
+        float(np.median([look.stage.sigma_m for look in like])),
+        float(np.median([look.stage.sigma_rad for look in like])),
+        float(np.median([look.stage.mesh_sigma_m for look in like])),
+    )
+    return Look(cast(Stage, stage), tuple(range(FRAMES)), view, view.depth, zero, full, setup.pose)
+
+
+def _caster(scene: Scene, casters: dict[int, RayCaster]) -> RayCaster:
+    """One per scene object; a scene that is made anew has one of its own."""
+    if id(scene) not in casters:
+        casters[id(scene)] = RayCaster(whole_mesh(list(scene.parts)))
+    return casters[id(scene)]
