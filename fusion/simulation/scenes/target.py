@@ -10,13 +10,13 @@ ROLL = np.deg2rad(3.0)  # nobody puts a target exactly upright, and an edge alon
 
 
 def target(
-    distance_m: tuple[float, ...] = (0.8, 1.4, 2.0),
-    tilt_deg: tuple[float, ...] = (0.0, 45.0, 75.0),
+    distance_m: tuple[float, ...] = (1.0,),
+    tilt_deg: tuple[float, ...] = (0.0,),
     width_m: float = 0.42,
     height_m: float = 0.42,
     reflectance: float = 0.8,
     behind_m: float = 1.0,
-    frames: int = 50,
+    frames: int = 10,
     ambient_lux: float = 300.0,
 ) -> Scene:
     """a flat target free before walls; each distance (along the optical axis) at each tilt for some frames"""
