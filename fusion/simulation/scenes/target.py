@@ -19,7 +19,7 @@ def target(
     frames: int = 10,
     ambient_lux: float = 300.0,
 ) -> Scene:
-    """a flat target free before walls; each distance (along the optical axis) at each tilt for some frames"""
+    """a flat target that stands free; each distance (along the axis) at each tilt for some frames"""
     placements = [(d, t) for t in tilt_deg for d in distance_m]
     y, z = 0.5 * width_m, 0.5 * height_m
     turn = np.array([[np.cos(ROLL), -np.sin(ROLL)], [np.sin(ROLL), np.cos(ROLL)]])
