@@ -1,5 +1,6 @@
 """Limits: how large what was not found could still be, and what this data cannot show at all."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,38 +8,41 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.identifiability import NOT_SIZES, Visibility, unseen
 from fusion.discrepancy.naming.candidates import Candidate
-from fusion.sensor.effect import Effect
+from fusion.discrepancy.observations import Observations
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.forms import ANGLES
 from fusion.sensor.parameter import Parameter, parameters
 
 CONFIDENCE = 0.95
-UNSEEN = 0.01  # share of a footprint that must survive poses and known parameters, or it counts as invisible
+LEAST_FRAMES = 4  # of which a spread can be told
+LEAST_CHANGE = 0.02  # of the spread, or of the share of valid pixels, at the typical size of an effect
 
 
-def limits_of(found: Explanation, named: set[str]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Upper limits of what was looked for and not found, and the names that this data cannot show."""
-    limits, seen = {}, set()
+def limits_of(
+    found: Explanation, seen: Sequence[Visibility], named: set[str]
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Upper limits of what was looked for and not found, and the names that this data cannot show.
+
+    Args:
+        seen: what the mean depth could show.
+        named: names that need no limit, because they are claimed or look like a claim.
+    """
+    visible = {entry.effect for entry in seen if entry.visible}
+    limits: dict[str, dict[str, Any]] = {}
     for candidate in found.candidates:
-        white = candidate.white
-        visible = found.gauge.visible(candidate.columns[:, 0])
-        if visible < UNSEEN or not np.any(white):
-            continue
-        seen.add(candidate.name)
-        if candidate.name not in named and candidate.form.atoms:
-            entry = _limit(candidate, found.named.white)
-            if candidate.name not in limits:
-                limits[candidate.name] = entry
-    invisible = [
-        kind.name for kind in EFFECTS if kind.name not in seen and _could_be(kind, found.before.sensor.principle)
+        known = candidate.name in named or candidate.name in limits or candidate.where
+        if not known and candidate.name in visible and candidate.form.atoms and np.any(candidate.white[:, 0]):
+            limits[candidate.name] = _limit(candidate, found.named.white)
+    scattered = _in_scatter(found.before)
+    return list(limits.values()), [
+        name for name in unseen(seen, found.before.sensor.principle) if name not in scattered and name != "tabulated"
     ]
-    return list(limits.values()), invisible
 
 
 def _limit(candidate: Candidate, white: NDArray[np.float64]) -> dict[str, Any]:
     about = parameters(candidate.form.kind)
-    name = next(key for key in candidate.form.atoms[0] if key not in (*ANGLES, "columns"))
+    name = next(key for key in candidate.form.atoms[0] if key not in NOT_SIZES)
     column = candidate.white[:, 0]
     power = float(column @ column)
     size = float(np.max(np.abs(np.asarray(candidate.form.atoms[0].get(name, 0.0), float))))
@@ -53,5 +57,30 @@ def _limit(candidate: Candidate, white: NDArray[np.float64]) -> dict[str, Any]:
     }
 
 
-def _could_be(kind: type[Effect], principle: str) -> bool:
-    return not kind.principles or principle in kind.principles
+def _in_scatter(observations: Observations) -> set[str]:
+    """Names of effects that would show in the scatter of repeated frames or in missing values here."""
+    patches = [patch for patch in observations.patches if len(patch.look.frames) >= LEAST_FRAMES]
+    out = {effect.name for effect in observations.sensor.effects if effect.changes("noise") and patches}
+    for kind in EFFECTS if patches else ():
+        sizes = [p for p in parameters(kind).values() if p.neutral == 0 and p.kind in ("number", "scalar", "list")]
+        if kind.frozen or not sizes:
+            continue
+        size: dict[str, Any] = {sizes[0].name: sizes[0].typical}
+        effect = kind(**size)
+        if any(_scatters(effect, patch) for patch in patches):
+            out.add(kind.name)
+    return out
+
+
+def _scatters(effect: Any, patch: Any) -> bool:
+    with np.errstate(all="ignore"):
+        if effect.changes("noise") or effect.changes("spread"):
+            grown = np.broadcast_to(
+                effect.spread(patch.sigma, patch.depth, patch.view) / patch.sigma, patch.depth.shape
+            )
+            if np.any(np.abs(patch.tiles.mean(grown) - 1) > LEAST_CHANGE):
+                return True
+        if effect.changes("dropout"):
+            lost = np.broadcast_to(effect.dropout(patch.depth, patch.view), patch.depth.shape)
+            return bool(np.nanmean(lost) > LEAST_CHANGE)
+    return False

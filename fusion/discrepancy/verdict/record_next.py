@@ -1,5 +1,13 @@
-"""What to record next, so that look-alikes part."""
+"""What to record next, so that look-alikes part and what cannot be seen shows."""
 
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.planning.plan import Next, Plans, rivals_of
+from fusion.discrepancy.planning.separation import Claimed
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 
@@ -15,3 +23,40 @@ def record_next(effect: Effect, alike: list[str]) -> str:
     return (
         f"the same target with other values of {vary} and nothing else changed: {effect.name} and {alike[0]} part there"
     )
+
+
+def planned_next(steps: Sequence[Any], alike: list[str], candidates: Sequence[Candidate], plans: Plans) -> Any:
+    """Text and numbers of the recording that parts one name, all its steps, from its look-alikes; None without any."""
+    rivals = rivals_of(alike, candidates)
+    if not rivals or not plans.all:
+        return None
+    footprint = np.sum([step.footprint for step in steps], axis=0)
+    found = plans.to_part(Claimed(steps[0].effect, footprint), rivals)
+    return {"text": _text(steps[0].effect.name, found), **_numbers(found)}
+
+
+def shown_next(invisible: list[str], plans: Plans) -> list[dict[str, Any]]:
+    """For effects that cannot be seen, the recording that would show them."""
+    return [
+        {"effect": shown.effect, "recording": shown.recording, "text": shown.text, "sigma": shown.sigma}
+        for shown in plans.to_show(invisible)
+    ]
+
+
+def _text(name: str, found: Next) -> str:
+    if found.proposal is None:
+        return (
+            f"nothing on the menu parts {name} from {', '.join(found.left)}: they change the same things in walls, "
+            "steps, patches and switches alike"
+        )
+    text = f"{found.proposal.choice.text}; it parts {name} from {', '.join(found.parted)} by about "
+    text += f"{found.proposal.sigma:.0f} standard deviations"
+    return text + (f"; {', '.join(found.left)} would still look the same" if found.left else "")
+
+
+def _numbers(found: Next) -> dict[str, Any]:
+    if found.proposal is None:
+        return {"recording": "", "sigma": None, "switch": False, "parts": [], "leaves": list(found.left)}
+    choice = found.proposal.choice
+    about = {"recording": choice.name, "sigma": found.proposal.sigma, "switch": choice.switch}
+    return {**about, "minutes": choice.minutes, "parts": list(found.parted), "leaves": list(found.left)}

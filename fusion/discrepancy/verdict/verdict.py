@@ -5,10 +5,14 @@ from typing import Any
 import numpy as np
 
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.naming.step import Step
+from fusion.discrepancy.identifiability import visibilities
+from fusion.discrepancy.naming.judged import Step
+from fusion.discrepancy.planning.plan import Plans
 from fusion.discrepancy.verdict.channel_claims import channel_claim
-from fusion.discrepancy.verdict.claims import mean_claim, unknown_claim
 from fusion.discrepancy.verdict.limits import limits_of
+from fusion.discrepancy.verdict.mean_claim import mean_claim
+from fusion.discrepancy.verdict.record_next import planned_next, shown_next
+from fusion.discrepancy.verdict.unknown_claim import unknown_claim
 
 FORMAT = "fusion-verdict/1"
 
@@ -17,13 +21,17 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     """The content of `verdict.json`; masks are added by whoever writes pictures."""
     groups = _by_name(found)
     before = float(found.white @ found.white)
-    missing = [mean_claim(steps, found, before) for steps in groups]
+    plans = Plans(found.named.sensor, found.looks)
+    missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
     missing += [channel_claim(step) for step in found.channels.steps]
-    if found.unknown:
-        missing.append(unknown_claim(found, before))
+    likely = [found.named.likely] if found.named.likely else []
+    indicated = [_with_next(mean_claim([step], found, before), [step], found, plans) for step in likely]
+    if found.beyond is not None:
+        (missing if found.unknown else indicated).append(unknown_claim(found, found.beyond, before))
     missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
     named = {name for entry in missing for name in (entry["effect"], *entry["indistinguishable_from"])}
-    limits, invisible = limits_of(found, named)
+    visible = visibilities(found.candidates, found.gauge)
+    limits, invisible = limits_of(found, visible, named)
     return {
         "format": FORMAT,
         "nothing_missing": not missing,
@@ -33,10 +41,18 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
             "frames_fitted": sum(len(look.frames) for look in found.looks),
             "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
         },
-        "indicated": [mean_claim([found.named.likely], found, before)] if found.named.likely else [],
+        "indicated": indicated,
         "limits": limits,
         "invisible": invisible,
+        "identifiability": [entry.entry() for entry in visible],
+        "would_show": shown_next(invisible, plans),
     }
+
+
+def _with_next(entry: dict[str, Any], steps: list[Step], found: Explanation, plans: Plans) -> dict[str, Any]:
+    """A claim with the recording that parts it from its look-alikes."""
+    following = planned_next(steps, entry["indistinguishable_from"], found.candidates, plans)
+    return entry if following is None else {**entry, "record_next": following["text"], "next": following}
 
 
 def sentence(verdict: dict[str, Any]) -> str:
