@@ -26,6 +26,7 @@ class Blocks:
 
     Attributes:
         count: blocks in use; the first `count` rows of the arrays below.
+        low, high: (3,) int32 smallest and largest block coordinates.
         keys, ids: (m,) the hash, m a power of two: packed coordinates (-1 = free) and block ids.
         coordinates: (capacity, 3) int32 block coordinates; block (1, 0, 0) begins at voxel (8, 0, 0).
         neighbours: (capacity, 27) int32 ids of the blocks around, -1 = none, index (di+1)*9 + (dj+1)*3 + dk+1.
@@ -39,6 +40,7 @@ class Blocks:
         self.settings = settings
         self.limit = min(settings.max_bytes // settings.block_bytes, LARGEST)
         self.count = 0
+        self.low = self.high = np.zeros(3, np.int32)
         self.keys: NDArray[np.int64] = np.full(256, -1, np.int64)
         self.ids: NDArray[np.int32] = np.full(256, -1, np.int32)
         self.coordinates: NDArray[np.int32] = np.zeros((0, 3), np.int32)
@@ -72,6 +74,9 @@ class Blocks:
             self._reserve(min(max(needed, 2 * len(self.coordinates)), self.limit))
         first, self.count = self.count, needed
         self.coordinates[first:needed] = coordinates
+        if len(coordinates):
+            known = np.vstack([coordinates, *([self.low, self.high] if first else [])])
+            self.low, self.high = known.min(axis=0), known.max(axis=0)
         if 2 * needed > len(self.keys):
             size = 1 << int(4 * needed - 1).bit_length()
             self.keys, self.ids = np.full(size, -1, np.int64), np.full(size, -1, np.int32)

@@ -1,0 +1,125 @@
+# mypy: ignore-errors
+"""Where rays have to look: the blocks of a volume as a dense table, and the depths between which each tile of pixels
+may meet something solid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array, inverse
+from fusion.volume.blocks import F32, F32_2, I32, I32_2, Blocks, lookup
+from fusion.volume.lens import in_cone, lens, load, project, rows
+from fusion.volume.settings import BLOCK
+
+TILE = 8  # pixels along the edge of a tile that shares one range of depths
+LARGEST = 1 << 22  # blocks of a table, 16 MiB
+
+
+@dataclass(frozen=True)
+class Window:
+    """What rays share.
+
+    Attributes:
+        low, size: (3,) lowest block and number of blocks along each axis; sizes of 0 where blocks lie too far apart.
+        grid: flat table of block ids, -1 = none: several times faster than the hash.
+        first, last: (tiles down, tiles across) depths between which a tile's rays may end [m].
+    """
+
+    low: NDArray[np.int32]
+    size: NDArray[np.int32]
+    grid: NDArray[np.int32]
+    first: NDArray[np.float32]
+    last: NDArray[np.float32]
+
+
+def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float]) -> Window:
+    """For a camera at a pose (4, 4) that looks from near to far [m]."""
+    size = blocks.high - blocks.low + 1
+    if not blocks.count or np.prod(size.astype(float)) > LARGEST:
+        size = np.zeros(3, np.int32)
+    grid = np.full(max(int(np.prod(size)), 1), -1, np.int32)
+    h, w = camera.shape
+    tiles = (-(-h // TILE), -(-w // TILE))
+    found = Window(blocks.low, size, grid, np.full(tiles, 1e30, np.float32), np.zeros(tiles, np.float32))
+    if blocks.count:
+        _range(
+            blocks.coordinates, blocks.count, blocks.solid, rows(inverse(T_world_camera)), lens(camera),
+            blocks.settings.voxel, *reach, h, w, found.first, found.last, found.low, size, grid,
+            any(camera.distortion),
+        )  # fmt: skip
+    return found
+
+
+@ti.func
+def find(block: ti.template(), low: ti.template(), size: ti.template(), grid: ti.template(), keys: ti.template(),
+         ids: ti.template()):  # fmt: skip
+    """Id of a block that a ray may end in or come through, -1 when there is none."""
+    n = -1
+    if size[0] == 0:
+        n = lookup(block[0], block[1], block[2], keys, ids)
+    else:
+        x, y, z = block[0] - low[0], block[1] - low[1], block[2] - low[2]
+        if x >= 0 and y >= 0 and z >= 0 and x < size[0] and y < size[1] and z < size[2]:
+            n = grid[(x * size[1] + y) * size[2] + z]
+    return n
+
+
+@ti.kernel
+def _range(
+    coordinates: I32_2, count: ti.i32, solid: I32, pose: F32, camera: F32, voxel: ti.f32, near: ti.f32, far: ti.f32,
+    height: ti.i32, width: ti.i32, first: F32_2, last: F32_2, low: I32, size: I32, grid: I32, distorted: ti.template(),
+):  # fmt: skip
+    # a ray ends in a cell with a corner behind the surface: up to one voxel around a solid block
+    half = 4.5 * voxel
+    radius = half * 1.7321
+    extent = [half * (ti.abs(pose[4 * a]) + ti.abs(pose[4 * a + 1]) + ti.abs(pose[4 * a + 2])) for a in range(3)]
+    deep = extent[2]  # the cube's half extent along z
+    for n in range(count):
+        if size[0] > 0:
+            cell = ti.Vector([coordinates[n, a] - low[a] for a in ti.static(range(3))])
+            grid[(cell[0] * size[1] + cell[1]) * size[2] + cell[2]] = n
+        if solid[n] == 0:
+            continue
+        c = load(camera)
+        p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
+        q = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
+                       for a in ti.static(range(3))])  # fmt: skip
+        z0 = ti.max(q[2] - deep, near)
+        z1 = ti.min(q[2] + deep, far)
+        if z0 < z1 and in_cone(q, radius, c):
+            v0, u0, v1, u1 = 0, 0, height - 1, width - 1
+            if q[2] - radius > 0.25 * radius:
+                x = q[0] / q[2]
+                y = q[1] / q[2]
+                r = ti.sqrt(x * x + y * y)
+                spread = radius * (1.0 + r) / (q[2] - radius)
+                du = (extent[0] + ti.abs(x) * deep) / (q[2] - deep)
+                dv = (extent[1] + ti.abs(y) * deep) / (q[2] - deep)
+                scale = 1.0
+                outside = False
+                if ti.static(distorted):
+                    limit = ti.sqrt(c[12])
+                    outside = r - spread > limit
+                    scale = c[13]
+                    if r > limit:  # draw the centre in to where the lens is known, and the ball with it
+                        spread += r - limit
+                        x *= limit / r * 0.9999
+                        y *= limit / r * 0.9999
+                    du = dv = spread * scale
+                u, v = project(x, y, c, distorted)
+                if outside:
+                    u = -1e9
+                v0 = ti.cast(ti.max(v - dv * c[1], 0.0), ti.i32)
+                u0 = ti.cast(ti.max(u - du * c[0], 0.0), ti.i32)
+                v1 = ti.cast(ti.floor(ti.min(v + dv * c[1] + 1.0, height - 1.0)), ti.i32)
+                u1 = ti.cast(ti.floor(ti.min(u + du * c[0] + 1.0, width - 1.0)), ti.i32)
+            if v1 >= 0 and u1 >= 0 and v0 < height and u0 < width:
+                for a in range(v0 // TILE, v1 // TILE + 1):
+                    for b in range(u0 // TILE, u1 // TILE + 1):
+                        if z0 < first[a, b]:
+                            ti.atomic_min(first[a, b], z0)
+                        if z1 > last[a, b]:
+                            ti.atomic_max(last[a, b], z1)
