@@ -22,7 +22,7 @@ from trial.pixelwise import pixelwise, stepwise_bic
 SHARE = 0.3  # of the spread of a single frame: 9 % of its variance, the mild case of the design basis
 SMOOTH_M = 0.4  # the bow of a wall
 FOCAL_PX = 98.0
-NULLS = 8
+NULLS, ASKED = 8, 4  # nulls, and those that the engine is asked about, which takes longer
 
 
 def nulls_of(principle):
@@ -48,13 +48,14 @@ def nulls_of(principle):
 def test_pixels_claim_discoveries_in_nulls_and_the_engine_does_not(principle):
     sensor, naive, claims = sensor_of(principle), 0, []
     gauge = candidates = None
-    for looks in nulls_of(principle):
+    for draw, looks in enumerate(nulls_of(principle)):
         observations = observe(sensor, looks)
         if gauge is None:
             gauge = gauge_of(observations)
             candidates = candidates_of(observations, gauge)
         naive += bool(stepwise_bic(pixelwise(observations, candidates)))
-        claims += [step.effect.name for step in name_effects(looks, observations, gauge, candidates).steps]
+        if draw < ASKED:
+            claims += [step.effect.name for step in name_effects(looks, observations, gauge, candidates).steps]
     # the design basis has 60 to 99 % of nulls claimed by pixels, with fewer candidates than there are here
     assert naive >= 0.6 * NULLS
     assert not claims

@@ -15,6 +15,7 @@ from concealed.flight import Flight
 from concealed.law import Law
 from concealed.making import make
 from concealed.matching import Matching
+from concealed.more import ASKED, asked_shots
 from concealed.oracle import _mean as tile_mean
 from concealed.oracle import _poses as oracle_columns
 from concealed.oracle import oracle_of
@@ -186,6 +187,11 @@ def test_variables_said_in_another_way_count(true, said, f1):
         ("", None),
         ("the same target with other values of temperature, time", "time"),
         ("a step of two depths at once, then a black patch", "step"),
+        ("rail: a flat wall from distances known against each other, 0.5 to 4 m on a rail or by laser", "rail"),
+        ("amplitude switch: the same patches of black, grey and white paper twice from the same place", "light"),
+        ("near card switch: a wall at 2 m, with and without a white card close to the camera", "card"),
+        ("step target: a board half a metre before a wall, both in the picture", "step"),
+        ("rolled camera: the same wall from 1.2 m, the camera upright and turned", "roll"),
         ("the same wall nearer and farther", "distance"),
     ],
 )
@@ -198,6 +204,14 @@ def result(family, outcome, z, **more):
     of = {"outcome": outcome, "points": 0.0, "claimed": "x", "recalled": 1, "missing": 1}
     of |= {"region": None, "variables": 1.0, "extra": ()}
     return {"case": "c", "label": label, "seconds": 5.0, "score": {**of, "errors": [0.5, 2.0]}, **more}
+
+
+@pytest.mark.parametrize("kind", [*ASKED, "time"])
+def test_every_kind_that_may_be_asked_for_can_be_made(kind, shots):
+    more = asked_shots(np.random.default_rng(1), kind, shots[False])
+    # a wall or a board is seen by tens of tiles, or the recording tells nothing
+    assert all(np.isfinite(shot.hits.z).mean() > 0.2 for shot in more)
+    assert len({id(shot.camera) for shot in more}) == 1
 
 
 def test_figures_count_by_what_the_oracle_could_do():

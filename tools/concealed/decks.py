@@ -53,14 +53,6 @@ class Span:
 
 
 USUAL, BEYOND = Span(), Span(3.4, 4.0, 0.0, 55.0)
-# more recordings of the kinds that an answer may ask for
-ASKED = {
-    "distance": Setting("walls", False),
-    "patches": Setting("patches", False),
-    "time": Setting("warm", False),
-    "step": Setting("step", False),
-    "tilt": Setting("walls", False),
-}
 
 
 def camera_of(rng: Rng, flight: bool) -> Camera:
@@ -81,51 +73,24 @@ def shots_of(rng: Rng, setting: Setting) -> list[Shot]:
     shots: list[Shot] = []
     for i, start in enumerate(starts):
         times = start + (np.arange(20) * 150.0 if long and i == 0 else np.arange(FRAMES) / RATE)
-        panels, stated = _scene(rng, setting, i, shots, bows)
+        panels, stated = scene_of(rng, setting, i, shots, bows)
         size = setting.poses * SIZE
         error = rng.standard_normal(6)
         if setting.worst_pose and i == worst:
             error *= setting.worst_pose / np.linalg.norm(error) * np.sqrt(6)
         T = nudged(stated, error * size)
         shots.append(
-            Shot(camera, panels, T, stated, times, _degrees(rng, times), long and i == 0, sigma=setting.stated)
+            Shot(camera, panels, T, stated, times, degrees_at(rng, times), long and i == 0, sigma=setting.stated)
         )
     return shots
 
 
-def more_shots(rng: Rng, setting: Setting, before: list[Shot], how: Span, count: int = 2) -> list[Shot]:
-    """Recordings of the same kind, at other distances or tilts, made by the same camera."""
-    shots: list[Shot] = []
-    ends = before[-1].times[-1]
-    for i in range(count):
-        start = rng.uniform(60.0, 3300.0) if setting.kind in LONG and how is USUAL else ends + 400.0 * (i + 1)
-        times = start + np.arange(FRAMES) / RATE
-        panels, stated = _scene(rng, setting, i, shots, {"white": None, "patches": None}, how)
-        T = nudged(stated, setting.poses * SIZE * rng.standard_normal(6))
-        shots.append(Shot(before[0].camera, panels, T, stated, times, _degrees(rng, times), sigma=setting.stated))
-    return shots
-
-
-def asked_shots(rng: Rng, kind: str, before: list[Shot], count: int = 4) -> list[Shot]:
-    """Recordings of one of the kinds in `ASKED`, by the same camera."""
-    if kind == "time":  # nothing changes but the time: the last scene again, cold and warm
-        last = before[len(before) // 2]
-        out = []
-        for start in np.linspace(20.0, 6000.0, count):
-            times = start + np.arange(FRAMES) / RATE
-            T = nudged(last.stated, SIZE * rng.standard_normal(6))
-            out.append(Shot(last.camera, last.panels, T, last.stated, times, _degrees(rng, times)))
-        return out
-    span = Span(0.6, 3.2, 30.0, 50.0) if kind == "tilt" else Span(0.6, 3.8, 0.0, 30.0)
-    return more_shots(rng, ASKED[kind], before, span, count)
-
-
-def _degrees(rng: Rng, times: Array) -> Array:
+def degrees_at(rng: Rng, times: Array) -> Array:
     """Temperature [degC] as logged."""
     return np.asarray(24.0 + 16.0 * (1 - np.exp(-times / 900.0)) + 0.02 * rng.standard_normal(len(times)))
 
 
-def _scene(
+def scene_of(
     rng: Rng, setting: Setting, i: int, before: list[Shot], bows: dict[str, Bow | None], how: Span = USUAL
 ) -> tuple[list[Panel], Array]:
     kind = setting.kind

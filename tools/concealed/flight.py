@@ -51,7 +51,7 @@ class Flight:
         total = np.zeros((3, *shot.hits.z.shape), complex)
         for hits in shot.sub:
             r = np.nan_to_num(hits.z, nan=1.0) * shot.stretch
-            counts = self.ir * hits.reflectance * hits.cosine * shot.stretch**-self.lamp / r**2
+            counts = shot.lamp * self.ir * hits.reflectance * hits.cosine * shot.stretch**-self.lamp / r**2
             total += 0.25 * counts * np.exp(1j * PER_METRE[:, None, None] * r)
         return total
 

@@ -57,12 +57,16 @@ def oracle_for(case: Plan, shots: Sequence[Shot]) -> Oracle:
 
 
 def write_recordings(
-    case: Plan, shots: Sequence[Shot], folder: Path, rng: np.random.Generator, first: int = 0
+    case: Plan, shots: Sequence[Shot], folder: Path, rng: np.random.Generator, first: int = 0, logged: bool = False
 ) -> list[Array]:
-    """Shots as recordings numbered from `first`; the mean depth of each moment, as `oracle_of` takes them."""
+    """Shots as recordings numbered from `first`; the mean depth of each moment, as `oracle_of` takes them.
+
+    Args:
+        logged: with temperatures, whatever the others of the case have.
+    """
     laws = [*case.known, *case.missing]
     about = {"scale": 1000 if case.flight else 5000, "mesh_sigma_m": case.mesh_sigma_m}
-    about["temperature"] = case.setting.kind in ("warm", "trend") and case.metadata != "log"
+    about["temperature"] = logged or (case.setting.kind in ("warm", "trend") and case.metadata != "log")
     about["grey"] = case.metadata == "reflectance"
     groups: dict[int, list[Shot]] = {}
     for i, shot in enumerate(shots):

@@ -24,6 +24,7 @@ class Shot:
     series: recording it belongs to, where several shots make one; their poses share one error.
     bands: (4, 4) each, where the camera really is while the rows are exposed, from the top; empty when all at once.
     sigma: how large the errors of its pose are stated to be, times the usual.
+    lamp: how bright it is, times the usual.
     kept: what devices have computed of it.
     """
 
@@ -38,6 +39,7 @@ class Shot:
     series: int | None = None
     bands: tuple[Array, ...] = ()
     sigma: float = 1.0
+    lamp: float = 1.0
     kept: dict[Any, Any] = field(default_factory=dict)
 
     @cached_property

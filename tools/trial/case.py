@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from concealed.decks import asked_shots
 from concealed.making import Made, make, write_recordings
+from concealed.more import asked_shots
 
 from trial.asked import kind_asked
 from trial.engine import explained, naively
@@ -104,7 +104,7 @@ def _asked(order: Order, case: Path, made: Made, verdict: Result) -> Result:
     if kind is None:
         return {"asked": "nothing that can be made", "solved": False}
     rng = np.random.default_rng([*order.seed, 98])
-    write_recordings(made.plan, asked_shots(rng, kind, made.plan.shots), case, rng, FIRST)
+    write_recordings(made.plan, asked_shots(rng, kind, made.plan.shots), case, rng, FIRST, kind == "time")
     again, _, complaint = explained(case, order.output / f"{order.name}_again")
     claims = (again or {}).get("missing", [])
     truth = made.label["missing"][0]

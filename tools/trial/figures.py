@@ -19,7 +19,7 @@ SOLID = 5.0  # sigma of the oracle
 
 def figures(results: Sequence[Result]) -> list[dict[str, Any]]:
     """One row per figure: `measure`, `hits`, `of`, `value`, `low`, `high`, `goal`."""
-    nulls = [r for r in results if r["label"]["nothing_missing"]]
+    nulls = [r for r in results if r["label"]["nothing_missing"] and _outcome(r) != "failed"]
     solid = [r for r in results if _solid(r)]
     named = [r for r in solid if r["label"]["family"] not in ("unknown", "confusable", "power")]
     unknown = [r for r in solid if r["label"]["family"] == "unknown"]
@@ -35,6 +35,7 @@ def figures(results: Sequence[Result]) -> list[dict[str, Any]]:
         _share("unknown, with the right variables", unknown, _found_out, "at least 0.80"),
         _share("unknown, misnamed", unknown, lambda r: _outcome(r) == "wrong", "at most 0.05"),
         *_confused(results),
+        _share("no verdict at all", results, lambda r: _outcome(r) == "failed", "none"),
         _seconds(results),
     ]
     return [row for row in rows if row["of"]]

@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from concealed.decks import BEYOND, USUAL, more_shots
+from concealed.decks import BEYOND, USUAL
 from concealed.making import Made, oracle_for, write_recordings
+from concealed.more import more_shots
 from concealed.oracle import Oracle
 from concealed.plan import Plan
 from concealed.rays import cast

@@ -1,4 +1,4 @@
-"""Plainer methods: pixels as replicates, stepwise by BIC; lasso; the nearest cosine. What the engine is held against."""
+"""Plainer methods, which the engine is held against: pixels as replicates, stepwise by BIC; lasso; nearest cosine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -66,9 +66,8 @@ def stepwise_bic(data: Pixelwise) -> list[str]:
         tried = []
         for name, columns in data.forms:
             both = np.column_stack([used, columns])
-            tried.append(
-                (data.pixels * np.log(data.rss(both) / data.pixels) + _rank(both) * np.log(data.pixels), name, both)
-            )
+            fit = data.pixels * np.log(data.rss(both) / data.pixels)
+            tried.append((fit + _rank(both) * np.log(data.pixels), name, both))
         bic, name, both = min(tried, key=lambda entry: entry[0])
         if bic >= best:
             break

@@ -1,0 +1,72 @@
+"""More recordings by the camera of a case: of the same kind, beyond it, and of the kinds that an answer may ask for."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from concealed.decks import FRAMES, LONG, RATE, SIZE, USUAL, Setting, Span, degrees_at, scene_of
+from concealed.rays import nudged
+from concealed.shot import Shot
+
+Array = NDArray[np.float64]
+Rng = np.random.Generator
+
+# deck, distances and tilts of what may be asked for
+ASKED = {
+    "distance": ("plain walls", Span(0.5, 4.0, 0.0, 10.0)),
+    "rail": ("plain walls", Span(0.5, 4.0, 0.0, 4.0)),
+    "patches": ("patches", Span(0.8, 2.5, 0.0, 20.0)),
+    "light": ("patches", Span(0.8, 2.0, 0.0, 20.0)),
+    "step": ("step", Span(0.9, 2.4, 0.0, 20.0)),
+    "tilt": ("plain walls", Span(1.0, 2.0, 40.0, 50.0)),
+    "roll": ("plain walls", Span(1.2, 1.3, 20.0, 40.0)),
+    "card": ("card", Span(1.8, 2.2, 0.0, 20.0)),
+    "cloth": ("corner", Span(1.0, 2.0, 0.0, 20.0)),
+}
+DIM, RAIL = 0.2, 0.2  # of the usual light, of the usual error of a pose
+
+
+def more_shots(rng: Rng, setting: Setting, before: list[Shot], how: Span, count: int = 2) -> list[Shot]:
+    """Recordings of the same kind, at other distances or tilts, made by the same camera."""
+    shots: list[Shot] = []
+    ends = before[-1].times[-1]
+    for i in range(count):
+        start = rng.uniform(60.0, 3300.0) if setting.kind in LONG and how is USUAL else ends + 400.0 * (i + 1)
+        times = start + np.arange(FRAMES) / RATE
+        panels, stated = scene_of(rng, setting, i, shots, {"white": None, "patches": None}, how)
+        T = nudged(stated, setting.poses * SIZE * rng.standard_normal(6))
+        shots.append(Shot(before[0].camera, panels, T, stated, times, degrees_at(rng, times), sigma=setting.stated))
+    return shots
+
+
+def asked_shots(rng: Rng, kind: str, before: list[Shot], count: int = 4) -> list[Shot]:
+    """Recordings of one of the kinds in `ASKED`, or of the same scene cold and warm ("time"), by the same camera."""
+    if kind == "time":
+        return _cold_and_warm(rng, before[len(before) // 2], count)
+    deck, span = ASKED[kind]
+    shots = more_shots(rng, Setting(deck, False), before, span, count)
+    if kind == "light":  # the same place again, with less of it
+        twins = [replace(shot, lamp=DIM, kept={}, times=shot.times + 10.0) for shot in shots]
+        return [shot for pair in zip(shots, twins, strict=True) for shot in pair]
+    if kind == "rail":
+        return [
+            replace(shot, T=nudged(shot.stated, RAIL * SIZE * rng.standard_normal(6)), sigma=RAIL) for shot in shots
+        ]
+    return [_rolled(rng, shot) if kind == "roll" and k % 2 else shot for k, shot in enumerate(shots)]
+
+
+def _cold_and_warm(rng: Rng, last: Shot, count: int) -> list[Shot]:
+    out = []
+    T = nudged(last.stated, SIZE * rng.standard_normal(6))
+    for start in np.linspace(20.0, 6000.0, count):
+        times = start + np.arange(FRAMES) / RATE
+        out.append(Shot(last.camera, last.panels, T, last.stated, times, degrees_at(rng, times)))
+    return out
+
+
+def _rolled(rng: Rng, shot: Shot) -> Shot:
+    """The camera turned by 90 degrees about its axis."""
+    quarter = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    stated = shot.stated @ quarter
+    return replace(shot, stated=stated, T=nudged(stated, SIZE * rng.standard_normal(6)))
