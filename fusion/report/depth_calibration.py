@@ -44,8 +44,8 @@ def _summary(found: DepthCalibration) -> list[Light]:
     hidden = sorted({v.term.effect for v in found.visibility if not v.seen})
     if hidden:
         lines.append(Light("warning", "Not seen", "These recordings say nothing about: " + ", ".join(hidden) + "."))
-    if found.fitted.widened > 1:
-        text = f"The walls scatter {found.fitted.widened:.1f} times as much as the stated distances would make them."
+    if found.fitted.scatter > 0:
+        text = f"The walls scatter by {found.fitted.scatter * 1e3:.1f} mm more than their stated distances would."
         lines.append(Light("warning", "Distances", text))
     return lines
 

@@ -1,10 +1,13 @@
 """Boards as walls: the corners in the IR image tell where the board stands, so each picture is a wall of its own."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from fusion.calibration.depth.board_patches import patches
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.charuco import find_charuco
@@ -18,6 +21,7 @@ from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 
 CORNER_PX = 0.05  # [px] a corner is never taken to be known better
+FARTHEST = 0.1  # [m] off the board's plane: no brightness moves a depth that far, a lost phase does
 Array = NDArray[np.floating]
 
 
@@ -31,30 +35,59 @@ def board_walls(recording: Recording, camera: Camera, known: Sensor, board: Boar
     return walls
 
 
-def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) -> Wall | None:
+def seen_board(frame: Frame, camera: Camera, board: Board) -> tuple[View, Array] | None:
+    """Corners of the board in the frame's IR (or colour) image, and the board's pose (6,); None when it is not seen."""
     picture = frame.ir if frame.ir is not None else frame.color
     if picture is None:
         return None
     found = (find_charuco if board.is_charuco else find_checkerboard)(picture, board)
     if found is None:
         return None
-    view = view_of(name, found.pixels, board, found.ids)
-    parameters = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion])
-    pose = placed(view, parameters)
-    if pose is None:
+    view = view_of("", found.pixels, board, found.ids)
+    pose = placed(view, np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion]))
+    return None if pose is None else (view, pose)
+
+
+def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) -> Wall | None:
+    seen = seen_board(frame, camera, board)
+    if seen is None:
         return None
+    view, pose = seen
     mask = np.zeros(camera.shape, np.uint8)
     cv2.fillConvexPoly(mask, cv2.convexHull(np.rint(view.pixels).astype(np.int32)), 1)
-    depth = np.where(mask > 0, frame.depth, np.nan).astype(float)
+    # one frame is noisy, and a power of a noisy brightness is biased
+    depth = np.where(mask > 0, middle_of_nine(frame.depth), np.nan).astype(float)
     if np.isfinite(depth).sum() < 100:
         return None
     centre, distance, deviation = centre_depth(view, pose, camera)
-    ir = None if frame.ir is None else frame.ir.astype(float)
+    ir = None if frame.ir is None else middle_of_nine(frame.ir)
     means = Means(1, depth, np.full(camera.shape, np.nan), ir, ir is not None)
     try:
-        return wall_of(means, camera, known, (name, distance, deviation), Moment(time=frame.timestamp), centre)
+        wall = wall_of(means, camera, known, (name, distance, deviation), Moment(time=frame.timestamp), centre)
     except FusionError:  # a hand before the board, a reflection: one picture of many
         return None
+    return wall if board.is_charuco else _in_squares(wall, patches(board, pose, camera), camera)
+
+
+def middle_of_nine(image: NDArray) -> Array:
+    """Median (h, w) over 3 x 3 px of an image (h, w), of what is known; NaN where a pixel itself is missing."""
+    image = np.asarray(image, float)
+    wide = np.pad(image, 1, mode="edge")
+    height, width = image.shape
+    nine = np.stack([wide[v : v + height, u : u + width] for v in range(3) for u in range(3)])
+    known = np.isfinite(image)
+    out = np.full(image.shape, np.nan)
+    out[known] = np.nanmedian(nine[:, known], axis=0)
+    return out
+
+
+def _in_squares(wall: Wall, squares: NDArray[np.intp] | None, camera: Camera) -> Wall:
+    """The wall as one number for each square; dark ones are part of it, as far as their brightness can move them."""
+    if squares is None:
+        return wall
+    with np.errstate(invalid="ignore"):
+        near = np.abs(wall.depth - wall.plane.depth(camera)) < FARTHEST
+    return replace(wall, mask=(squares >= 0) & near, squares=squares)
 
 
 def centre_depth(view: View, pose: Array, camera: Camera) -> tuple[tuple[float, float], float, float]:

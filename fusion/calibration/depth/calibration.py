@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.axis_curve import axis_curve
 from fusion.calibration.depth.board_walls import board_walls
-from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, terms_for
+from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, richest, terms_for
 from fusion.calibration.depth.curve import Curve, span
 from fusion.calibration.depth.fitted import Fitted, Setting, finish
 from fusion.calibration.depth.information import evidence_of, information_of
@@ -19,7 +19,7 @@ from fusion.calibration.depth.selection import Judged, Problem, choose, fit, jud
 from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
 from fusion.calibration.depth.terms import Term
-from fusion.calibration.depth.variance import with_variance
+from fusion.calibration.depth.variance import spread_of, with_variance
 from fusion.calibration.depth.visibility import Visibility, visibilities
 from fusion.calibration.depth.wall import Wall, read_wall
 from fusion.calibration.lens.board import Board
@@ -121,7 +121,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     if not recordings:
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
-    walls = [wall for recording in recordings for wall in _walls(recording, begin, settings)]
+    walls = [wall for recording in recordings for wall in walls_of(recording, begin, settings)]
     if settings.board is not None and not any(any(wall.centre) for wall in walls):
         do = "check board.json, and that there are IR images in the depth camera's pixels"
         raise FusionError("no picture shows the board", found=f"{len(recordings)} recordings", do=do)
@@ -140,14 +140,14 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     if "radius^2" in judged[chosen].candidate.keys and "radius^4" in {v.term.key for v in seen if v.seen}:
         judged.append(judge(problem, richer(judged[chosen].candidate)))
         chosen = choose(judged)
-    setting = Setting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio)
+    setting = Setting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
         base = judged[chosen]
         for kind in ("map", "stack"):
             effects = ("tabulated",) if kind == "stack" else ("disparity_distortion", "fixed_pattern")
-            # a sensor holds one table: a curve of straight pieces is one already
-            if not have & set(effects) and (kind == "map" or "curve" not in base.candidate.name):
+            # a sensor holds one table: a curve of straight pieces or of the brightness is one already
+            if not have & set(effects) and (kind == "map" or not base.candidate.tabulated):
                 judged.append(judge_surface(problem, base, units, kind))
         chosen = choose(judged)
     fitted = finish(problem, judged[chosen].law, terms, setting)
@@ -161,7 +161,7 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
 
-def _walls(recording: Recording, begin: Start, settings: DepthSettings) -> list[Wall]:
+def walls_of(recording: Recording, begin: Start, settings: DepthSettings) -> list[Wall]:
     """Every picture of a recording that shows the board, or the one wall that it shows."""
     if settings.board is not None:
         found = board_walls(recording, begin.camera, begin.known, settings.board)
@@ -174,14 +174,15 @@ def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Proble
     """The linear problems with their variances, and what can be seen."""
     first = [evidence_of(wall, begin.camera, begin.known, terms) for wall in walls]
     keys = tuple(term.key for term in terms)
-    rich = max(candidates_for(begin.known.principle, terms), key=lambda c: ("radius^2" in c.keys, c.numbers))
+    rich = richest(candidates_for(begin.known.principle, terms), keys)
     evidence = first
     for _ in range(2):  # the first law weighs the tiles as their frames' noise says, the second as they really scatter
         problem = Problem(keys, evidence, [information_of(e, terms) for e in evidence])
         law = fit(problem, problem.total, rich)
         columns = problem.columns(law.keys)
         rests = [level(e, e.rest - e.terms[:, columns] @ law.numbers) for e in evidence]
-        evidence = [with_variance(e, r) for e, r in zip(first, rests, strict=True)]
+        usual = float(np.median([spread_of(r) for r in rests]))
+        evidence = [with_variance(e, r, usual) for e, r in zip(first, rests, strict=True)]
     problem = Problem(keys, evidence, [information_of(e, terms) for e in evidence])
     measured = sum(bool(np.isfinite(wall.distance)) for wall in walls)
     return problem, visibilities(terms, problem.total, measured, len(walls))
@@ -210,6 +211,14 @@ def _ir_reference(walls: list[Wall]) -> float | None:
     """Median amplitude over the walls [count]; None unless every frame has one, as the correction then needs it too."""
     found = [float(np.median(w.ir[w.mask])) for w in walls if w.ir is not None and np.any(w.ir[w.mask] > 0)]
     return float(np.median(found)) if len(found) == len(walls) and all(w.ir_everywhere for w in walls) else None
+
+
+def _ir_span(walls: list[Wall]) -> tuple[float, float]:
+    """Darkest and brightest amplitude of all walls [count]; usual ones where none is known."""
+    found = [w.ir[w.mask & (w.ir > 0)] for w in walls if w.ir is not None]
+    every = np.concatenate([ir.ravel() for ir in found]) if found else np.zeros(0)
+    low, high = (float(np.min(every)), float(np.max(every))) if every.size else (100.0, 65535.0)
+    return low, max(high, 1.01 * low)
 
 
 def _named(sensor: Sensor, begin: Start, walls: list[Wall], best: Judged) -> Sensor:

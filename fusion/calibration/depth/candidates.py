@@ -1,6 +1,6 @@
 """The candidate laws for each kind of sensor: what may be wrong with its depth, from nothing to a whole stack."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -20,6 +20,9 @@ from fusion.calibration.depth.terms import (
 PERIODS = tuple(float(p) for p in np.geomspace(0.16, 3.4, 155))
 MOST_WAVES = 8  # three modulations with two harmonics each, and two for what they make together
 TRIANGULATING = ("structured_light", "active_stereo")
+DELAYS = ("delay u", "delay v")
+# what the brightness may do: one power of the darkness, or two shapes that make a curve together
+BRIGHTNESS = (("amplitude",), ("amplitude^2",), ("amplitude^2", "amplitude log"))
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,11 @@ class Candidate:
         return len(self.keys) + 3 * self.waves
 
     @property
+    def tabulated(self) -> bool:
+        """True when its curve is a table already."""
+        return any(key.startswith("curve") or key == "amplitude log" for key in self.keys)
+
+    @property
     def over_distance(self) -> int:
         """How many numbers its curve over distance has that only other walls can tell, not other pixels."""
         return sum(key in ("offset", "scale", "disparity") or key.startswith("curve") for key in self.keys)
@@ -65,18 +73,32 @@ def candidates_for(principle: str, terms: list[Term]) -> list[Candidate]:
     """Candidates made of the terms at hand, from simple to rich; "nothing" is the first."""
     keys = {term.key for term in terms}
     curves = [c for c in _curves(principle, terms) if set(c.keys) <= keys]
-    shapes: list[tuple[str, ...]] = [()]
-    shapes += [("radius^2",)] if "radius^2" in keys else []
-    return [
-        Candidate(" + ".join(filter(None, (c.name, *shape))) or "nothing", (*c.keys, *shape), c.waves)
-        for shape in shapes
+    shapes: list[tuple[str, tuple[str, ...]]] = [("", ())]
+    shapes += [("radius^2", ("radius^2",))] if "radius^2" in keys else []
+    found = [
+        Candidate(" + ".join(filter(None, (c.name, name))) or "nothing", (*c.keys, *shape), c.waves)
+        for name, shape in shapes
         for c in curves
     ]
+    return found + ([_delayed(c) for c in found if not c.waves] if keys.issuperset(DELAYS) else [])
+
+
+def _delayed(candidate: Candidate) -> Candidate:
+    """The same with a delay over the chip."""
+    name = "delay" if candidate.name == "nothing" else f"{candidate.name} + delay"
+    return Candidate(name, (*candidate.keys, *DELAYS))
 
 
 def richer(candidate: Candidate) -> Candidate:
     """The same with a radial term of the fourth power."""
     return Candidate(f"{candidate.name}, ^4", (*candidate.keys, "radius^4"), candidate.waves)
+
+
+def richest(candidates: list[Candidate], keys: tuple[str, ...]) -> Candidate:
+    """A law that leaves over little but noise: the longest, with the brightness in it where that is known."""
+    longest = max(candidates, key=lambda c: ("radius^2" in c.keys, c.numbers))
+    more = tuple(key for key in BRIGHTNESS[-1] if key in keys and key not in longest.keys)
+    return replace(longest, keys=(*longest.keys, *more))
 
 
 def _curves(principle: str, terms: list[Term]) -> list[Candidate]:
@@ -87,14 +109,24 @@ def _curves(principle: str, terms: list[Term]) -> list[Candidate]:
     if any(term.effect == "cyclic_error" for term in terms):
         base: tuple[str, ...] = ("offset",) if "offset" in keys else ()
         found += [Candidate(" + ".join((*base, _waves(n))), base, n) for n in range(1, MOST_WAVES + 1)]
-    if any(term.key == "amplitude" for term in terms):
-        base = ("offset", "amplitude") if "offset" in keys else ("amplitude",)
-        found.append(Candidate(" + ".join(base), base))
-        if any(term.effect == "cyclic_error" for term in terms):
-            found += [Candidate(" + ".join((*base, _waves(n))), base, n) for n in range(1, MOST_WAVES + 1)]
+    found += _by_brightness(keys)
     pieces = tuple(term.key for term in terms if term.key.startswith("curve"))
     if len(pieces) > 1:
         found.append(Candidate("curve", pieces))
+    return found
+
+
+def _by_brightness(keys: set[str]) -> list[Candidate]:
+    """Laws with the brightness in them; the first power beside waves too."""
+    found = []
+    straight = [base for base in ((), ("offset",), ("offset", "scale")) if keys.issuperset(base)]
+    for shape in BRIGHTNESS:
+        if keys.issuperset(shape):
+            name = "brightness curve" if len(shape) > 1 else shape[0]
+            found += [Candidate(" + ".join((*base, name)), (*base, *shape)) for base in straight]
+    if "amplitude" in keys and any(key.startswith("sin ") for key in keys):
+        base = ("offset", "amplitude") if "offset" in keys else ("amplitude",)
+        found += [Candidate(" + ".join((*base, _waves(n))), base, n) for n in range(1, MOST_WAVES + 1)]
     return found
 
 

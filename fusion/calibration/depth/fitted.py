@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
 
 from fusion.calibration.depth.information import Evidence, Information, evidence_of, information_of
 from fusion.calibration.depth.law_sensor import Numbers, with_law
 from fusion.calibration.depth.samples import Samples
+from fusion.calibration.depth.scatter import excess
 from fusion.calibration.depth.selection import Law, Problem
 from fusion.calibration.depth.terms import Term, length, wave_terms
 from fusion.calibration.depth.wall import Wall
@@ -17,7 +17,6 @@ from fusion.sensor.sensor import Sensor
 
 ROUNDS = 5  # a law without waves is nearly linear: its second round changes a hundredth of the first
 LONGEST = 0.01  # share by which a period moves in a round: half a step of the grid it was found on
-UNLIKELY = 0.05
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Fitted:
         terms: of the law (n,), first those of the curve's own numbers, last the derivatives to the periods.
         numbers: by name, as effects want them.
         covariance: (n, n) of the terms' numbers.
-        widened: factor by which the stated standard deviation of the distances was too small, 1 or more.
+        scatter: standard deviation [m] of the walls' distances beyond the stated one; 0 when that explains them.
         sensor: with the law's effects.
         evidence: per wall, `rest` being what the law leaves over [m].
     """
@@ -36,7 +35,7 @@ class Fitted:
     terms: tuple[Term, ...]
     numbers: Numbers
     covariance: NDArray[np.floating]
-    widened: float
+    scatter: float
     sensor: Sensor
     evidence: list[Evidence]
 
@@ -50,6 +49,7 @@ class Setting:
     nodes: tuple[float, ...]
     ir_reference: float
     ratio: NDArray[np.floating] | None
+    ir_span: tuple[float, float] = (100.0, 65535.0)
 
 
 def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> Fitted:
@@ -57,45 +57,46 @@ def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> F
     by_key = {term.key: term for term in terms}
     chosen = [by_key[key] for key in law.keys]
     value = dict(zip(law.keys, map(float, law.numbers), strict=True))
-    widened = 1.0
+    scatter = 0.0
     walls = [e.wall for e in problem.evidence]
     variances = [e.variance for e in problem.evidence]
     for _ in range(ROUNDS):
-        every, evidence, total = _system(walls, variances, chosen, value, setting, widened)
+        every, evidence, total = _system(walls, variances, chosen, value, setting, scatter)
         step = _step(total, every, value)
         value = _stepped(value, every, step)
-        widened *= _widening(evidence, step, len(value) - sum(t.shape for t in chosen))
-    every, left, total = _system(walls, variances, chosen, value, setting, widened)
+        rests = [e.rest - e.terms @ step for e in evidence]
+        scatter = excess(evidence, rests, len(value) - sum(t.shape for t in chosen))
+    every, left, total = _system(walls, variances, chosen, value, setting, scatter)
     covariance = total.covariance(list(range(len(every)))) if every else np.zeros((0, 0))
     std = {term.key: float(s) for term, s in zip(every, np.sqrt(np.diag(covariance)), strict=True)}
     numbers = _numbers(value, std, setting)
     sensor = with_law(setting.known, setting.camera, numbers)
-    return Fitted(tuple(every), numbers, covariance, widened, sensor, left)
+    return Fitted(tuple(every), numbers, covariance, scatter, sensor, left)
 
 
 def _system(
-    walls: list[Wall], variances: list[NDArray], chosen: list[Term], value: dict, setting: Setting, widened: float
+    walls: list[Wall], variances: list[NDArray], chosen: list[Term], value: dict, setting: Setting, scatter: float
 ) -> tuple[list[Term], list[Evidence], Information]:
     """Terms at the present numbers, what these leave over on every wall, and the sums of that."""
     every = _with_periods(chosen, value)
     sensor = with_law(setting.known, setting.camera, _numbers(value, {}, setting))
-    evidence = [_at(w, every, sensor, setting, v, widened) for w, v in zip(walls, variances, strict=True)]
+    evidence = [_at(w, every, sensor, setting, v, scatter) for w, v in zip(walls, variances, strict=True)]
     parts = [information_of(e, every) for e in evidence]
     return every, evidence, sum(parts[1:], parts[0])
 
 
 def _numbers(value: dict[str, float], std: dict[str, float], setting: Setting) -> Numbers:
     std = {key: std.get(key, 0.0) for key in value} | {k: s for k, s in std.items() if k.startswith("period")}
-    return Numbers(value, std, setting.nodes, setting.ir_reference, setting.ratio)
+    return Numbers(value, std, setting.nodes, setting.ir_reference, setting.ratio, setting.ir_span)
 
 
-def _at(wall: Wall, terms: list[Term], sensor: Sensor, setting: Setting, variance: NDArray, widened: float) -> Evidence:
+def _at(wall: Wall, terms: list[Term], sensor: Sensor, setting: Setting, variance: NDArray, scatter: float) -> Evidence:
     """The wall's evidence with `rest` = measured less what the whole sensor model predicts."""
     evidence = evidence_of(wall, setting.camera, setting.known, terms)
     depth = wall.true_plane.depth(setting.camera)
     predicted = sensor.predict(depth, wall.view(setting.camera, depth))
     rest = evidence.tiles.mean(np.nan_to_num(np.where(wall.mask, wall.measured - predicted, 0.0)))
-    return replace(evidence, rest=rest, variance=variance, distance_std=evidence.distance_std * widened)
+    return replace(evidence, rest=rest, variance=variance, distance_std=float(np.hypot(evidence.distance_std, scatter)))
 
 
 def _with_periods(chosen: list[Term], value: dict[str, float]) -> list[Term]:
@@ -142,22 +143,3 @@ def _stepped(value: dict[str, float], terms: list[Term], step: NDArray) -> dict[
         for wave in ("sin ", "cos "):
             new[f"{wave}{period:.6f}"] = new.pop(wave + old_name)
     return new
-
-
-def _widening(evidence: list[Evidence], step: NDArray, curve_numbers: int) -> float:
-    """How much more the walls scatter about the law than their distances' deviation allows; 1 when it may be chance."""
-    total, known = 0.0, 0
-    for e in evidence:
-        if not np.isfinite(e.distance_std):
-            continue
-        rest = e.rest - e.terms @ step
-        w = 1 / np.sqrt(e.variance)
-        G = e.nuisances * w[:, None]
-        turn = np.linalg.lstsq(G, rest * w, rcond=None)[0]
-        own = np.linalg.inv(G.T @ G)[2, 2]
-        total += turn[2] ** 2 / (e.distance_std**2 + own)
-        known += 1
-    freedom = known - curve_numbers
-    if freedom < 2 or chdtrc(freedom, total) > UNLIKELY:
-        return 1.0
-    return float(np.sqrt(total / freedom))

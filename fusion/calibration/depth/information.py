@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.depth.board_patches import tiles_of_patches
 from fusion.calibration.depth.samples import Samples, samples_of
 from fusion.calibration.depth.terms import Term
 from fusion.calibration.depth.tiles import Tiles, tiles_of
@@ -97,7 +98,8 @@ class Information:
 
 def evidence_of(wall: Wall, camera: Camera, sensor: Sensor, terms: list[Term]) -> Evidence:
     """The linear problem of a wall; the variance is a first one, from the noise of the frames."""
-    tiles = tiles_of(wall.mask & np.isfinite(wall.depth))
+    mask = wall.mask & np.isfinite(wall.depth)
+    tiles = tiles_of(mask) if wall.squares is None else tiles_of_patches(wall.squares, mask)
     samples = samples_of(wall, camera, sensor, tiles)
     noise = np.nan_to_num(wall.std, nan=0.0) ** 2 / wall.frames
     return Evidence(

@@ -23,6 +23,8 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
 RADII = 33  # nodes of a radial table
+LIGHTS = 49  # nodes of a brightness curve: 15 % apart over three decades, which leaves a thousandth of it
+POWERS = {"amplitude": 1.0, "amplitude^2": 2.0}
 # what a calibration finds
 FITTED = (
     "depth_offset", "depth_scale", "disparity_offset", "disparity_distortion", "cyclic_error", "amplitude_error",
@@ -39,6 +41,8 @@ class Numbers:
         value, std: by the term's key.
         nodes: of a curve of straight pieces [m].
         ir_reference: of the amplitude error [count].
+        ratio: (h, w) of rays, see `Start`.
+        ir_span: least and largest amplitude seen [count]; a brightness curve is held beyond.
     """
 
     value: Values
@@ -46,6 +50,7 @@ class Numbers:
     nodes: tuple[float, ...] = ()
     ir_reference: float = 1000.0
     ratio: NDArray[np.floating] | None = field(default=None, repr=False)
+    ir_span: tuple[float, float] = (100.0, 65535.0)
 
 
 def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
@@ -67,14 +72,13 @@ def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
     if "disparity" in value:
         effects["disparity_offset"] = DisparityOffset(value["disparity"])
         std["disparity_offset", "offset"] = deviation["disparity"]
-    if "amplitude" in value:
-        effects["amplitude_error"] = AmplitudeError(value["amplitude"], 1.0, numbers.ir_reference)
-        std["amplitude_error", "coefficient"] = deviation["amplitude"]
+    _add_brightness(numbers, effects, std)
     if "delay u" in value:
         effects["column_delay"] = ColumnDelay(value["delay u"], value.get("delay v", 0.0))
         std["column_delay", "slope"] = deviation["delay u"]
     _add_waves(numbers, effects, std)
     _add_table(numbers, camera, known, effects, std)
+    std = {key: _below(deviation, getattr(effects[key[0]], key[1])) for key, deviation in std.items()}
     sources = dict.fromkeys(effects, "")
     kept = tuple(e for e in known.effects if e.name not in effects)
     return replace(
@@ -84,6 +88,16 @@ def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
         sources={k: v for k, v in known.sources.items() if k not in effects} | sources,
         left_out=(),
     )
+
+
+def _below(std: Any, value: Any) -> Any:
+    """Deviations kept below the value's size.
+
+    A number that is known no better than its size is not undone by a correction; the numbers of a law hold together,
+    and one that is left out takes the sense from the others.
+    """
+    most = 0.99 * float(np.abs(value).max())
+    return tuple(min(x, most) for x in std) if isinstance(std, tuple) else min(std, most)
 
 
 def waves(numbers: Numbers) -> list[tuple[float, float, float, float, float]]:
@@ -114,6 +128,25 @@ def _add_waves(numbers: Numbers, effects: dict, std: dict) -> None:
         std["cyclic_error", "period"] = periods
 
 
+def _add_brightness(numbers: Numbers, effects: dict, std: dict) -> None:
+    """One power of the darkness is an amplitude error; a curve of two shapes is a table over the amplitude."""
+    value, deviation = numbers.value, numbers.std
+    if "amplitude log" in value:
+        ir = np.geomspace(*numbers.ir_span, LIGHTS)
+        dark = numbers.ir_reference / ir
+        shapes = {"amplitude^2": dark**2, "amplitude log": np.log(dark)}
+        own = [key for key in shapes if key in value]
+        curve = sum((value[key] * shapes[key] for key in own), np.zeros(LIGHTS))
+        effects["tabulated"] = Tabulated(("amplitude",), (tuple(map(float, ir)),), curve)
+        largest = max(deviation[key] for key in own)
+        std["tabulated", "values"] = min(largest, 0.5 * float(np.abs(curve).max()))
+        return
+    for key, power in POWERS.items():
+        if key in value:
+            effects["amplitude_error"] = AmplitudeError(value[key], power, numbers.ir_reference)
+            std["amplitude_error", "coefficient"] = deviation[key]
+
+
 def _add_table(numbers: Numbers, camera: Camera, known: Sensor, effects: dict, std: dict) -> None:
     """Radial terms, or the curve of straight pieces, as a table; a sensor has one, so beside a curve they are a map."""
     value = numbers.value
@@ -124,7 +157,7 @@ def _add_table(numbers: Numbers, camera: Camera, known: Sensor, effects: dict, s
         over = "range" if known.principle == "itof" else "depth"
         effects["tabulated"] = Tabulated((over,), (numbers.nodes,), np.array([value[key] for key in pieces]))
         std["tabulated", "values"] = tuple(numbers.std[key] for key in pieces)
-    if radial and not pieces:
+    if radial and "tabulated" not in effects:
         radii, bend, deviation = _radial_table(numbers, camera, radial)
         name = "values_px" if triangulating else "values"
         table: Any = {name: bend}

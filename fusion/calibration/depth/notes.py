@@ -1,5 +1,7 @@
 """What a person should know about a depth calibration, in sentences."""
 
+import numpy as np
+
 from fusion.calibration.depth.fitted import Fitted
 from fusion.calibration.depth.selection import Judged
 from fusion.calibration.depth.visibility import Visibility
@@ -20,10 +22,10 @@ def notes_on(
         share = max(one.share for one in ones)
         text = f"{name} cannot be seen in these recordings ({100 * share:.1f} % of it survives the walls' free "
         notes.append(("warning", text + f"tilts and distances); to see it, record {record}"))
-    if fitted.widened > 1:
-        stated = walls[0].distance_std * 1e3
-        text = f"the walls scatter {fitted.widened:.1f} times as much about the law as distances with a deviation of "
-        notes.append(("warning", text + f"{stated:.1f} mm would; intervals are widened by that"))
+    if fitted.scatter > 0:
+        stated = float(np.median([wall.distance_std for wall in walls])) * 1e3
+        text = f"the walls scatter by {fitted.scatter * 1e3:.1f} mm about the law, where distances with a deviation of "
+        notes.append(("warning", text + f"{stated:.1f} mm would not; intervals hold that"))
     if len(walls) < 5:
         notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
     better = before.error - best.error

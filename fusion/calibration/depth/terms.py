@@ -100,7 +100,12 @@ def flight_terms(ir_reference: float | None) -> list[Term]:
         Term("delay v", "column_delay", "slope_v", "m/px", length(lambda at: at.v), 3e-5, True),
     ]
     if ir_reference is not None:
-        terms.append(Term("amplitude", "amplitude_error", "coefficient", "m", length(_dark(ir_reference)), 0.002))
+        dark = _dark(ir_reference)
+        terms += [
+            Term("amplitude", "amplitude_error", "coefficient", "m", length(dark), 0.002),
+            Term("amplitude^2", "amplitude_error", "coefficient", "m", length(lambda at: dark(at) ** 2), 0.002),
+            Term("amplitude log", "tabulated", "values", "m", length(_logarithm(dark)), 0.002),
+        ]
     return terms
 
 
@@ -137,5 +142,15 @@ def _dark(reference: float) -> Law:
     def law(at: Samples) -> Array:
         ir = np.zeros(len(at.depth)) if at.ir is None else at.ir
         return np.where(ir > 0, np.minimum(reference / np.where(ir > 0, ir, 1.0), DARKEST), 0.0)
+
+    return law
+
+
+def _logarithm(dark: Law) -> Law:
+    """Of the darkness; 0 where the amplitude is not known."""
+
+    def law(at: Samples) -> Array:
+        values = dark(at)
+        return np.log(np.where(values > 0, values, 1.0))
 
     return law

@@ -16,7 +16,7 @@ class Tiles:
     Attributes:
         label: (h, w) number of the tile, -1 outside.
         count: (t,) pixels in each.
-        place: (t, 2) row and column in the grid of tiles.
+        place: (t, 2) row and column in the grid of tiles; squares of a board may share one.
         grid: rows and columns of that grid.
         side: edge of a tile [px].
     """
@@ -34,16 +34,17 @@ class Tiles:
         return np.bincount(self.label[inside], image[inside], len(self.count)) / self.count
 
     def image(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
-        """(rows, columns) of the grid from values (t,), NaN where there is no tile."""
-        out = np.full(self.grid, np.nan)
-        out[self.place[:, 0], self.place[:, 1]] = values
-        return out
+        """(rows, columns) of the grid from values (t,), NaN where there is no tile; means where there are several."""
+        at = self.place[:, 0] * self.grid[1] + self.place[:, 1]
+        number = np.bincount(at, minlength=self.grid[0] * self.grid[1])
+        total = np.bincount(at, values, len(number))
+        return np.where(number > 0, total / np.maximum(number, 1), np.nan).reshape(self.grid)
 
 
 def tiles_of(mask: NDArray[np.bool_]) -> Tiles:
     """Square tiles over the pixels of a mask (h, w); those that hold few of them are left out."""
     height, width = mask.shape
-    side = max(1, round(width / ACROSS))
+    side = side_of(width)
     grid = -(-height // side), -(-width // side)
     v, u = np.mgrid[0:height, 0:width] // side
     flat = v * grid[1] + u
@@ -53,3 +54,8 @@ def tiles_of(mask: NDArray[np.bool_]) -> Tiles:
     number[kept] = np.arange(len(kept))
     label = np.where(mask, number[flat], -1)
     return Tiles(label, counts[kept], np.column_stack([kept // grid[1], kept % grid[1]]), grid, side)
+
+
+def side_of(width: int) -> int:
+    """Edge of a tile [px] in an image of this width."""
+    return max(1, round(width / ACROSS))

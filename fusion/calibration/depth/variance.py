@@ -9,17 +9,27 @@ from fusion.calibration.depth.information import Evidence
 from fusion.calibration.depth.tiles import Tiles
 
 FLAT = 2e-4  # [m] how far a tile of a good wall may stand off its plane (guess)
+FEW = 24  # tiles whose spread is known to a fifth: as good as what all walls together say (guess)
 BLOCK = 4  # tiles across a block, over which errors are no longer alike (guess)
 
 
-def with_variance(evidence: Evidence, rest: NDArray[np.floating]) -> Evidence:
+def with_variance(evidence: Evidence, rest: NDArray[np.floating], usual: float) -> Evidence:
     """The evidence with the variance that `rest` (t,) [m], after a rich law and the nuisances, shows.
 
     Neighbouring tiles that err alike count for fewer: the variance grows by how much slower their means settle.
+
+    Args:
+        usual: spread of the tiles on a usual wall [m]: a few tiles (squares of a board) tell their own badly.
     """
-    spread = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
+    share = FEW / (FEW + len(rest))
+    spread = float(np.sqrt((1 - share) * spread_of(rest) ** 2 + share * usual**2))
     variance = np.maximum(evidence.variance, max(spread, FLAT) ** 2)
     return replace(evidence, variance=variance * alike(evidence.tiles, rest))
+
+
+def spread_of(rest: NDArray[np.floating]) -> float:
+    """Robust standard deviation [m] of what is left on the tiles of a wall (t,)."""
+    return 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
 
 
 def alike(tiles: Tiles, rest: NDArray[np.floating]) -> float:

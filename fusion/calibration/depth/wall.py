@@ -36,6 +36,7 @@ class Wall:
         moment: when it was recorded.
         ir_everywhere: True when every frame has its IR image.
         centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
+        squares: (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Wall:
     moment: Moment = field(default_factory=Moment)
     ir_everywhere: bool = False
     centre: tuple[float, float] = (0.0, 0.0)
+    squares: NDArray[np.intp] | None = None
 
     @property
     def true_plane(self) -> Plane:

@@ -1,0 +1,213 @@
+"""Depth of the real Kinect v2 checkerboard recording, calibrated with the public commands and held out by views.
+
+    python tools/checkerboard_depth.py [--shared ../shared] [--folds 11] [--output DIR]
+
+The 55 pairs of IR and depth become a recording, `fusion calibrate intrinsics` makes its camera, and `fusion calibrate
+depth --board` its law. Then the views are left out in turns: the law is CHOSEN and fitted on the others, and the
+corrected depth of those left out (median of 3 x 3 px at each of the 24 squares' centres) is held against the board's
+pose. The yardstick is a straight line over the distance, fitted to the same other views. With --output the recording,
+camera.json, sensor.json and both reports are kept.
+
+What this cannot tell: the printed size of the squares (30 mm is nominal), so a scale of all distances; how flat the
+board is.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import sys
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fusion.calibration.depth.board_patches import projected, square_centres
+from fusion.calibration.depth.board_walls import middle_of_nine, seen_board
+from fusion.calibration.depth.calibration import DepthSettings, calibrate_walls, walls_of
+from fusion.calibration.depth.known import start
+from fusion.calibration.lens.board import Board, read_board
+from fusion.calibration.lens.pictures import read_picture
+from fusion.commands.main import main as fusion
+from fusion.geometry.camera import Camera
+from fusion.recording.camera_file import read_camera
+from fusion.recording.camera_presets import PRESETS
+from fusion.recording.open import open_recording
+from fusion.recording.recording import Frame
+from fusion.recording.write import write_recording
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+
+SOURCE = "data/kinect_v2_checkerboard"
+BOARD = Board(5, 7, 0.03)
+# libfreenect2 makes depth along the rays of the unit's factory values; this unit's are not told, so another's stand in
+STATED = replace(PRESETS["kinect-v2"][0], distortion=(0.0905474, -0.26819, 0.0, 0.0, 0.0950862))
+ASKED = 0.85  # of the held-out error of a line
+LOST = 0.1  # [m] from the median: a lost phase, dropped as the recording's notes do
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Squares' centres of all views (n): view, pixel, the board's depth [m], measured less board [m], amplitude."""
+
+    view: NDArray[np.intp]
+    pixel: NDArray[np.intp]
+    depth: NDArray[np.floating]
+    error: NDArray[np.floating]
+    ir: NDArray[np.floating]
+    dark: NDArray[np.bool_]
+
+
+def write_pairs(source: Path, folder: Path) -> list[str]:
+    """The pairs of IR and depth as a recording, one second apart; the names of the views in its order."""
+    names = sorted(p.name.removesuffix("_depth.png") for p in source.glob("*_depth.png"))
+
+    def frames() -> Any:
+        for i, name in enumerate(names):
+            depth = read_picture(source / f"{name}_depth.png").astype(np.float32) / 1000
+            yield Frame(i, float(i), np.where(depth > 0, depth, np.nan), ir=read_picture(source / f"{name}_ir.png"))
+
+    write_recording(folder / "recording", STATED, frames())
+    (folder / "board.json").write_text(json.dumps(BOARD.to_dict()) + "\n")
+    return names
+
+
+def squares(folder: Path, camera: Camera) -> Squares:
+    """What the recording says at every square's centre, before any correction."""
+    recording, board = open_recording(folder / "recording"), read_board(folder / "board.json")
+    rows = []
+    centres = square_centres(board)
+    parity = np.indices((board.rows - 1, board.columns - 1)).sum(axis=0).ravel() % 2
+    for frame in tqdm(recording, desc="boards", disable=None):
+        seen = seen_board(frame, camera, board)
+        if seen is None:
+            continue
+        pose = seen[1]
+        depth = (centres @ cv2.Rodrigues(pose[:3])[0].T + pose[3:])[:, 2]
+        found = []
+        assert frame.ir is not None  # seen_board found the board in it
+        seen_depth, seen_ir = middle_of_nine(frame.depth), middle_of_nine(frame.ir)
+        for (u, v), z in zip(np.rint(projected(centres, pose, camera)).astype(int), depth, strict=True):
+            found.append((frame.index, u, v, z, seen_depth[v, u] - z, seen_ir[v, u]))
+        bright = [np.median([f[5] for f, p in zip(found, parity, strict=True) if p == side]) for side in (0, 1)]
+        rows += [(*f, p == int(np.argmin(bright))) for f, p in zip(found, parity, strict=True)]
+    view, u, v, z, error, ir, dark = np.array(rows, float).T
+    keep = np.abs(error - np.nanmedian(error)) < LOST
+    pixel = np.column_stack([u, v]).astype(np.intp)[keep]
+    return Squares(view[keep].astype(np.intp), pixel, z[keep], error[keep], ir[keep], dark[keep] > 0)
+
+
+def corrected(folder: Path, camera: Camera, sensor: Sensor, at: Squares, views: NDArray[np.intp]) -> NDArray:
+    """Errors (m,) [m] at the squares of these views after the correction of the whole images."""
+    recording, left = open_recording(folder / "recording"), np.full(len(at.error), np.nan)
+    for index in views:
+        frame = recording[int(index)]
+        depth = middle_of_nine(frame.depth)
+        assert frame.ir is not None  # every pair has one
+        true = sensor.correct(depth, View(camera, depth, ir=middle_of_nine(frame.ir)))
+        mine = at.view == index
+        left[mine] = true[at.pixel[mine, 1], at.pixel[mine, 0]] - at.depth[mine]
+    return left
+
+
+def held_out(folder: Path, camera: Camera, at: Squares, folds: int) -> tuple[dict[str, NDArray], list[str]]:
+    """Errors (n,) [m] of views left out, by what was fitted to the others: constant, line, the law; the laws' names."""
+    recording = open_recording(folder / "recording")
+    begin = start([recording], camera, None)
+    settings = DepthSettings(camera, board=read_board(folder / "board.json"))
+    walls = walls_of(recording, begin, settings)
+    number = np.array([round(float(wall.name.rsplit("/")[-1])) for wall in walls])
+    turn = np.random.default_rng(0).permutation(number) % folds if folds < len(number) else np.arange(len(number))
+    left = {name: np.full(len(at.error), np.nan) for name in ("constant", "line", "law")}
+    laws = []
+    for fold in tqdm(range(int(np.max(turn)) + 1), desc="folds", disable=None):
+        out, use = number[turn == fold], np.isin(at.view, number[turn != fold])
+        found = calibrate_walls([w for w, t in zip(walls, turn, strict=True) if t != fold], begin, surface=False)
+        laws.append(found.best.candidate.name)
+        mine = np.isin(at.view, out)
+        for degree, name in enumerate(("constant", "line")):
+            fit = np.polyfit(at.depth[use], at.error[use], degree)
+            left[name][mine] = at.error[mine] - np.polyval(fit, at.depth[mine])
+        left["law"][mine] = corrected(folder, camera, found.sensor, at, out)[mine]
+    return left, laws
+
+
+def rms(values: NDArray) -> float:
+    """Root mean square of what is known."""
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+def figures(at: Squares, left: dict[str, NDArray], laws: list[str]) -> dict[str, Any]:
+    """The numbers asked for, and what they hide: dark and bright squares, far and near, the worst views."""
+    share = rms(left["law"]) / rms(left["line"])
+    far = at.depth > 1
+    per_view = {int(v): rms(left["law"][at.view == v]) for v in np.unique(at.view)}
+    worst = sorted(per_view, key=lambda v: -per_view[v])[:4]
+    ordinary = ~np.isin(at.view, worst)
+    return {
+        "points": len(at.error),
+        "missing_after_correction": int(np.isnan(left["law"]).sum()),
+        "in_sample_constant_mm": 1e3 * float(np.std(at.error)),
+        "in_sample_line_mm": 1e3 * rms(at.error - np.polyval(np.polyfit(at.depth, at.error, 1), at.depth)),
+        **{f"held_out_{name}_mm": 1e3 * rms(values) for name, values in left.items()},
+        "share_of_line": share,
+        "asked": ASKED,
+        "reached": bool(share <= ASKED),
+        "dark_squares_mm": {name: 1e3 * rms(values[at.dark]) for name, values in left.items()},
+        "bright_squares_mm": {name: 1e3 * rms(values[~at.dark]) for name, values in left.items()},
+        "without_the_four_worst_views_mm": {name: 1e3 * rms(values[ordinary]) for name, values in left.items()},
+        "dark_less_bright_beyond_1_m_mm": 1e3 * contrast(at, at.error, far),
+        "the_same_after_correction_mm": 1e3 * contrast(at, left["law"], far),
+        "laws_chosen": {law: laws.count(law) for law in sorted(set(laws))},
+    }
+
+
+def contrast(at: Squares, error: NDArray, which: NDArray[np.bool_]) -> float:
+    """By how much dark squares read farther than the bright ones of the same view [m], mean over views."""
+    found = []
+    for v in np.unique(at.view[which]):
+        mine = at.view == v
+        found.append(np.nanmean(error[mine & at.dark]) - np.nanmean(error[mine & ~at.dark]))
+    return float(np.mean(found))
+
+
+def measure(shared: Path, folder: Path, folds: int) -> dict[str, Any]:
+    """The whole chain in a folder; the public commands first."""
+    write_pairs(shared / SOURCE, folder)
+    recording, board = str(folder / "recording"), str(folder / "board.json")
+    lens, depth = str(folder / "lens"), str(folder / "depth")
+    camera_file = str(folder / "lens" / "camera.json")
+    with contextlib.redirect_stdout(sys.stderr):
+        failed = fusion(["calibrate", "intrinsics", recording, "--board", board, "-o", lens]) or fusion(
+            ["calibrate", "depth", recording, "--board", board, "--camera", camera_file, "-o", depth]
+        )
+    if failed:
+        sys.exit(int(failed))
+    camera = read_camera(Path(camera_file))
+    at = squares(folder, camera)
+    left, laws = held_out(folder, camera, at, folds)
+    return figures(at, left, laws)
+
+
+def main() -> int:
+    """Run and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--shared", type=Path, default=Path(os.environ.get("FUSION_SHARED", "../shared")))
+    parser.add_argument("--folds", type=int, default=11, help="55 leaves single views out")
+    parser.add_argument("--output", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.output or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        found = measure(options.shared, folder, options.folds)
+    print(json.dumps(found, indent=1))
+    return 0 if found["reached"] else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
