@@ -24,7 +24,7 @@ def square_centres(board: Board) -> NDArray:
 def projected(points: Array, pose: Array, camera: Camera) -> Array:
     """(n, 2) pixels of points (n, 3) of the board; pose (6,): rotation vector and shift to the camera."""
     pixels, _ = cv2.projectPoints(points, pose[:3], pose[3:], camera.matrix, np.array(camera.distortion))
-    return pixels.reshape(-1, 2)
+    return np.asarray(pixels, float).reshape(-1, 2)
 
 
 def patches(board: Board, pose: Array, camera: Camera) -> NDArray[np.intp] | None:
