@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 BANDS = 24  # of rows that are exposed together
-STOPS, GOING = 12, 18
+STOPS, GOING = 8, 12
 TOP = 0.6  # half the side of the plate [m]
 
 
@@ -64,10 +64,10 @@ def runs_of(rng: Rng) -> list[Run]:
     first, second = _things(rng), _things(rng)
     out, start = [], rng.uniform(300, 600)
     for panels, angles, rate in (
-        (first, 30.0 * np.arange(STOPS), 0.0),
+        (first, 360.0 / STOPS * np.arange(STOPS), 0.0),
         (first, rng.uniform(0, 360) + np.arange(GOING) * 11.0, rng.uniform(15, 25)),
         (first, rng.uniform(0, 360) - np.arange(GOING) * 13.0, -rng.uniform(28, 42)),
-        (second, 30.0 * np.arange(STOPS), 0.0),
+        (second, 360.0 / STOPS * np.arange(STOPS), 0.0),
     ):
         error = rng.standard_normal(6) * np.array([SIGMA_RAD] * 3 + [SIGMA_M] * 3)
         out.append(Run(panels, stated, error, start, np.asarray(angles, float), rate))

@@ -41,15 +41,21 @@ def gains(made: Made, given: Path, better: Path, seed: list[int]) -> dict[str, A
     case = made.plan
     if made.oracle is None or case.setting.kind in UNSUITED or not better.is_file():
         return {}
-    sizes, out = sizes_of(made), {}
     rng = np.random.default_rng([*seed, 99])
-    for name, span in SETS.items():
-        shots = more_shots(rng, case.setting, case.shots, span)
-        with tempfile.TemporaryDirectory() as scratch:
-            depth = write_recordings(case, shots, Path(scratch), rng)
-            models = predicted(Path(scratch), [given, better], Path(scratch))
-        if models is not None:
-            out[name] = _chi2(case, shots, depth, list(models), sizes)
+    further, depth = {}, {}
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        for k, (name, span) in enumerate(SETS.items()):
+            further[name] = more_shots(rng, case.setting, case.shots, span)
+            depth[name] = write_recordings(case, further[name], folder, rng, 10 * k)
+        models = predicted(folder, [given, better], folder)
+    if models is None:
+        return {}
+    sizes, out, start = sizes_of(made), {}, 0
+    for name, shots in further.items():
+        own = models[:, start : start + len(shots)]
+        out[name] = _chi2(case, shots, depth[name], list(own), sizes)
+        start += len(shots)
     return out
 
 
