@@ -155,7 +155,11 @@ def questions(entry: dict[str, Any]) -> str:
         else "No other effect of the catalogue looks like it in this data."
     )
     if entry["effect"] == "unknown":
-        other = "No effect of the catalogue has this form. Its variables are what is known of it."
+        other = (
+            "No effect of the catalogue has this form; what is known of it is its law, which is in the model as a table"
+        )
+        if entry.get("nearest"):
+            other += f". The nearest entry is {plain(entry['nearest']['effect'])}, but {entry['nearest']['reason']}"
     following = plain(entry["record_next"]) or "Nothing more is needed to tell it from others."
     parts = (("What else it could be", other), ("What to record next", following[:1].upper() + following[1:]))
     return "".join(f"<h3>{escape(title)}</h3><p>{escape(text.rstrip('.'))}.</p>" for title, text in parts)

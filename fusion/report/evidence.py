@@ -80,10 +80,13 @@ def compared(found: Explanation) -> Compared:
     held = [look.held for look in found.looks if look.held is not None]
     if {look.place for look in held} == {look.place for look in found.looks}:
         before = observe(found.before.sensor, held)
-        after = observe(found.sensor, held) if found.named.steps or found.spread else before
+        after = observe(found.sensor, held) if found.named.steps or found.spread or found.unknown else before
         if len(before.residual) == len(after.residual):
             return Compared(before, after, gauge_of(after if found.spread else before), True)
-    return Compared(found.before, found.named.observations, found.gauge, False)
+    after = observe(found.mean_sensor, found.looks) if found.unknown else found.named.observations
+    if len(after.residual) != len(found.before.residual):
+        after = found.named.observations
+    return Compared(found.before, after, found.gauge, False)
 
 
 def recording_names(observations: Observations) -> dict[int, str]:
@@ -145,13 +148,14 @@ def mask_of(found: Explanation, energy: Vector) -> NDArray[np.uint8]:
 
 def claims_of(found: Explanation, verdict: dict[str, Any]) -> list[Claim]:
     """The established claims of a verdict on the mean depth, with their footprints."""
-    left = found.named.white - (found.left.fitted if found.unknown else 0.0)
+    beyond = found.beyond.law.footprint if found.beyond is not None and found.unknown else np.zeros_like(found.white)
+    left = found.named.white - beyond
     out = []
     for number, entry in enumerate(verdict["missing"]):
         if entry["channel"] != "bias":
             continue
         own = [step.footprint for step in found.named.steps if step.effect.name == entry["effect"]]
-        white = found.left.fitted if entry["effect"] == "unknown" else np.sum([np.zeros_like(left), *own], axis=0)
+        white = beyond if entry["effect"] == "unknown" else np.sum([np.zeros_like(left), *own], axis=0)
         out.append(Claim(number, entry, white, left))
     return out
 

@@ -1,6 +1,5 @@
 """The report of an explanation: what is missing in the model, where it shows, how sure, and what cannot be seen."""
 
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +9,23 @@ import numpy as np
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.verdict import sentence
 from fusion.output import atomic_file
-from fusion.report.claims import chance, claim_section, plain, quantity
-from fusion.report.evidence import Compared, claims_of, compared, depth_per_native, recording_names
+from fusion.report.claims import chance, claim_section, plain
+from fusion.report.evidence import Compared, claims_of, compared, recording_names
 from fusion.report.figures.explanation import DISPARITY, LENGTH, Unit
 from fusion.report.judgement import level
 from fusion.report.mismatch import fit_section, maps_section, said_misfit, short
 from fusion.report.noise_claim import noise_mask, noise_of, noise_section
 from fusion.report.page import Light, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
+from fusion.report.visibility import invisible_section, limits_section, visibility_section
 
+# the three levels of a claim, in words
+ESTABLISHED = "Established: chance is ruled out, and recordings that took no part in the fit show it too."
+LIKELY = "Likely, not established: signs are there, but chance or one odd recording could still make them."
+NOTHING = (
+    "Nothing: no effect passes the tests. That is no proof that there is none; the tables below say how large each "
+    "could still be, and which ones these recordings cannot show."
+)
 CHI2 = (1.3, 2.5)  # per degree of freedom: explained up to, a problem above (guesses)
 
 
@@ -44,8 +51,10 @@ def explanation_report(folder: Path, found: Explanation, verdict: dict[str, Any]
             *sections,
             _indicated(verdict),
             fit_section(seen),
-            _limits(found, verdict),
-            _invisible(verdict),
+            _extrapolation(verdict),
+            limits_section(found, verdict),
+            visibility_section(verdict),
+            invisible_section(verdict),
         ],
     )
     write_page(Path(folder) / "report.html", page)
@@ -84,11 +93,16 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
     whole = "It is explained." if level(after, CHI2) == "ok" else "Something stays that nobody has named."
     lines.append(Light(level(after, CHI2), "Fit", f"{said_misfit(seen)}, on {frames}. {whole}"))
     for entry in missing:
-        text = chance(entry["evidence"]["false_alarm_probability"])
+        text = f"{ESTABLISHED} {chance(entry['evidence']['false_alarm_probability'])}"
         alike = entry["indistinguishable_from"]
         if alike:
             text += f" Its name is open: this data cannot tell it from {', '.join(map(plain, alike))}."
         lines.append(Light("warning" if alike else "ok", f"How sure: {plain(entry['effect'])}", text))
+    for entry in verdict["indicated"]:
+        text = f"{LIKELY} {chance(entry['evidence']['false_alarm_probability'])}"
+        lines.append(Light("warning", f"How sure: {plain(entry['effect'])}", text))
+    if not missing and not verdict["indicated"]:
+        lines.append(Light("ok", "How sure", NOTHING))
     return lines
 
 
@@ -120,52 +134,21 @@ def _indicated(verdict: dict[str, Any]) -> Section:
         [plain(entry["effect"]), entry["where"]["text"], chance(entry["evidence"]["false_alarm_probability"])]
         for entry in verdict["indicated"]
     ]
-    lead = "Signs of these are there, but not enough to claim them."
+    lead = "Signs of these are there, but not enough to claim them: they are not in the extended model."
     table = numbers_table(["effect", "what", "how sure"], rows) if rows else ""
     return Section("Likely, but not established", lead, html=table)
 
 
-def _limits(found: Explanation, verdict: dict[str, Any]) -> Section:
-    """What was looked for and not found, the largest first, as the depth it may change at most."""
-    per_native = depth_per_native(found.before)
-    # a look-alike of a claim has no limit: it may be the claim
-    alike = {name for entry in verdict["missing"] for name in entry["indistinguishable_from"]}
-    limits = [entry for entry in verdict["limits"] if entry["effect"] not in alike]
-    sized = sorted(((_depth(found, entry, per_native), entry) for entry in limits), key=_largest_first)
+def _extrapolation(verdict: dict[str, Any]) -> Section:
+    """Recordings beyond all others, predicted from those."""
+    names = {"depth": "farthest", "incidence": "steepest", "time": "latest"}
     rows = []
-    for metres, entry in sized:
-        upper, _, unit = quantity(entry["upper"], None, entry["unit"])
-        rows.append(
-            [
-                plain(entry["effect"]),
-                entry["parameter"],
-                f"{upper} {unit}".strip(),
-                f"{metres * 1e3:.2g}" if np.isfinite(metres) else "",
-            ]
-        )
-    head = ["effect", "parameter", "below (95 %)", "changes depth by less than [mm]"]
-    lead = "Looked for and not found. With 95 % confidence each is smaller than this."
-    return Section("What could still be there", lead, html=numbers_table(head, rows) if rows else "")
-
-
-def _largest_first(item: tuple[float, dict[str, Any]]) -> tuple[float, str]:
-    return (-item[0] if np.isfinite(item[0]) else np.inf, item[1]["effect"])
-
-
-def _depth(found: Explanation, entry: dict[str, Any], per_native: np.ndarray) -> float:
-    """Depth [m] that an effect at its limit changes in the most affected twentieth of the tiles; NaN if not known."""
-    for candidate in found.candidates:
-        if candidate.name != entry["effect"] or not candidate.form.atoms:
-            continue
-        sizes = candidate.form.atoms[0].get(entry["parameter"])
-        size = float(np.max(np.abs(np.asarray(sizes, float)))) if sizes is not None else 0.0
-        if size > 0:
-            change = np.abs(candidate.columns[:, 0] * per_native)
-            return float(np.percentile(change, 95)) * entry["upper"] / size
-    return float("nan")
-
-
-def _invisible(verdict: dict[str, Any]) -> Section:
-    names = ", ".join(escape(plain(name)) for name in verdict["invisible"])
-    lead = "These recordings say nothing about the following; they may be there or not."
-    return Section("What cannot be seen here", lead, html=f"<p>{names}.</p>" if names else "")
+    for entry in verdict["fit"]["extrapolation"]:
+        before, after = entry["chi2_per_dof_before"], entry["chi2_per_dof_after"]
+        rows.append([f"the {names[entry['variable']]} recordings", short(before), short(after)])
+    lead = (
+        "The sizes of the claims were fitted once more without the recordings that lie beyond the others, and these "
+        "were predicted: misfit of the model as given, and of the extended one."
+    )
+    head = ["predicted", "misfit before", "misfit after"]
+    return Section("Does it hold outside?", lead, html=numbers_table(head, rows) if rows else "")

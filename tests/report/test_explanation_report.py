@@ -10,7 +10,8 @@ import pytest
 from browser import BINARY, Browser
 from explained import explanation_of
 
-from fusion.discrepancy.unknown.unrestricted import Found
+from fusion.discrepancy.unknown.unknown import unknown_of
+from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.report.claims import chance, quantity
 from fusion.report.evidence import claims_of, cleaned, compared
@@ -70,11 +71,19 @@ def test_pose_errors_are_taken_out_and_claims_stay(waved):
 
 
 def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
-    fitted = 3.0 * np.sin(np.arange(len(nothing.white)))
-    unknown = replace(nothing, left=Found(400.0, ("v", "depth"), fitted))
+    u = np.concatenate([p.tiles.mean(np.broadcast_to(p.view.u, p.depth.shape)) for p in nothing.before.patches])
+    # half a tenth of a pixel along the columns: some ten times what a tile may be off
+    white = nothing.white + nothing.gauge.whiten(0.05 * np.sin(2 * np.pi * u / 40))
+    groups = groups_of(nothing.before, nothing.gauge)
+    left = explained(white, groups, np.zeros((len(white), 0)))
+    named = replace(nothing.named, white=white, observations=nothing.before)
+    beyond = unknown_of(white, (nothing.before, nothing.gauge), left, nothing.candidates, groups)
+    unknown = replace(nothing, white=white, left=left, named=named, beyond=beyond)
+    assert unknown.unknown
     explanation_report(tmp_path / "a", unknown, verdict := verdict_of(unknown))
     assert verdict["missing"][0]["where"]["mask"] == "mask_0.png"
-    assert "an unknown effect" in (tmp_path / "a" / "report.html").read_text()
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert "an unknown effect" in page and "The nearest entry is" in page and "Established" in page
     bright = explanation_of("itof", AmbientLight(ambient=6000.0))
     assert bright.spread
     explanation_report(tmp_path / "b", bright, verdict_of(bright))

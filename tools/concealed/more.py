@@ -24,6 +24,7 @@ ASKED = {
     "card": ("card", Span(1.8, 2.2, 0.0, 20.0)),
     "cloth": ("corner", Span(1.0, 2.0, 0.0, 20.0)),
 }
+WARMING_S = (30.0, 200.0, 900.0, 6000.0)  # since switching on
 DIM, RAIL = 0.2, 0.2  # of the usual light, of the usual error of a pose
 
 
@@ -41,9 +42,9 @@ def more_shots(rng: Rng, setting: Setting, before: list[Shot], how: Span, count:
 
 
 def asked_shots(rng: Rng, kind: str, before: list[Shot], count: int = 4) -> list[Shot]:
-    """Recordings of one of the kinds in `ASKED`, or of the same scene cold and warm ("time"), by the same camera."""
+    """Recordings of one of the kinds in `ASKED`, or of one scene cold and warm ("time"), by the same camera."""
     if kind == "time":
-        return _cold_and_warm(rng, before[len(before) // 2], count)
+        return _cold_and_warm(rng, before)
     deck, span = ASKED[kind]
     shots = more_shots(rng, Setting(deck, False), before, span, count)
     if kind == "light":  # the same place again, with less of it
@@ -56,13 +57,11 @@ def asked_shots(rng: Rng, kind: str, before: list[Shot], count: int = 4) -> list
     return [_rolled(rng, shot) if kind == "roll" and k % 2 else shot for k, shot in enumerate(shots)]
 
 
-def _cold_and_warm(rng: Rng, last: Shot, count: int) -> list[Shot]:
-    out = []
-    T = nudged(last.stated, SIZE * rng.standard_normal(6))
-    for start in np.linspace(20.0, 6000.0, count):
-        times = start + np.arange(FRAMES) / RATE
-        out.append(Shot(last.camera, last.panels, T, last.stated, times, degrees_at(rng, times)))
-    return out
+def _cold_and_warm(rng: Rng, before: list[Shot]) -> list[Shot]:
+    """One recording of a board before a wall, in which nothing moves."""
+    first = more_shots(rng, Setting("step", False), before, Span(1.8, 2.2, 0.0, 20.0), 1)[0]
+    times = [start + np.arange(FRAMES) / RATE for start in WARMING_S]
+    return [replace(first, times=own, temperatures=degrees_at(rng, own), series=0, kept={}) for own in times]
 
 
 def _rolled(rng: Rng, shot: Shot) -> Shot:

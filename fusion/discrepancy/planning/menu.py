@@ -81,7 +81,7 @@ def _rolled() -> list[Setup]:
 
 
 def _warming() -> list[Setup]:
-    moments = ((COLD_S, COLD_C), (900.0, 33.0), (WARM_S, WARM_C))
+    moments = ((COLD_S, COLD_C), (200.0, 27.0), (900.0, 33.0), (WARM_S, WARM_C))
     return [Setup(step(step_m=0.5), before(1.5), 0, time, celsius) for time, celsius in moments]
 
 
@@ -101,7 +101,8 @@ def _cloth() -> list[Setup]:
 
 MENU = (
     Choice(
-        "time", "warm-up switch: leave camera and scene as they are; record cold, after 15 and after 100 minutes",
+        "time", "warm-up switch: one recording from cold to warm of a board before a wall, nothing moved, with frames "
+        "half a minute after switching on, after 3, after 15 and after 100 minutes",
         100.0, True, _warming,
     ),
     Choice(

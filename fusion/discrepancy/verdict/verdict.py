@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.extrapolation import extrapolated
 from fusion.discrepancy.identifiability import visibilities
 from fusion.discrepancy.naming.judged import Step
 from fusion.discrepancy.planning.plan import Plans
@@ -38,6 +39,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         "missing": missing,
         "fit": {
             "heldout": {key: _number(value) for key, value in found.held_out.items()},
+            "extrapolation": [beyond.entry() for beyond in extrapolated(found)],
             "frames_fitted": sum(len(look.frames) for look in found.looks),
             "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
         },
