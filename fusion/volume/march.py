@@ -28,8 +28,8 @@ def _field(p: ti.template(), n: ti.i32, neighbours: ti.template(), voxels: ti.te
 @ti.func
 def _march(
     origin: ti.template(), d: ti.template(), start: ti.f32, last: ti.f32, keys: ti.template(), ids: ti.template(),
-    low: ti.template(), size: ti.template(), grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),
-    voxel: ti.f32,
+    low: ti.template(), size: ti.template(), grid: ti.template(), solid: ti.template(), neighbours: ti.template(),
+    voxels: ti.template(), voxel: ti.f32,
 ):  # fmt: skip
     """Depth at which the ray origin + d * depth [voxels] meets the surface between two depths; -1 for none."""
     t = start
@@ -38,6 +38,7 @@ def _march(
     quantum = 1.0 / d.norm()  # depth of one voxel's length [m]
     before, t_before = -1.0, t  # the last value known to be outside; negative = none
     n, at = -1, ti.Vector([1 << 30, 0, 0])  # the block looked up last
+    hollow = False
     hit = -1.0
     while t < last and hit < 0.0:
         p = origin + d * t
@@ -46,9 +47,13 @@ def _march(
         if block[0] != at[0] or block[1] != at[1] or block[2] != at[2]:
             at = block
             n = find(block, low, size, grid, keys, ids)
-        if n < 0:  # go to where the ray leaves this block
-            side = (ti.cast(block * BLOCK, ti.f32) + ahead - origin) * inverse_d
-            leave = side.min()
+            hollow = n >= 0 and solid[n] == 0
+        leave = t
+        if n < 0 or hollow:
+            leave = ((ti.cast(block * BLOCK, ti.f32) + ahead - origin) * inverse_d).min()
+            if hollow:  # there it only has to be seen from which side the ray comes
+                leave -= 1.5 * quantum
+        if n < 0 or leave > t:  # on to where the ray leaves this block
             t = ti.max(t, leave) + 0.01 * quantum
             before = -1.0
         else:
@@ -56,7 +61,7 @@ def _march(
             s, w = value(n, nearest[0], nearest[1], nearest[2], neighbours, voxels)
             if w <= 0.0:  # never seen
                 before = -1.0
-                t += 0.75 * quantum
+                t += quantum
             elif before < 0.0 and s < -1.8 * voxel:  # well inside, and not come from outside
                 t += quantum
             elif s > 1.5 * voxel:  # well outside: a coarse look is enough, and the next one may be just behind
@@ -103,8 +108,8 @@ def _expected(depth: ti.template(), v: ti.i32, u: ti.i32, step: ti.i32):
     """Depth of a pixel on the plane through those around that are done, and how much these differ; 0 where one of
     them is missing. Along a line in the image, 1 / z of a plane is linear."""
     height, width = depth.shape[0], depth.shape[1]
-    dv = ti.select(v % (2 * step) == 0, 0, step)
-    du = ti.select(u % (2 * step) == 0, 0, step)
+    dv = ti.select(v & (2 * step - 1) == 0, 0, step)
+    du = ti.select(u & (2 * step - 1) == 0, 0, step)
     z, difference = 0.0, 0.0
     if v + dv < height and u + du < width:
         a, b = depth[v - dv, u - du], depth[v + dv, u + du]
@@ -147,32 +152,33 @@ def _refine(
 
 @ti.kernel
 def cast(
-    step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, neighbours: I32_2, voxels: F32, rays: F32_3,
+    step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32, rays: F32_3,
     pose: F32, first: F32_2, last: F32_2, voxel: ti.f32, focal: ti.f32, depth: F32_2,
 ):  # fmt: skip
-    """Depths of every step-th pixel in both directions; those at twice the step are taken as done, unless the step
+    """Fills in the depths (NaN before) of every step-th pixel in both directions; those at twice the step are taken as done, unless the step
     is COARSE. What two such rays enclose is less than two voxels wide, or else every ray is followed from its start:
     nothing that voxels can hold fits between them."""
     height, width = depth.shape[0], depth.shape[1]
-    across = (width + step - 1) // step
-    for n in range((height + step - 1) // step * across):
-        v = n // across * step
-        u = n % across * step
-        if step == COARSE or v % (2 * step) != 0 or u % (2 * step) != 0:
-            hit = -1.0
-            tv, tu = v // TILE, u // TILE
-            if last[tv, tu] > 0.0:
-                R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
-                origin = ti.Vector([pose[3], pose[7], pose[11]]) / voxel
-                d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel  # [voxels per metre of depth]
-                if step != COARSE:
-                    z, difference = _expected(depth, v, u, step)
-                    if z > 0.0 and step * z < voxel * focal and difference < 8.0 * voxel:
-                        hit = _refine(origin, d, z, keys, ids, low, size, grid, neighbours, voxels, voxel)
-                if hit < 0.0:
-                    hit = _march(
-                        origin, d, first[tv, tu], last[tv, tu], keys, ids, low, size, grid, neighbours, voxels, voxel
-                    )
-                if hit >= last[tv, tu]:
+    for tile in range(first.shape[0] * first.shape[1]):
+        tv, tu = tile // first.shape[1], tile % first.shape[1]
+        start, end = first[tv, tu], last[tv, tu]
+        if end > 0.0:
+            R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
+            origin = ti.Vector([pose[3], pose[7], pose[11]]) / voxel
+            for n in range((TILE // step) * (TILE // step)):
+                v = tv * TILE + n // (TILE // step) * step
+                u = tu * TILE + n % (TILE // step) * step
+                done = step != COARSE and (v | u) & (2 * step - 1) == 0
+                if v < height and u < width and not done:
+                    d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel  # [voxels per metre of depth]
                     hit = -1.0
-            depth[v, u] = hit if hit > 0.0 else ti.math.nan
+                    if step != COARSE:
+                        z, difference = _expected(depth, v, u, step)
+                        if z > 0.0 and step * z < voxel * focal and difference < 8.0 * voxel:
+                            hit = _refine(origin, d, z, keys, ids, low, size, grid, neighbours, voxels, voxel)
+                    if hit < 0.0:
+                        hit = _march(
+                            origin, d, start, end, keys, ids, low, size, grid, solid, neighbours, voxels, voxel
+                        )  # fmt: skip
+                    if hit > 0.0 and hit < end:
+                        depth[v, u] = hit
