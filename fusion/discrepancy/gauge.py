@@ -1,10 +1,12 @@
 """The gauge: how far every tile may be off for known reasons, and residuals measured in it."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dpotri
 
 from fusion.discrepancy.covariance import bow, grain
 from fusion.discrepancy.observations import Observations, Patch
@@ -34,6 +36,17 @@ class Gauge:
     def whiten(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Vectors (n,) or (n, k) as independent numbers of unit spread."""
         return np.asarray(solve_triangular(self.root, values, lower=True, check_finite=False))
+
+    @cached_property
+    def inverse(self) -> NDArray[np.float64]:
+        """(n, n) inverse of the covariance."""
+        lower, _ = dpotri(self.root, lower=1)
+        lower = np.tril(lower)
+        return np.asarray(lower + np.tril(lower, -1).T)
+
+    def pulled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Whitened vectors (n,) or (n, k) as the weights of the tiles that they are products with."""
+        return np.asarray(solve_triangular(self.root, values, lower=True, trans="T", check_finite=False))
 
     def visible(self, values: NDArray[np.float64]) -> float:
         """Share of the norm of a vector (n,) that poses and known parameters leave to be seen."""
@@ -86,12 +99,17 @@ def _simulated(patch: Patch) -> Vector:
 
 
 def _add_grain(observations: Observations, effect: Effect, total: NDArray[np.float64]) -> None:
-    """Add the covariance of an error that is frozen in each recording and drawn anew for the next."""
+    """Add the covariance of an error that is frozen while the scene stands still, and drawn anew when it moves."""
     for rows, patch in observations.rows():
         for others, other in observations.rows():
-            if other.look.place == patch.look.place:
+            if other.look.place == patch.look.place and _still(patch, other):
                 alike = grain(patch.tiles.cell, other.tiles.cell, patch.tiles.side, effect.window(patch.view))
                 total[rows, others] += alike * np.outer(_size(patch, effect), _size(other, effect))
+
+
+def _still(patch: Patch, other: Patch) -> bool:
+    """True when the camera sees the scene from the same place."""
+    return bool(np.allclose(patch.look.T_world_camera, other.look.T_world_camera, atol=1e-6))
 
 
 def _size(patch: Patch, effect: Effect) -> Vector:

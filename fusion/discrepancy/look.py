@@ -15,8 +15,9 @@ from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
 from fusion.sensor.view import Image, View
+from fusion.simulation.casting import Body
 from fusion.simulation.indirect import Bounce
-from fusion.simulation.render import Channels
+from fusion.simulation.render import Channels, view_of
 
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
@@ -108,7 +109,11 @@ def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
     assert recording.poses is not None
     T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
     view, given = _seen(stage, frames, T_world_camera, channels)
-    view = replace(view, moment=_moment(recording, frames))
+    moment = _moment(recording, frames)
+    if stage.table is not None:
+        point, direction = stage.table.in_camera(T_world_camera)
+        moment = replace(moment, axis_point=point, axis_direction=direction)
+    view = replace(view, moment=moment)
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
     look = replace(_measured(stage, frames[:kept], view, T_world_camera), given=given)
     if kept == len(frames):
@@ -130,7 +135,9 @@ def _seen(
             else (replace(view, ir=np.asarray(ir, np.float32)), given)
         )
     assert stage.caster is not None
-    view = stage.caster.view(stage.recording.camera, T_world_camera, channels)
+    twist = None if stage.table is None else stage.table.twists[list(frames)].mean(axis=0)
+    body = Body(stage.caster, turning=stage.table is not None)
+    view = view_of((body,), stage.recording.camera, T_world_camera, channels, twist)
     return replace(view, ir=None if ir is None else np.asarray(ir, np.float32)), None
 
 

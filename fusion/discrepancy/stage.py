@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fusion.discrepancy.simulated import Match
+from fusion.discrepancy.table import Table, table_of
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.files import read_mesh
@@ -29,6 +30,7 @@ class Stage:
         sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis.
         mesh_sigma_m: how far the real surface may be from the mesh.
         shape: fingerprint of the mesh file: recordings of one target share its errors.
+        table: the turntable on which everything stands; None where nothing turns.
         simulated: the simulation of the recording and the sensor model that goes with it; None where there is a mesh.
     """
 
@@ -39,6 +41,7 @@ class Stage:
     sigma_rad: float
     mesh_sigma_m: float
     shape: str = ""
+    table: Table | None = None
     simulated: tuple[Match, Sensor] | None = None
 
 
@@ -69,6 +72,7 @@ def stage_of(recording: Recording, place: int) -> Stage:
         number_of(about, "sigma_rad", NOMINAL[1], recording),
         number_of(recording.scene, "mesh_sigma_m", 0.0, recording),
         sha256(path.read_bytes()).hexdigest(),
+        table_of(recording),
     )
 
 

@@ -1,0 +1,121 @@
+"""Table: a recording whose object turns, seen from the object: the axis, and how fast it turns at every frame."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.pose import Array, inverse
+from fusion.recording.recording import Recording
+from fusion.sensor.moments import moments_of
+from fusion.simulation.motion import twist_between
+
+STEADY_S = 0.5  # frames that follow each other faster, each at an angle of its own, are taken while the table turns
+LEAST_TURN = np.deg2rad(5.0)
+
+
+@dataclass(frozen=True)
+class Table:
+    """The turntable of a recording, in the frame of its poses, in which the object rests.
+
+    Attributes:
+        point, direction: (3,) of the axis [m]; the object turns right-handed about it by the logged angle.
+        twists: (n, 6) motion of the camera in that frame, as `twist_between`; 0 where the table stands still.
+    """
+
+    point: Array
+    direction: Array
+    twists: NDArray[np.float64]
+
+    def in_camera(self, T_world_camera: Array) -> tuple[Array, Array]:
+        """A point of the axis and its direction in the camera frame."""
+        T = inverse(T_world_camera)
+        return T[:3, :3] @ self.point + T[:3, 3], T[:3, :3] @ self.direction
+
+
+def table_of(recording: Recording) -> Table | None:
+    """The turntable whose angles were logged; None where there is none, or where the poses do not follow it.
+
+    Raises:
+        RecordingError: the axis in `scene.json` is none.
+    """
+    angle = moments_of(recording).table_angle
+    if recording.poses is None or not np.isfinite(angle).all() or np.ptp(angle) < LEAST_TURN:
+        return None
+    poses = recording.poses.at(recording.timestamps).poses
+    known = np.isfinite(poses).all(axis=(1, 2))
+    if known.sum() < 2 or not _follow(poses[known], angle[known]):
+        return None
+    stated = _stated(recording)
+    point, direction = stated if stated is not None else _axis(poses[known], angle[known])
+    return Table(point, direction, _twists(recording, poses))
+
+
+def _follow(poses: Array, angle: Array) -> bool:
+    """True when poses turn as the log says: the object's frame, and not that of the room."""
+    last = int(np.argmax(np.abs(np.sin((angle - angle[0]) / 2))))
+    turned = (np.trace((poses[last] @ inverse(poses[0]))[:3, :3]) - 1) / 2
+    return bool(abs(np.arccos(np.clip(turned, -1, 1)) - _folded(angle[last] - angle[0])) < LEAST_TURN)
+
+
+def _folded(angle: float) -> float:
+    """The same turn as an angle from 0 to pi."""
+    return float(abs((angle + np.pi) % (2 * np.pi) - np.pi))
+
+
+def _stated(recording: Recording) -> tuple[Array, Array] | None:
+    about: Any = recording.scene.get("trajectory")
+    about = about.get("turntable") if isinstance(about, dict) else None
+    if not isinstance(about, dict) or "axis_point" not in about or "axis_direction" not in about:
+        return None
+    try:
+        point, direction = (np.array(about[key], float).reshape(3) for key in ("axis_point", "axis_direction"))
+    except (TypeError, ValueError):
+        point, direction = np.full(3, np.nan), np.zeros(3)
+    if not np.isfinite([*point, *direction]).all() or not np.any(direction):
+        raise RecordingError(
+            "the turntable's axis in scene.json cannot be used",
+            recording.path,
+            str(about)[:80],
+            "axis_point and axis_direction of three numbers each",
+        )
+    return point, direction / np.linalg.norm(direction)
+
+
+def _axis(poses: Array, angle: Array) -> tuple[Array, Array]:
+    """The axis about which the poses turn: seen from the object, the camera goes round it backwards."""
+    rows, ends, turns = [], [], []
+    for T, turned in zip(poses[1:], angle[1:] - angle[0], strict=True):
+        if _folded(turned) < LEAST_TURN:
+            continue
+        motion = T @ inverse(poses[0])
+        R = motion[:3, :3]
+        skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+        turns.append(-skew * np.sign(np.sin(turned)))
+        rows.append(np.eye(3) - R)
+        ends.append(motion[:3, 3])
+    direction = np.sum(turns, axis=0)
+    direction = direction / np.linalg.norm(direction)
+    # the point nearest to the origin that stays where it is
+    rows.append(direction[None])
+    ends.append(np.zeros(1))
+    return np.linalg.lstsq(np.concatenate(rows), np.concatenate(ends), rcond=None)[0], direction
+
+
+def _twists(recording: Recording, poses: Array) -> NDArray[np.float64]:
+    """(n, 6) motion of the camera at every frame, from the frames before and after."""
+    stamps, n = np.asarray(recording.timestamps, float), len(poses)
+    out = np.zeros((n, 6))
+    same = [np.allclose(poses[i], poses[i + 1], atol=1e-9) for i in range(n - 1)]
+    about = recording.scene.get("trajectory")
+    said = about.get("continuous") if isinstance(about, dict) else None
+    turning = said if isinstance(said, bool) else not any(same) and float(np.median(np.diff(stamps))) < STEADY_S
+    if not turning:
+        return out
+    for i in range(n):
+        before, after = max(i - 1, 0), min(i + 1, n - 1)
+        if stamps[after] > stamps[before] and np.isfinite(poses[[before, after]]).all():
+            out[i] = twist_between(poses[before], poses[after], stamps[after] - stamps[before])
+    return out
