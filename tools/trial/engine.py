@@ -25,7 +25,7 @@ def explained(case: Path, out: Path, whole: bool = False) -> tuple[dict[str, Any
         whole: run the command with its report, not the verdict alone.
     """
     recordings = sorted(str(p) for p in case.glob("rec_*"))
-    program = ["-c", WHOLE, "explain"] if whole else [str(HERE / "engine_side.py"), "explain"]
+    program = ["-P", "-c", WHOLE, "explain"] if whole else [str(HERE / "engine_side.py"), "explain"]
     command = [*program, *recordings, "--sensor", str(case / "sensor.json"), "-o", str(out)]
     seconds, complaint = _run(command)
     file = out / "verdict.json"
