@@ -60,6 +60,14 @@ def where_of(entry: Any, path: Path) -> tuple[Bound, ...]:
     return tuple(bound_of(bound) for bound in given)
 
 
+def is_fitted(entry: Any, path: Path) -> bool:
+    """Whether the numbers of a checked entry were found together on this very unit."""
+    given = entry.get("fitted", False)
+    if not isinstance(given, bool):
+        raise SensorError("whether an effect is fitted is no truth value", path, shown(given), "true or false")
+    return given
+
+
 def stds_of(effect: Effect, given: Given, path: Path) -> dict[tuple[str, str], float | tuple[float, ...]]:
     """How well the values of a checked entry are known, by (effect, field)."""
     return {

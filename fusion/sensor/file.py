@@ -11,7 +11,7 @@ from fusion.errors import SensorError
 from fusion.output import atomic_file
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
-from fusion.sensor.entries import checked_entry, effect_of, missing_parameters, stds_of, where_of
+from fusion.sensor.entries import checked_entry, effect_of, is_fitted, missing_parameters, stds_of, where_of
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.raw_values import shown
@@ -36,11 +36,14 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
     kept, warnings = [], []
     std: dict[tuple[str, str], float | tuple[float, ...]] = {}
     sources: dict[str, str] = {}
+    fitted = set()
     for entry in content["effects"]:
         effect, given = checked_entry(entry, path)
         if effect in sources:
             raise SensorError(f"{effect} is given twice", path, do="keep one of the two")
         sources[effect] = str(entry.get("source") or "")
+        if is_fitted(entry, path):
+            fitted.add(effect)
         if effect in IMPLEMENTED:
             effects.append(replace(effect_of(effect, given, path), where=where_of(entry, path)))
             std |= stds_of(effects[-1], given, path)
@@ -57,6 +60,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
         frequencies=_frequencies(content, path),
         std=std,
         sources={effect: source for effect, source in sources.items() if source},
+        fitted=frozenset(fitted),
         kept=tuple(kept),
         left_out=tuple(f"{e['effect']}: known by name, but not computed by this version" for e in kept),
         warnings=tuple(warnings),
@@ -97,6 +101,7 @@ def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
         if (effect.name, about.name) in sensor.std:
             written[label]["std"] = sensor.std[effect.name, about.name]
     out = {"effect": effect.name, "parameters": written, "source": sensor.sources.get(effect.name, "")}
+    out |= {"fitted": True} if effect.name in sensor.fitted else {}
     return out | ({"where": [bound.entry() for bound in effect.where]} if effect.where else {})
 
 

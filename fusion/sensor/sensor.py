@@ -34,6 +34,8 @@ class Sensor:
         std: (effect, parameter) to how well the value is known, in the parameter's unit; 0 exact; a list has one
             number for all its values or one for each.
         sources: effect to where its values come from.
+        fitted: effects whose numbers were found together on this very unit: they are undone whole, however badly each
+            is known by itself, as what one of them has too much the others have too little.
         kept: entries of the file that this version knows by name only, as they were read.
         left_out: what the model does not do, one sentence each.
         warnings: what looked wrong while reading, one sentence each.
@@ -48,6 +50,7 @@ class Sensor:
     frequencies: tuple[float, ...] = ()
     std: dict[tuple[str, str], float | tuple[float, ...]] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
+    fitted: frozenset[str] = frozenset()
     kept: tuple[dict[str, Any], ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -69,7 +72,7 @@ class Sensor:
     def having(self, effect: Effect) -> "Sensor":
         """This sensor with an effect in place of its own of that name, or in addition."""
         others = tuple(own for own in self.effects if own.name != effect.name)
-        return replace(self, effects=(*others, effect), left_out=())
+        return replace(self, effects=(*others, effect), fitted=self.fitted - {effect.name}, left_out=())
 
     def left(self, effect: Effect) -> str:
         """Why the correction leaves an effect of this sensor; empty when it undoes it."""
@@ -79,7 +82,7 @@ class Sensor:
 
     def usual(self, effect: Effect) -> str:
         """Why an effect of this sensor is not known for this very unit; empty when it is."""
-        for name in parameters(effect):
+        for name in parameters(effect) if effect.name not in self.fitted else ():
             size = float(np.abs(getattr(effect, name)).max())
             # undoing what is known no better than its own size makes things worse on most units
             if 0 < size <= float(np.max(self.std.get((effect.name, name), 0.0))):

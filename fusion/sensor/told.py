@@ -74,8 +74,8 @@ def tell(sensor: Sensor, view: View) -> Told:
         size = _size(effect, depth, full)
         if size > NOTHING:
             undone[effect.name] = size
-        std = _std(sensor, effect, depth, full)
-        if std > noise:
+        # the deviations of numbers that were fitted together say little one by one
+        if effect.name not in sensor.fitted and (std := _std(sensor, effect, depth, full)) > noise:
             doubtful.append(
                 f"{effect.name}: undone, but known to {1e3 * std:.1f} mm only at {_median(depth):.2f} m, "
                 f"worse than the noise of {1e3 * noise:.1f} mm"

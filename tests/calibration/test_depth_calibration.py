@@ -295,3 +295,27 @@ def test_the_radial_limit_is_where_the_border_is_worse():
         bent.append(rest + np.where(radius > 45, 8 * np.sqrt(e.variance), 0.0))
     limit = radial_limit(found.fitted.evidence, replace(found.best, residual=tuple(bent)), SL)
     assert limit is not None and 38 < limit < 48  # a ring is 6 px wide
+
+
+def test_numbers_that_were_fitted_together_are_undone_together(tmp_path):
+    """Offset and scale of near walls hold each other: each is known badly by itself, and both are undone."""
+    sensor = Sensor(
+        effects=(DepthOffset(-0.01), DepthScale(0.01)),
+        std={("depth_offset", "offset"): 0.02, ("depth_scale", "scale"): 0.02},
+        fitted=frozenset({"depth_offset", "depth_scale"}),
+    )
+    write_sensor(tmp_path / "sensor.json", sensor)
+    back = read_sensor(tmp_path / "sensor.json")
+    depth = np.full(SL.shape, 1.0)
+    assert back.fitted == sensor.fitted and back.std == sensor.std and not back.left_out
+    assert np.allclose(back.correct(back.predict(depth, SL), SL), depth, atol=1e-6)  # what `correct` promises
+    usual = replace(sensor, fitted=frozenset(), left_out=())
+    assert len(usual.left_out) == 2 and np.array_equal(usual.correct(depth, SL), depth)
+
+
+def test_the_deviations_in_the_file_are_those_of_the_fit():
+    found = calibrated(SL, (DepthOffset(0.004), DepthScale(0.001)))
+    for (effect, name), std in found.sensor.std.items():
+        keys = {"depth_offset": "offset", "depth_scale": "scale", "disparity_offset": "disparity"}
+        assert std == found.fitted.numbers.std[keys[effect]], name
+        assert effect in found.sensor.fitted

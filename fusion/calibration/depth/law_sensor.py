@@ -22,6 +22,7 @@ from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
+NO_PHASE = np.pi / np.sqrt(3)  # [rad] standard deviation of a phase of which nothing is known
 RADII = 33  # nodes of a radial table
 LIGHTS = 49  # nodes of a brightness curve: 15 % apart over three decades, which leaves a thousandth of it
 POWERS = {"amplitude": 1.0, "amplitude^2": 2.0}
@@ -78,7 +79,6 @@ def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
         std["column_delay", "slope"] = deviation["delay u"]
     _add_waves(numbers, effects, std)
     _add_table(numbers, camera, known, effects, std)
-    std = {key: _below(deviation, getattr(effects[key[0]], key[1])) for key, deviation in std.items()}
     sources = dict.fromkeys(effects, "")
     kept = tuple(e for e in known.effects if e.name not in effects)
     return replace(
@@ -86,25 +86,13 @@ def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
         effects=(*kept, *effects.values()),
         std={k: v for k, v in known.std.items() if k[0] not in effects} | std,
         sources={k: v for k, v in known.sources.items() if k not in effects} | sources,
+        fitted=known.fitted | effects.keys(),
         left_out=(),
     )
 
 
-def _below(std: Any, value: Any) -> Any:
-    """Deviations kept below the value's size.
-
-    A number that is known no better than its size is not undone by a correction; the numbers of a law hold together,
-    and one that is left out takes the sense from the others.
-    """
-    most = 0.99 * float(np.abs(value).max())
-    return tuple(min(x, most) for x in std) if isinstance(std, tuple) else min(std, most)
-
-
 def waves(numbers: Numbers) -> list[tuple[float, float, float, float, float]]:
-    """(amplitude [m], period [m], phase [rad], std of amplitude, std of phase) of each wave.
-
-    The phase is given from pi to 3 pi: a phase near 0 would look as if it were not known.
-    """
+    """(amplitude [m], period [m], phase [rad], std of amplitude, std of phase) of each wave."""
     found = []
     for key in numbers.value:
         if key.startswith("sin "):
@@ -113,7 +101,7 @@ def waves(numbers: Numbers) -> list[tuple[float, float, float, float, float]]:
             size = float(np.hypot(s, c))
             std = max(numbers.std[key], numbers.std["cos " + period])
             phase = float(np.arctan2(c, s)) % (2 * np.pi)
-            found.append((size, float(period), phase + 2 * np.pi * (phase < np.pi), std, std / max(size, 1e-9)))
+            found.append((size, float(period), phase, std, min(std / max(size, 1e-9), NO_PHASE)))
     return found
 
 
@@ -138,8 +126,7 @@ def _add_brightness(numbers: Numbers, effects: dict, std: dict) -> None:
         own = [key for key in shapes if key in value]
         curve = sum((value[key] * shapes[key] for key in own), np.zeros(LIGHTS))
         effects["tabulated"] = Tabulated(("amplitude",), (tuple(map(float, ir)),), curve)
-        largest = max(deviation[key] for key in own)
-        std["tabulated", "values"] = min(largest, 0.5 * float(np.abs(curve).max()))
+        std["tabulated", "values"] = _of_sum([deviation[key] * shapes[key] for key in own])
         return
     for key, power in POWERS.items():
         if key in value:
@@ -168,17 +155,21 @@ def _add_table(numbers: Numbers, camera: Camera, known: Sensor, effects: dict, s
         field = np.interp(View(camera).radius, radii, bend)
         effect = DisparityDistortion(map=field) if triangulating else FixedPattern(map=field)
         effects[effect.name] = effect
-        std[effect.name, "map"] = deviation
+        std[effect.name, "map"] = max(deviation)
 
 
 def _radial_table(
     numbers: Numbers, camera: Camera, radial: list[str]
-) -> tuple[tuple[float, ...], NDArray[np.floating], float]:
-    """Radii [px], values and the largest standard deviation of the radial terms together."""
+) -> tuple[tuple[float, ...], NDArray[np.floating], tuple[float, ...]]:
+    """Radii [px], values and standard deviations of the radial terms together."""
     corners = np.array([[0, 0], [camera.width - 1, 0], [0, camera.height - 1], [camera.width - 1, camera.height - 1]])
     largest = float(np.hypot(corners[:, 0] - camera.cx, corners[:, 1] - camera.cy).max())
     radii = np.linspace(0, max(largest, 1.0), RADII)
     share = radii / reach(camera)
     bend = sum((numbers.value[key] * share ** int(key[-1]) for key in radial), np.zeros(RADII))
-    deviation = max([numbers.std[key] for key in radial], default=0.0)
-    return tuple(float(r) for r in radii), bend, min(deviation, 0.5 * float(np.abs(bend).max(initial=0.0)))
+    return tuple(map(float, radii)), bend, _of_sum([numbers.std[key] * share ** int(key[-1]) for key in radial])
+
+
+def _of_sum(parts: list[NDArray[np.floating]]) -> tuple[float, ...]:
+    """Standard deviations of a sum of shapes; that their numbers are correlated is left out."""
+    return tuple(float(x) for x in np.sqrt(sum(np.square(part) for part in parts)))

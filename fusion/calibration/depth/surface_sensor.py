@@ -26,7 +26,7 @@ def with_surface(sensor: Sensor, camera: Camera, stack: Stack) -> Sensor:
         if there is not None:
             pixels = pixels + np.asarray(there.map)  # type: ignore[attr-defined]
         effect: Effect = DisparityDistortion(map=pixels) if triangulating else FixedPattern(map=pixels)
-        return replace(sensor, effects=(*(e for e in sensor.effects if e.name != effect.name), effect), left_out=())
+        return _with(sensor, effect)
     values = np.asarray(np.moveaxis(stack.maps, 0, -1), float)  # (v, u, depth)
     old = sensor.effect("tabulated")
     if isinstance(old, Tabulated):
@@ -34,12 +34,13 @@ def with_surface(sensor: Sensor, camera: Camera, stack: Stack) -> Sensor:
     grid = tuple(tuple(map(float, axis)) for axis in (stack.v, stack.u, stack.distance))
     names = ("v", "u", "depth")
     table = Tabulated(names, grid, values_px=values) if triangulating else Tabulated(names, grid, values)
-    return replace(
-        sensor,
-        effects=(*(e for e in sensor.effects if e.name != "tabulated"), table),
-        std={key: value for key, value in sensor.std.items() if key[0] != "tabulated"},
-        left_out=(),
-    )
+    return _with(replace(sensor, std={key: std for key, std in sensor.std.items() if key[0] != "tabulated"}), table)
+
+
+def _with(sensor: Sensor, effect: Effect) -> Sensor:
+    """The sensor with a fitted effect in place of its own."""
+    found = sensor.having(effect)
+    return replace(found, fitted=found.fitted | {effect.name})
 
 
 def _full(stack: Stack, camera: Camera) -> NDArray[np.floating]:
