@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channels import Channels, channels_of
 from fusion.discrepancy.gauge import Gauge, gauge_of
+from fusion.discrepancy.held_out import before_and_after, held_out_of
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
-from fusion.discrepancy.naming.naming import Named, name_effects
+from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
@@ -23,6 +24,7 @@ from fusion.sensor.sensor import Sensor
 Vector = NDArray[np.float64]
 
 UNKNOWN_GAIN = 40.0  # beyond what the columns cost: below, it may be chance
+IN_PLACE = 1.05  # times the gain of maps with hundreds of free squares: a formula that explains more is the law
 UNKNOWN_SHARE = 0.3  # of all that could be explained: a leftover of less is the form of a named effect
 
 
@@ -126,15 +128,23 @@ def explained_looks(
     progress("trying every effect of the catalogue")
     candidates = candidates_of(before, gauge)
     named = name_effects(looks, before, gauge, candidates)
-    left = explained(named.white, groups, nothing)
+    held = held_out_of(looks, sensor)
+    if named.steps and held.contradicts(named.sensor):
+        named = unconfirmed(named, before, white)
     beyond = None
-    if _is_much(left, named, possible):
+    if named.steps and all(step.candidate.form.map for step in named.steps):
+        progress("asking whether a map of the image stands for a formula")
+        formula = unknown_of(white, (before, gauge), possible, candidates, groups)
+        if formula.law.simple and formula.law.replicated and formula.law.gain > IN_PLACE * _gain(named):
+            named, beyond = unconfirmed(named, before, white), formula
+    left = explained(named.white, groups, nothing)
+    if beyond is None and _is_much(left, named, possible):
         progress("looking for the form of what no effect explains")
         beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
     progress("comparing the noise")
     channels = _channels(named, beyond, looks)
     progress("judging frames that took no part")
-    held_out = _held_out([look.held for look in looks if look.held is not None], sensor, _extended(named, beyond))
+    held_out = before_and_after(held, sensor, _extended(named, beyond))
     return Explanation(
         tuple(looks), before, gauge, white, named, channels, possible, left, tuple(candidates), held_out, beyond
     )
@@ -142,8 +152,12 @@ def explained_looks(
 
 def _is_much(left: Found, named: Named, possible: Found) -> bool:
     """True when what is left is no chance, and no mere matter of the form of a named effect."""
-    whole = max(possible.gain, sum(step.gain for step in named.steps) + left.gain)
+    whole = max(possible.gain, _gain(named) + left.gain)
     return left.gain > UNKNOWN_GAIN and left.gain > UNKNOWN_SHARE * whole
+
+
+def _gain(named: Named) -> float:
+    return sum(step.gain for step in named.steps)
 
 
 def _extended(named: Named, beyond: Unknown | None) -> Sensor:
@@ -192,20 +206,3 @@ def _same_cameras(recordings: Sequence[Recording], sensor: Sensor) -> None:
                 f"{first.width} x {first.height}, {first.principle}",
                 "explain one camera at a time",
             )
-
-
-def _held_out(held: list[Look], sensor: Sensor, better: Sensor) -> dict[str, float]:
-    out = dict.fromkeys(("chi2_per_dof_before", "chi2_per_dof_after", "rms_before_m", "rms_after_m"), float("nan"))
-    if not held:
-        return out
-    first = observe(sensor, held)
-    gauge = gauge_of(first)
-    for when, model in (("before", sensor), ("after", better)):
-        observations = first if when == "before" else observe(model, held)
-        if len(observations.residual) != len(first.residual):
-            continue
-        white = gauge.whiten(observations.residual)
-        metres = np.concatenate([p.tiles.mean(p.look.mean - p.predicted) for p in observations.patches])
-        out[f"chi2_per_dof_{when}"] = float(white @ white / len(white))
-        out[f"rms_{when}_m"] = float(np.sqrt(np.mean(metres**2)))
-    return out

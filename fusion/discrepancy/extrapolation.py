@@ -41,7 +41,7 @@ class Beyond:
 
 def extrapolated(found: Explanation) -> list[Beyond]:
     """The farthest, the steepest and the latest recordings, as the others predict them; [] without any claim."""
-    columns = _columns(found)
+    columns, room = _columns(found)
     place = found.before.place
     recordings = np.unique(place)
     if not columns.shape[1] or len(recordings) < LEAST:
@@ -55,21 +55,28 @@ def extrapolated(found: Explanation) -> list[Beyond]:
         low = float(np.quantile(means, 1 - OUTER))
         outer = np.isin(place, recordings[means >= low])
         if np.ptp(means) > 0 and 0 < outer.mean() < 0.5:
-            out.append(Beyond(name, low, *_chi2(columns, found.white, outer)))
+            out.append(Beyond(name, low, *_chi2((columns, room), found.white, outer)))
     return out
 
 
-def _columns(found: Explanation) -> Vector:
-    """(n, k) all that the claims may change, in units of the gauge; their shapes stay as they were found."""
+def _columns(found: Explanation) -> tuple[Vector, NDArray[np.bool_]]:
+    """(n, k) all that the claims may change, in units of the gauge, and which (k,) are squares of a map."""
     parts = [step.candidate.white for step in found.named.steps]
+    maps = [np.full(step.candidate.white.shape[1], bool(step.candidate.form.map)) for step in found.named.steps]
     if found.unknown and found.beyond is not None:
         parts.append(found.beyond.law.footprint[:, None])
-    return np.concatenate(parts, axis=1) if parts else np.zeros((len(found.white), 0))
+        maps.append(np.zeros(1, bool))
+    if not parts:
+        return np.zeros((len(found.white), 0)), np.zeros(0, bool)
+    return np.concatenate(parts, axis=1), np.concatenate(maps)
 
 
-def _chi2(columns: Vector, white: Vector, outer: NDArray[np.bool_]) -> tuple[float, float]:
+def _chi2(model: tuple[Vector, NDArray[np.bool_]], white: Vector, outer: NDArray[np.bool_]) -> tuple[float, float]:
+    columns, room = model
     own, rest = columns[~outer], white[~outer]
     normal = own.T @ own
-    ridge = 1e-6 * np.trace(normal) / len(normal) * np.eye(len(normal))
-    left = white[outer] - columns[outer] @ np.linalg.solve(normal + ridge, own.T @ rest)
+    ridge = np.full(len(normal), 1e-6 * np.trace(normal) / len(normal))
+    # squares of a map that few recordings saw are held near nothing
+    ridge[room] = np.median(np.diag(normal)[room]) if room.any() else 0.0
+    left = white[outer] - columns[outer] @ np.linalg.solve(normal + np.diag(ridge), own.T @ rest)
     return float(np.mean(white[outer] ** 2)), float(np.mean(left**2))

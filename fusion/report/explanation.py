@@ -1,5 +1,6 @@
 """The report of an explanation: what is missing in the model, where it shows, how sure, and what cannot be seen."""
 
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -130,13 +131,13 @@ def _numbers(verdict: dict[str, Any], seen: Compared) -> list[Number]:
 
 def _indicated(verdict: dict[str, Any]) -> Section:
     """What is likely but not established."""
-    rows = [
-        [plain(entry["effect"]), entry["where"]["text"], chance(entry["evidence"]["false_alarm_probability"])]
+    said = [
+        f"<h3>{escape(plain(entry['effect']))}</h3><p>{escape(entry['where']['text'])}. "
+        f"{escape(chance(entry['evidence']['false_alarm_probability']))}</p>"
         for entry in verdict["indicated"]
     ]
     lead = "Signs of these are there, but not enough to claim them: they are not in the extended model."
-    table = numbers_table(["effect", "what", "how sure"], rows) if rows else ""
-    return Section("Likely, but not established", lead, html=table)
+    return Section("Likely, but not established", lead, html="".join(said))
 
 
 def _extrapolation(verdict: dict[str, Any]) -> Section:

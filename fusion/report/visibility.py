@@ -1,5 +1,6 @@
 """Parts of the page on what these recordings could show at all: limits, look-alikes, and what they cannot show."""
 
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -53,14 +54,15 @@ def invisible_section(verdict: dict[str, Any]) -> Section:
     groups: dict[str, list[str]] = {}
     for name in verdict["invisible"]:
         groups.setdefault(would[name]["text"] if name in would else "", []).append(name)
-    rows = []
+    said = []
     for text, names in sorted(groups.items(), key=lambda item: (not item[0], -len(item[1]))):
         sigmas = [would[name]["sigma"] for name in names if name in would and would[name]["sigma"]]
-        sure = f"{min(sigmas):.0f} standard deviations or more at usual size" if sigmas else ""
-        rows.append([", ".join(map(plain, names)), text or "nothing on the menu of simple recordings", sure])
-    lead = "These recordings say nothing about the following; they may be there or not. What would show them:"
-    head = ["effect", "record this", "expected"]
-    return Section("What cannot be seen here", lead, html=numbers_table(head, rows) if rows else "")
+        advice = f"Record {text}." if text else "Nothing on the menu of simple recordings shows it."
+        if sigmas:
+            advice += f" At its usual size it would stand out by {min(sigmas):.0f} standard deviations."
+        said.append(f"<h3>{escape(', '.join(map(plain, names)))}</h3><p>{escape(advice)}</p>")
+    lead = "These recordings say nothing about the following; they may be there or not."
+    return Section("What cannot be seen here", lead, html="".join(said))
 
 
 def _percent(share: float) -> str:
