@@ -1,7 +1,7 @@
 """Naming: which effects, added to the model, explain the residual; each must pay, replicate and fit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
 from fusion.discrepancy.naming.judged import Step, judged, judged_next
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
@@ -38,6 +39,7 @@ class Named:
         observations: under that model.
         white: (n,) what is left, in units of the gauge.
         likely: the next one, that is likely but not established; None when there is none.
+        extrapolation: how recordings held back are predicted by the others.
     """
 
     steps: tuple[Step, ...]
@@ -45,6 +47,7 @@ class Named:
     observations: Observations
     white: Vector
     likely: Step | None = None
+    extrapolation: Extrapolation = field(default_factory=Extrapolation)
 
 
 def name_effects(
@@ -72,9 +75,31 @@ def name_effects(
         fit = reviewed(larger, candidates)
         if len(fit.parts) < len(larger.parts):
             break  # it took the place of another: what the next would do is known
+    fit, beyond, fallen = _that_extrapolates(fit)
+    likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
-    return Named(tuple(steps), fit.sensor, better, fit.white, likely)
+    return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
+
+
+def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:
+    """The same where frames that took no part contradict it: nothing is established, the first name is likely."""
+    first = max(named.steps, key=lambda step: step.held_out)
+    return Named((), observations.sensor, observations, white, first)
+
+
+def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
+    """The fit without parts that make the recordings held back worse, and the last that was taken out."""
+    fallen: Found | None = None
+    while True:
+        beyond = extrapolated(fit)
+        bad = [k for k, gain in enumerate(beyond.gains) if gain is not None and gain < 0]
+        if not bad:
+            return fit, beyond, fallen
+        worst = min(bad, key=lambda k: beyond.gains[k] or 0.0)
+        part = fit.parts[worst]
+        fallen = Found(part, _gain(part), 0.0, 0.0, FALSE_ALARM)
+        fit = refitted([p for k, p in enumerate(fit.parts) if k != worst], fit.observations, fit.gauge)
 
 
 def _told_of(fit: Fit, found: Found | None, candidates: Sequence[Candidate]) -> Step | None:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 from scipy.optimize import minimize_scalar
 
 from fusion.discrepancy.gauge import Gauge
@@ -55,17 +54,23 @@ class _Cut:
 
 
 def best_region(
-    candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, space: Space, target: Vector
+    candidates: Sequence[tuple[Candidate, Vector]],
+    observations: Observations,
+    gauge: Gauge,
+    space: Space,
+    target: Vector,
 ) -> Regional | None:
-    """The region in which one of the candidates (few columns each) explains most of a target (n,) in a space."""
+    """The region in which one of the candidates explains most of a target (n,) in a space.
+
+    Args:
+        candidates: each with the weights that it has when it acts everywhere.
+    """
     n = len(target)
-    inverse = solve_triangular(gauge.root, np.eye(n), lower=True, check_finite=False)
-    seen = space.of(inverse)
-    metric, pull = seen.T @ seen, seen.T @ target
+    metric, pull = _metric(gauge, space), gauge.pulled(space.of(target))
     cuts = list(_cuts(observations))
     tried = sum(len(cut.starts) * (len(cut.starts) + 1) // 2 - 1 for cut in cuts)
     best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]] = {}
-    probes = [(candidate, _probe(candidate, space, target)) for candidate in candidates]
+    probes = [(candidate, _probe(candidate, weights)) for candidate, weights in candidates]
     for cut in cuts:
         sorted_metric = metric[np.ix_(cut.order, cut.order)]
         for candidate, columns in probes:
@@ -82,6 +87,12 @@ def best_region(
     return max(results, key=lambda one: one.scored.score, default=None)
 
 
+def _metric(gauge: Gauge, space: Space) -> NDArray[np.float32]:
+    """(n, n) products of tiles in a space; single precision is plenty for a choice."""
+    damped = gauge.pulled(space.directions) * np.sqrt(1 - space.kept**2)
+    return np.asarray(gauge.inverse - damped @ damped.T, np.float32)
+
+
 def _worth_a_look(
     best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]],
 ) -> list[tuple[Candidate, Bound]]:
@@ -93,12 +104,9 @@ def _worth_a_look(
     return out
 
 
-def _probe(candidate: Candidate, space: Space, target: Vector) -> Matrix:
+def _probe(candidate: Candidate, weights: Vector) -> Matrix:
     """Columns (n, k) for the search: one or two as they are, more of them in the proportion that fits the whole."""
-    if candidate.columns.shape[1] <= 2:
-        return candidate.columns
-    weights = scored(candidate, space.of(candidate.white), target).weights
-    return np.asarray(candidate.columns @ weights)[:, None]
+    return candidate.columns if candidate.columns.shape[1] <= 2 else np.asarray(candidate.columns @ weights)[:, None]
 
 
 def confined(regional: Candidate, whole: Candidate, space: Space, target: Vector) -> bool:
@@ -145,11 +153,17 @@ def _cuts(observations: Observations) -> Iterator[_Cut]:
         yield _Cut(name, order, starts[filled], edges[filled])
 
 
-def _interval(columns: Matrix, metric: Matrix, pull: Vector, cut: _Cut) -> tuple[float, Bound] | None:
+def _interval(columns: Matrix, metric: NDArray[np.float32], pull: Vector, cut: _Cut) -> tuple[float, Bound] | None:
     """Gain of the best run of bins for columns (n, k), k of 1 or 2, and its bounds."""
     k, n = columns.shape[1], len(pull)
     moments = [_runs1(np.add.reduceat(columns[:, a] * pull, cut.starts)) for a in range(k)]
-    rows = [np.add.reduceat(columns[:, a, None] * metric, cut.starts, axis=0) for a in range(k)]
+    ends = [*cut.starts[1:], n]
+    rows = [
+        np.array(
+            [columns[i:j, a].astype(np.float32) @ metric[i:j] for i, j in zip(cut.starts, ends, strict=True)], float
+        )
+        for a in range(k)
+    ]
     powers = {
         (a, b): _runs2(np.add.reduceat(rows[a] * columns[:, b], cut.starts, axis=1))
         for a in range(k)
@@ -197,11 +211,18 @@ def _tweaked(
     def within(low: float, high: float) -> Candidate:
         return candidate_of(observations, gauge, candidate.form, (Bound(bound.variable, low, high),))
 
-    def score(low: float, high: float) -> float:
-        one = within(low, high)
-        return scored(one, space.of(one.white), target).gain
-
     low, high = bound.low, bound.high
+    start = within(low, high)
+    # the edges of a field are moved with its weights as they are
+    weights = scored(start, space.of(start.white), target).weights if is_field(candidate) else None
+
+    def score(low: float, high: float) -> float:
+        seen = space.of(within(low, high).white)
+        if weights is None:
+            return scored(candidate, seen, target).gain
+        line = seen @ weights
+        return float((line @ target) ** 2 / max(float(line @ line), 1e-300))
+
     for side in ("low", "high"):
         edge = low if side == "low" else high
         if not np.isfinite(edge):

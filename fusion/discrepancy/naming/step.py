@@ -22,7 +22,7 @@ Matrix = NDArray[np.float64]
 
 FALSE_ALARM = 1e-4  # of one step, over all names together
 REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
-SHAPES = 4  # of each name that are tried in regions: those that explain most everywhere
+SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
 REGION_LEAST = 12.0
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
@@ -91,11 +91,11 @@ def scores(candidates: Sequence[Candidate], space: Space, target: Vector) -> lis
 
 
 def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0) -> float:
-    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others."""
+    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others; not in place -1."""
     total = 0.0
     normal, moment = seen.T @ seen, seen.T @ target
     normal = normal + np.eye(len(normal)) * (size**-2 if size else 1e-9 * np.trace(normal) / len(normal))
-    for g in np.unique(place):
+    for g in np.unique(place[place >= 0]):
         own, aim = seen[place == g], target[place == g]
         weights = np.linalg.solve(normal - own.T @ own, moment - own.T @ aim)
         total += float(aim @ aim - ((aim - own @ weights) ** 2).sum())
@@ -122,7 +122,7 @@ def _regional(
         name = candidates[i].name
         if taken.get(name, 0) < SHAPES and not candidates[i].where:
             taken[name] = taken.get(name, 0) + 1
-            chosen.append(candidates[i])
+            chosen.append((candidates[i], all_scored[i].weights))
     return best_region(chosen, observations, gauge, *aim)
 
 
