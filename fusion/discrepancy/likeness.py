@@ -1,0 +1,92 @@
+"""Likeness: does a simulation look like the recordings? A test of two samples, with recordings as replicates."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.unknown.families import shapes_of
+from fusion.discrepancy.unknown.unrestricted import Group, groups_of
+from fusion.discrepancy.unknown.variables import law_variables
+from fusion.errors import FusionError
+
+Vector = NDArray[np.float64]
+
+FLIPS = 4000
+NEVER = 0.02  # p-value from which on a likeness is refused
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """How alike two sets of recordings of the same scenes are.
+
+    Attributes:
+        probability: that two sets of one sensor differ as much or more.
+        chi2_per_dof: of their difference; 1 when both are of one sensor and the gauge is right.
+        differs: variables along which they differ most, where they do.
+    """
+
+    probability: float
+    chi2_per_dof: float
+    differs: tuple[str, ...]
+
+    @property
+    def alike(self) -> bool:
+        return self.probability > NEVER
+
+
+def likeness(recorded: Observations, simulated: Observations, gauge: Gauge, seed: int = 0) -> Likeness:
+    """Compare recordings with simulations of them, tile by tile, under one sensor model.
+
+    The sign of a difference is turned for whole recordings at once: what all recordings share stands out, the error of
+    one pose does not. Smooth functions and waves of all variables are what is looked at.
+
+    Args:
+        gauge: of the recordings.
+    Raises:
+        FusionError: their tiles are not the same.
+    """
+    if not np.array_equal(recorded.place, simulated.place):
+        raise FusionError(
+            "recordings and simulations do not show the same",
+            found=f"{len(recorded.place)} and {len(simulated.place)} tiles",
+            do="simulate the scenes of the recordings with their cameras and poses",
+        )
+    difference = gauge.whiten(recorded.residual - simulated.residual) / np.sqrt(2)
+    groups = [*groups_of(recorded, gauge), *_waves(recorded, gauge)]
+    signs = _signs(recorded.place, seed)
+    power = np.stack([_power(group.basis, difference, recorded.place, signs) for group in groups], axis=1)
+    # each group in units of its own usual size, so that none drowns the others; the largest counts
+    usual = power[1:].mean(axis=0) + 1e-12
+    spread = power[1:].std(axis=0) + 1e-12
+    largest = ((power - usual) / spread).max(axis=1)
+    probability = float((1 + (largest[1:] >= largest[0] * (1 - 1e-12)).sum()) / len(largest))
+    ranked = np.argsort(-(power[0] - usual) / spread)
+    chi2 = float(np.mean(difference**2))
+    return Likeness(probability, chi2, groups[ranked[0]].variables if probability <= NEVER else ())
+
+
+def _waves(observations: Observations, gauge: Gauge) -> list[Group]:
+    """What swings along a variable faster than smooth functions of it can."""
+    out = []
+    for name, values in law_variables(observations).items():
+        waves = [shape.columns(values) for shape in shapes_of(name, values) if "wave" in shape.kind]
+        if waves:
+            left, sizes, _ = np.linalg.svd(gauge.whiten(np.concatenate(waves, axis=1)), full_matrices=False)
+            out.append(Group((name,), np.asarray(left[:, sizes > 1e-3 * sizes[0]])))
+    return out
+
+
+def _signs(place: NDArray[np.intp], seed: int) -> Vector:
+    """(flips + 1, recordings) of +-1; the first row turns nothing."""
+    n = len(np.unique(place))
+    drawn = np.random.default_rng(seed).choice([-1.0, 1.0], (FLIPS, n))
+    return np.vstack([np.ones(n), drawn])
+
+
+def _power(basis: Vector, difference: Vector, place: NDArray[np.intp], signs: Vector) -> Vector:
+    """(flips + 1,) squared length of the difference along a group's columns."""
+    parts = np.stack([basis[place == g].T @ difference[place == g] for g in np.unique(place)])
+    return np.asarray(((signs @ parts) ** 2).sum(axis=1))
