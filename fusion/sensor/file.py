@@ -100,8 +100,10 @@ def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
         written[label] = {"value": _stored(effect, about, path), "unit": about.unit}
         if (effect.name, about.name) in sensor.std:
             written[label]["std"] = sensor.std[effect.name, about.name]
-    out = {"effect": effect.name, "parameters": written, "source": sensor.sources.get(effect.name, "")}
-    out |= {"fitted": True} if effect.name in sensor.fitted else {}
+    out: dict[str, Any] = {"effect": effect.name, "parameters": written}
+    out["source"] = sensor.sources.get(effect.name, "")
+    if effect.name in sensor.fitted:
+        out["fitted"] = True
     return out | ({"where": [bound.entry() for bound in effect.where]} if effect.where else {})
 
 
