@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,10 +29,12 @@ class Gauge:
     Attributes:
         root: (n, n) lower Cholesky factor of the covariance.
         bare: the same without poses and known parameters: what a perfect setting would leave.
+        known: (n, k) change per standard deviation of each known parameter, in native units: common to all recordings.
     """
 
     root: NDArray[np.float64]
     bare: NDArray[np.float64]
+    known: NDArray[np.float64]
 
     def whiten(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Vectors (n,) or (n, k) as independent numbers of unit spread."""
@@ -67,9 +70,10 @@ def gauge_of(observations: Observations) -> Gauge:
                 _add_grain(observations, effect, total)  # of the simulation, which has its own
     _add_shape(observations, total)
     bare = cholesky(total, lower=True, check_finite=False)
-    common = np.column_stack([*_poses(observations), *_known(observations)])
+    known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
+    common = np.column_stack([*_poses(observations), known])
     total += common @ common.T
-    return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare)
+    return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 
 
 def _noise(patch: Patch) -> NDArray[np.float64]:
@@ -162,7 +166,8 @@ def _known(observations: Observations) -> list[Vector]:
             if not effect.changes("bias") or effect.frozen or std <= 0 or np.ndim(value):
                 continue
             step = std if value + std <= about.high else -std
-            other = replace(effect, **{name: float(value) + step})
+            moved: dict[str, Any] = {name: float(value) + step}
+            other = replace(effect, **moved)
             column = observations.columns([other])[:, 0] - observations.columns([effect])[:, 0]
             if np.any(column):
                 columns.append(column)

@@ -139,6 +139,7 @@ def _std(sensor: Sensor, effect: Effect, depth: np.ndarray, view: View) -> float
                 if std.ndim:
                     step.flat[k] = std.flat[k]
                 moved = value + step
-                other = replace(effect, **{name: moved if moved.ndim else float(moved)})
+                values: dict[str, Any] = {name: moved if moved.ndim else float(moved)}
+                other = replace(effect, **values)
                 variance = variance + (other.bias(depth, view) - own) ** 2
     return float(np.sqrt(_median(np.where(np.isfinite(depth), variance, np.nan))))

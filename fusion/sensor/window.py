@@ -1,6 +1,7 @@
 """A sensor model for a part of the image."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ def of_window(sensor: Sensor, shape: tuple[int, int], window: tuple[slice, slice
     """
     effects = []
     for effect in sensor.effects:
-        maps = {
+        maps: dict[str, Any] = {
             name: np.ascontiguousarray(value[window])
             for name, about in parameters(effect).items()
             if about.kind in ("number", "map") and np.shape(value := getattr(effect, name)) == shape

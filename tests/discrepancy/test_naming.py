@@ -1,6 +1,6 @@
 """Planted effects are named, nothing is named where nothing is, and what no entry explains is called unknown."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -18,6 +18,7 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.pixel_locking import PixelLocking
@@ -135,6 +136,26 @@ def test_an_effect_that_acts_in_a_part_only_is_named_and_located(principle, hidd
         assert low == high or abs(low - high) < (0.2 if true.variable == "depth" else 6.0)
     # the model holds it there only
     assert found.sensor.effect(hidden.name).where == (bound,)
+
+
+def test_a_known_effect_of_a_wrong_size_is_corrected_and_not_renamed():
+    true, stated = DepthOffset(offset=0.014), DepthOffset(offset=0.010)
+    sensor = replace(sensor_of(TOF, stated), std={("depth_offset", "offset"): 0.0005})
+    looks = looks_at(sensor_of(TOF, true), 4)
+    observations = observe(sensor, looks)
+    gauge = gauge_of(observations)
+    found = name_effects(looks, observations, gauge, candidates_of(observations, gauge))
+    assert [step.effect.name for step in found.steps] == ["depth_offset"]
+    # poses are known to 1 mm each, eight of them
+    assert found.sensor.effect("depth_offset").offset == pytest.approx(true.offset, abs=0.0015)
+
+
+def test_a_known_effect_off_within_its_std_is_no_claim():
+    sensor = replace(sensor_of(TOF, DepthOffset(offset=0.010)), std={("depth_offset", "offset"): 0.0005})
+    looks = looks_at(sensor_of(TOF, DepthOffset(offset=0.0108)), 4)
+    observations = observe(sensor, looks)
+    gauge = gauge_of(observations)
+    assert not name_effects(looks, observations, gauge, candidates_of(observations, gauge)).steps
 
 
 def test_covariates_are_those_of_the_verdict():

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,4 +121,5 @@ def map_of(observations: Observations, form: Form, weights: NDArray[np.float64])
     side = max(patch.tiles.side for patch in observations.patches)
     squares = np.asarray(weights).reshape(-(-shape[0] // side), -1) * unit_of(form)
     full = np.repeat(np.repeat(squares, side, axis=0), side, axis=1)[: shape[0], : shape[1]]
-    return form.kind(**form.fixed, **{form.map: full})
+    values: dict[str, Any] = {**form.fixed, form.map: full}
+    return form.kind(**values)

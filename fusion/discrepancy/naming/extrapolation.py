@@ -64,7 +64,9 @@ def extrapolated(fit: Fit) -> Extrapolation:
     growth = np.diag(without) / np.maximum(np.diag(np.linalg.inv(normal)), 1e-300)
     gains: list[float | None] = []
     for k, (own, _) in enumerate(fit.places):
-        told = bool(np.median(growth[own]) < TOLD)
+        # what is known of an effect that the model holds couples all recordings
+        held = fit.observations.sensor.effect(fit.parts[k].name) is not None
+        told = bool(np.median(growth[own]) < TOLD) and not held
         gains.append(_gain(fit, k, rows) if told else None)
     return Extrapolation(places, float(white @ white / len(white)), float(after @ after / len(after)), tuple(gains))
 

@@ -14,11 +14,12 @@ from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, shapes_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import Found, inflation, left_out_gain
+from fusion.discrepancy.naming.step import Found, inflation, left_out_gain, replicated_share
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
 ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
 
@@ -105,7 +106,7 @@ def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, pr
         part.candidate,
         part.effect(fit.observations),
         own.gain,
-        left_out_gain(seen, target, fit.observations.place, part.size),
+        _held_out(fit, part, seen, target, own.gain),
         probability,
         _alike(fit, part, candidates, space),
         float(np.linalg.norm(spreads[weights] * np.linalg.norm(seen, axis=0))) / max(length, 1e-12)
@@ -116,6 +117,13 @@ def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, pr
         fit.white + part.footprint,
         about,
     )
+
+
+def _held_out(fit: Fit, part: Part, seen: Matrix, target: Vector, gain: float) -> float:
+    place = fit.observations.place
+    if fit.observations.sensor.effect(part.name) is not None:
+        return gain * replicated_share(part.candidate, place, fit.gauge, target)
+    return left_out_gain(seen, target, place, part.size)
 
 
 def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:

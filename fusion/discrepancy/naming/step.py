@@ -25,6 +25,7 @@ REPLICATED = 0.4  # of the gain that must show in recordings that took no part i
 SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
 REGION_LEAST = 12.0
+KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
 
 
@@ -59,7 +60,9 @@ def best_part(
     if not candidates:
         return None
     all_scored = scores(candidates, space, target)
-    best = int(np.argmax([one.score for one in all_scored]))
+    held = {effect.name for effect in observations.sensor.effects}
+    likely = [s.score + (KNOWN if c.name in held else 0.0) for c, s in zip(candidates, all_scored, strict=True)]
+    best = int(np.argmax(likely))
     if not np.isfinite(all_scored[best].score):
         return None
     whole = _tuned(candidates[best], observations, gauge, (space, target))
@@ -77,6 +80,8 @@ def best_part(
     inflated = inflation(target - seen @ result.weights)
     probability = float(min(1.0, tried * chi2.sf(result.gain / inflated, result.freedom)))
     held_out = left_out_gain(seen, target, observations.place, result.size)
+    if candidate.name in held:
+        held_out = result.gain * replicated_share(candidate, observations.place, gauge, target)
     return Found(part, result.gain, result.score, held_out, probability)
 
 
@@ -100,6 +105,29 @@ def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: f
         weights = np.linalg.solve(normal - own.T @ own, moment - own.T @ aim)
         total += float(aim @ aim - ((aim - own @ weights) ** 2).sum())
     return total
+
+
+def replicated_share(candidate: Candidate, place: NDArray[np.intp], gauge: Gauge, target: Vector) -> float:
+    """Share of the gain that recordings left out show of an effect that the model holds already.
+
+    What is known of its size couples all recordings, so that one of them alone tells nothing in units of the gauge.
+    Here each recording stands for itself, without that knowledge.
+    """
+    raw, columns = gauge.root @ target, candidate.columns
+    powers, moments = [], []
+    for g in np.unique(place):
+        rows = place == g
+        own = gauge.root[rows] @ gauge.root[rows].T - gauge.known[rows] @ gauge.known[rows].T
+        solved = np.linalg.solve(own, np.column_stack([columns[rows], raw[rows]]))
+        powers.append(columns[rows].T @ solved[:, :-1])
+        moments.append(columns[rows].T @ solved[:, -1])
+    normal, moment = np.sum(powers, axis=0), np.sum(moments, axis=0)
+    whole = float(moment @ np.linalg.pinv(normal) @ moment)
+    total = 0.0
+    for power, own_moment in zip(powers, moments, strict=True):
+        weights = np.linalg.pinv(normal - power) @ (moment - own_moment)
+        total += float(2 * weights @ own_moment - weights @ power @ weights)
+    return total / whole if whole > 0 else 0.0
 
 
 def inflation(white: Vector) -> float:
