@@ -1,6 +1,7 @@
 """Choosing a law by what it says about a wall that it has not seen."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +26,21 @@ class Problem:
     information: list[Information]
     waves: dict[tuple[int, tuple[str, ...]], list[list[int]]] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def total(self) -> Information:
         """The sums over all walls."""
         return sum(self.information[1:], self.information[0])
+
+    @cached_property
+    def others(self) -> list[Information | None]:
+        """For each wall the sums over all the others, None where there are none; made once for all candidates."""
+        before: list[Information | None] = [None]
+        after: list[Information | None] = [None]
+        for first, last in zip(self.information[:-1], self.information[:0:-1], strict=True):
+            before.append(first if before[-1] is None else before[-1] + first)
+            after.append(last if after[-1] is None else after[-1] + last)
+        pairs = zip(before, reversed(after), strict=True)
+        return [low if high is None else high if low is None else low + high for low, high in pairs]
 
     def columns(self, alternative: tuple[str, ...]) -> list[int]:
         """Columns of the named terms."""
@@ -101,9 +113,9 @@ def judge(problem: Problem, candidate: Candidate) -> Judged:
     total = problem.total
     chi2, offset, rms, left = [], [], [], []
     for which, (evidence, own) in enumerate(zip(problem.evidence, problem.information, strict=True)):
-        others = [i for n, i in enumerate(problem.information) if n != which]
+        others = problem.others[which]
         # of a single wall nothing can be held out
-        law = fit(problem, sum(others[1:], others[0]), candidate, which) if others else fit(problem, total, candidate)
+        law = fit(problem, total, candidate) if others is None else fit(problem, others, candidate, which)
         chosen = problem.columns(law.keys)
         chi2.append(own.chi2(chosen, law.numbers))
         rest = upright(evidence, evidence.rest - evidence.terms[:, chosen] @ law.numbers)
