@@ -9,6 +9,7 @@ import numpy as np
 
 from fusion.discrepancy.simulated import Match
 from fusion.discrepancy.table import Table, table_of
+from fusion.discrepancy.wall import wall_of
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.files import read_mesh
@@ -16,6 +17,7 @@ from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.render import RayCaster
 
+WALL_M = 0.0003  # guess: how far a wall that was chosen for calibration is from flat
 NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobody measured
 
 
@@ -48,12 +50,17 @@ class Stage:
 def stage_of(recording: Recording, place: int) -> Stage:
     """The known scene of a recording; RecordingError when mesh or poses are missing."""
     mesh = recording.scene.get("mesh")
+    wall = None if mesh else wall_of(recording)
+    if wall is not None:
+        # each wall is one of its own: what it is not flat is not known to come again
+        shape = f"wall {recording.path}"
+        return Stage(wall.recording, place, RayCaster(wall.mesh), wall.sigma_m, wall.sigma_rad, WALL_M, shape)
     if not mesh:
         raise RecordingError(
             "the scene of the recording is not known",
             recording.path,
             "no scene.json with a mesh",
-            'scene.json with {"mesh": "scene.ply"}',
+            'scene.json with {"mesh": "scene.ply"}, or a flat wall with distance_m in telemetry.csv',
             "add the mesh of what stood before the camera",
         )
     if recording.poses is None or not recording.poses.valid.any():
