@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.channels.unnamed import unnamed
 from fusion.discrepancy.channels.validity import Validity, validity_of
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.unknown.unrestricted import covariates
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
@@ -58,6 +60,7 @@ def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
     """The model with what its validity lacks, and every step towards it."""
     sensor = observations.sensor
     patches = [p for p in observations.patches if len(p.look.frames) >= LEAST_FRAMES]
+    seen = None
     steps: list[ChannelStep] = []
     for _ in range(MOST_STEPS):
         seen = validity_of(sensor, patches)
@@ -66,7 +69,10 @@ def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
             break
         sensor, step = found
         steps.append(step)
-    return sensor, tuple(steps)
+    else:
+        seen = None
+    last = None if seen is None or _uncertain(sensor, seen) else _unnamed_step(seen)
+    return sensor, tuple(steps) if last is None else (*steps, last)
 
 
 def recorded_light(seen: Validity) -> bool:
@@ -75,11 +81,11 @@ def recorded_light(seen: Validity) -> bool:
 
 
 def _step(sensor: Sensor, seen: Validity) -> tuple[Sensor, ChannelStep] | None:
-    if not recorded_light(seen):
-        return None
     now = seen.share()
     before = _costs(seen, now)
-    tried = [_searched(seen, *form) for form in _forms(sensor)]
+    if float(before.sum()) < len(now):
+        return None
+    tried = [_searched(seen, *form) for form in _forms(sensor, recorded_light(seen))]
     if not tried:
         return None
     best = min(tried, key=lambda one: float(one.costs.sum()))
@@ -104,13 +110,47 @@ def _step(sensor: Sensor, seen: Validity) -> tuple[Sensor, ChannelStep] | None:
     )
 
 
-def _forms(sensor: Sensor) -> Iterator[tuple[Effect, Parameter, Effect | None]]:
+def _uncertain(sensor: Sensor, seen: Validity) -> bool:
+    """True when a number that the model holds explains what is too much: it may be off by that."""
+    before = float(_costs(seen, seen.share()).sum())
+    excess = before - len(seen.missing)
+    if excess <= 0:
+        return True
+    own = (form for form in _forms(sensor, recorded_light(seen)) if form[2] is not None)
+    return any(before - float(_searched(seen, *form).costs.sum()) > EXPLAINED * excess for form in own)
+
+
+def _unnamed_step(seen: Validity) -> ChannelStep | None:
+    """Missing values that depend on something known, and that no effect explains."""
+    now = seen.share()
+    excess, sigma = seen.missing - now, seen.sigma(np.maximum(now, seen.missing))
+    found = unnamed(excess, sigma, seen.place, covariates(seen.observations))
+    if found is None or float(np.quantile(found.fitted, 0.95)) < LEAST_CHANGE:
+        return None
+    share = found.gain / max(float(((excess / sigma) ** 2).sum()), 1e-9)
+    text = f"more values are missing than predicted, depending on {', '.join(found.variables)}; no effect explains it"
+    return ChannelStep(
+        "dropout",
+        None,
+        {},
+        False,
+        found.gain,
+        min(share, 1.0),
+        found.probability,
+        variables=found.variables,
+        text=text,
+        # where no amplitude is recorded, values also go missing for reasons that no model holds
+        established=recorded_light(seen),
+    )
+
+
+def _forms(sensor: Sensor, light: bool) -> Iterator[tuple[Effect, Parameter, Effect | None]]:
     """Effects, what of them is searched, and what of the model they stand for.
 
     An effect that changes the noise too is found by it: no light takes values away without adding noise.
     """
     for kind in EFFECTS:
-        if not kind.changes("dropout") or kind.changes("noise"):
+        if not kind.changes("dropout") or kind.changes("noise") or ("amplitude" in kind.variables and not light):
             continue
         if kind.principles and sensor.principle not in kind.principles:
             continue

@@ -20,6 +20,9 @@ FALSE_ALARM = 1e-4  # of a new effect, over all names
 BEYOND = 0.005  # chance that a stated value, within its own standard deviation, is as far off as it seems
 REPLICATED = 0.4  # of the gain that must show where it was not fitted
 LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below, it is a matter of the noise model
+EXPLAINED = 0.5  # of what is too much, by one effect: two of a size may be there
+APART = 3  # pixels from which on neighbours share no noise of a window as sensors have it
+UNLIKE = 0.05  # correlation
 SIMPLER = 6.0  # of the chi2: a value that is wrong needs no new physics
 
 
@@ -54,6 +57,30 @@ def large(best: Tried, before: Turned) -> bool:
     return bool(np.quantile(difference, 0.9) > LEAST_CHANGE)
 
 
+def explains(best: Tried, before: Turned) -> bool:
+    """True when it brings a good part of what is too much: less, and the name is not the right one."""
+    excess = before.chi2 - 2 * len(before.excess())
+    return before.chi2 - best.turned.chi2 > EXPLAINED * excess
+
+
+def contradicted(tried: Tried, scatter: Scatter) -> bool:
+    """True for new noise that pixels would share, where the noise of neighbours is not as alike as that."""
+    for knob, value in zip(tried.turned.knobs, tried.turned.values, strict=True):
+        if knob not in tried.free or not knob.new:
+            continue
+        growth = np.maximum(knob.turned(float(value))[0], 0.0)
+        share = float(np.median(growth / (1 + growth)))
+        seen = [patch for patch in scatter.patches if patch.look.alike is not None]
+        if not seen:
+            return False
+        window = float(np.mean([knob.effect.window(patch.view) for patch in seen]))
+        alike = np.mean([np.mean(np.asarray(patch.look.alike), axis=0) for patch in seen], axis=0)
+        expected = share * np.maximum(1 - np.arange(len(alike)) / window, 0.0)
+        if np.any(expected[APART:] > alike[APART:] + UNLIKE):
+            return True
+    return False
+
+
 def replicated(best: Tried, before: Turned, scatter: Scatter, ruler: Ruler) -> bool:
     """True when recordings that took no part in the fit show it too, and not one alone."""
     places = np.unique(scatter.place)
@@ -78,7 +105,8 @@ def confirmed(best: Tried, before: Turned, sensor: Sensor, held: Sequence[Look],
     if not some:
         return True
     scatter = scatter_of([p for p in observe(sensor, some).patches if len(p.tiles)])
-    again = {knob.key: knob for knob in [*known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter)]}
+    wanted = frozenset(knob.key for knob in best.turned.knobs)
+    again = {k.key: k for k in [*known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter, wanted)]}
     whites = []
     for turned in (before, best.turned):
         pairs = [(again[k.key], v) for k, v in zip(turned.knobs, turned.values, strict=True) if k.key in again]

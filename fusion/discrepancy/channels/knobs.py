@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.scatter import Scatter, variance
+from fusion.discrepancy.channels.scatter import Scatter
 from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observations import Patch
 from fusion.sensor.effect import Effect
@@ -18,7 +18,7 @@ from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
 
-SIZES = np.geomspace(0.03, 30.0, 9)  # of a typical size, that are tried
+SIZES = np.geomspace(0.03, 30.0, 7)  # of a typical size, that are tried
 MEMORIES = (0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
 USUAL = 0.3  # share of itself by which a value may be off whose standard deviation nobody stated: guess
 
@@ -99,25 +99,35 @@ def known_knobs(sensor: Sensor, scatter: Scatter, free: frozenset[str]) -> list[
     return [knob for knob in knobs if np.any(knob.growth) or np.any(knob.factor)]
 
 
-def new_knobs(sensor: Sensor, scatter: Scatter) -> Iterator[Knob]:
-    """Sizes of effects that change the noise and that the model lacks."""
+def new_knobs(sensor: Sensor, scatter: Scatter, wanted: frozenset[tuple[str, str]] | None = None) -> Iterator[Knob]:
+    """Sizes of effects that change the noise and that the model lacks, and terms that its own ones do without.
+
+    Args:
+        wanted: names of effect and parameter that are asked for; None: all.
+    """
     for kind in EFFECTS:
         changes = (kind.changes("noise") or kind.changes("spread")) and not kind.frozen
-        if not changes or sensor.effect(kind.name) or (kind.principles and sensor.principle not in kind.principles):
+        if not changes or (kind.principles and sensor.principle not in kind.principles):
             continue
+        own = sensor.effect(kind.name)
         for about in parameters(kind).values():
-            if about.neutral == 0 and about.kind in ("number", "scalar", "list"):
-                knob = _new(kind, about, scatter)
-                if np.any(knob.growth) or np.any(knob.factor):
-                    yield knob
+            if about.neutral != 0 or about.kind not in ("number", "scalar", "list"):
+                continue
+            if own is not None and (np.any(getattr(own, about.name)) or (kind.name, about.name) in sensor.std):
+                continue
+            if wanted is not None and (kind.name, about.name) not in wanted:
+                continue
+            knob = _new(own or kind(), about, scatter)
+            if np.any(knob.growth) or np.any(knob.factor):
+                yield knob
 
 
-def _new(kind: type[Effect], about: Parameter, scatter: Scatter) -> Knob:
-    filtering = _with(kind(), about, about.typical).follows() > 0
+def _new(effect: Effect, about: Parameter, scatter: Scatter) -> Knob:
+    filtering = _with(effect, about, about.typical).follows() > 0
     values = np.array(MEMORIES) if filtering else about.typical * SIZES
     values = np.concatenate([[0.0], values[(values > about.low) & (values <= about.high)]])
-    effects = [_with(kind(), about, value) for value in values]
-    return Knob(effects[0], about, 0.0, np.inf, values, *_changes(effects, effects[0], scatter))
+    effects = [_with(effect, about, value) for value in values]
+    return Knob(effect, about, 0.0, np.inf, values, *_changes(effects, effect, scatter))
 
 
 def _known(effect: Effect, about: Parameter, value: float, sigma: float, scatter: Scatter) -> Knob:
@@ -134,22 +144,31 @@ def _with(effect: Effect, about: Parameter, value: float) -> Effect:
 
 def _changes(effects: list[Effect], own: Effect, scatter: Scatter) -> tuple[Vector, Vector, Vector]:
     """(k, n) each: growth, factor and renewal of the tiles when `own` becomes each of the effects."""
-    rows = []
-    for effect in effects:
-        parts = [_change(effect, own, patch) for patch in scatter.patches]
-        rows.append([np.concatenate(part) for part in zip(*parts, strict=True)])
-    growth, factor, renewal = (np.array(part) for part in zip(*rows, strict=True))
-    return growth, factor, renewal
+    if own.follows() or any(effect.follows() for effect in effects):
+        parts = [_filtered(effects, own, patch) for patch in scatter.patches]
+        factor, renewal = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+        return np.zeros(factor.shape), factor, renewal
+    growth = np.concatenate([_grown(effects, own, patch) for patch in scatter.patches], axis=1)
+    return growth, np.zeros(growth.shape), np.zeros(growth.shape)
 
 
-def _change(effect: Effect, own: Effect, patch: Patch) -> tuple[Vector, Vector, Vector]:
-    zero, n = np.zeros(len(patch.tiles)), len(patch.look.frames)
-    if effect.follows() or own.follows():
-        started = patch.look.frames[0] == 0
-        after, before = (succession_of(round(e.follows(), 6), n, started) for e in (effect, own))
-        return zero, zero + after[0] - before[0], zero + (after[1] - before[1] if n > 2 else 0.0)
+def _filtered(effects: list[Effect], own: Effect, patch: Patch) -> tuple[Vector, Vector]:
+    n, started = len(patch.look.frames), patch.look.frames[0] == 0
+    before = succession_of(round(own.follows(), 6), n, started)
+    rows = np.array([succession_of(round(effect.follows(), 6), n, started) for effect in effects]) - before
+    whole = np.ones(len(patch.tiles))
+    return rows[:, :1] * whole, rows[:, 1:] * whole * (n > 2)
+
+
+def _grown(effects: list[Effect], own: Effect, patch: Patch) -> Vector:
+    """(k, n) change of the variance of each tile as a share of it."""
     with np.errstate(all="ignore"):
-        squares = effect.noise(patch.depth, patch.view) ** 2 - own.noise(patch.depth, patch.view) ** 2
-    whole = np.maximum(variance(patch, patch.sigma), 1e-300)
-    positive = variance(patch, np.sqrt(np.maximum(squares, 0.0)))
-    return (positive - variance(patch, np.sqrt(np.maximum(-squares, 0.0)))) / whole, zero, zero
+        before, scale = own.noise(patch.depth, patch.view) ** 2, np.square(patch.native)
+        sound = np.isfinite(patch.look.std) & np.isfinite(patch.sigma)
+        whole = np.maximum(patch.tiles.mean(np.where(sound, np.square(patch.sigma) * scale, 0.0)), 1e-300)
+        out = np.zeros((len(effects), len(patch.tiles)))
+        for k, effect in enumerate(effects):
+            change = effect.noise(patch.depth, patch.view) ** 2 - before
+            if np.any(change):
+                out[k] = patch.tiles.mean(np.where(sound, change * scale, 0.0)) / whole
+    return out

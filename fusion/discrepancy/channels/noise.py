@@ -8,10 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.judging import Tried, confirmed, improbable, large, probability, replicated
+from fusion.discrepancy.channels.judging import (
+    Tried,
+    confirmed,
+    contradicted,
+    explains,
+    improbable,
+    large,
+    probability,
+    replicated,
+)
 from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
-from fusion.discrepancy.channels.turning import Ruler, Turned, as_stated, changes, ruler_of, turn
+from fusion.discrepancy.channels.turning import COMMON, Ruler, Turned, as_stated, changes, ruler_of, turn
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.observations import Observations, Patch, predicted
 from fusion.sensor.sensor import Sensor
@@ -42,7 +51,27 @@ def noise_steps(observations: Observations, held: Sequence[Look] = ()) -> tuple[
         steps.append(step)
         free |= {step.effect.name} if step.effect else frozenset()
         patches = [replace(p, sensor=sensor, sigma=predicted(sensor, p.look)[1]) for p in patches]
-    return sensor, tuple(steps)
+    return sensor, merged(steps)
+
+
+def merged(steps: Sequence[ChannelStep]) -> tuple[ChannelStep, ...]:
+    """One finding for each effect: several of its numbers may have been found one after the other."""
+    out: dict[str, ChannelStep] = {}
+    for step in steps:
+        name = step.effect.name if step.effect else ""
+        first = out.get(name)
+        if first is not None:
+            step = replace(
+                step,
+                std={**first.std, **step.std},
+                corrected=first.corrected or step.corrected,
+                gain=first.gain + step.gain,
+                share=1.0 - (1.0 - first.share) * (1.0 - step.share),
+                probability=min(first.probability, step.probability),
+                alike=first.alike,
+            )
+        out[name] = step
+    return tuple(out.values())
 
 
 def _step(
@@ -51,19 +80,21 @@ def _step(
     scatter = scatter_of(patches)
     known, fresh = known_knobs(sensor, scatter, free), list(new_knobs(sensor, scatter))
     ruler = Ruler()
-    for _ in range(2):
+    for again in (False, True):
         nothing = turn(scatter, ruler, known, [k.value for k in known])
-        tried = _all_tried(scatter, ruler, known, fresh, free, nothing.chi2)
+        tried = [
+            t for t in _all_tried(scatter, ruler, known, fresh, free, nothing.chi2) if not contradicted(t, scatter)
+        ]
         if not tried:
             return None
         best, names = max(tried, key=lambda one: one.score), len({one.name for one in tried})
         if not improbable(best, names):
             return None
-        # what is left by the best explanation is noise: what is left by none would hide it
-        ruler = ruler_of(scatter, best.turned)
+        if not again:  # what is left by the best explanation is noise: what is left by none would hide it
+            ruler = ruler_of(scatter, best.turned)
     # a stated value that is wrong is compared with itself as stated, not with the most that its precision allows
     before = as_stated(scatter, ruler, known) if best.corrected else nothing
-    if not (large(best, before) and replicated(best, before, scatter, ruler)):
+    if not (large(best, before) and explains(best, before) and replicated(best, before, scatter, ruler)):
         return None
     if not confirmed(best, before, sensor, held, ruler):
         return None
@@ -114,7 +145,8 @@ def _applied(sensor: Sensor, best: Tried) -> tuple[Sensor, dict[str, float]]:
     std: dict[str, float] = {}
     for knob, value, spread in zip(best.turned.knobs, best.turned.values, best.turned.std, strict=True):
         if knob.key in keys:
-            values[knob.parameter.name], std[knob.parameter.name] = float(value), float(spread)
+            values[knob.parameter.name] = float(value)
+            std[knob.parameter.name] = float(np.hypot(spread, COMMON * value))  # no noise model is better than that
     effect = replace(sensor.effect(best.name) or best.free[0].effect, **values)
     kept = {key: known for key, known in sensor.std.items() if key[0] != best.name or key[1] not in std}
     return replace(sensor.having(effect), std=kept | {(best.name, name): s for name, s in std.items()}), std

@@ -63,7 +63,9 @@ def validity_of(sensor: Sensor, patches: Sequence[Patch]) -> Validity | None:
     kept, missing, predicted, place = [], [], [], []
     for patch in patches:
         view, look = sensor.seen(patch.look.view), patch.look
-        tiles = tiling(np.isfinite(patch.depth) & interior(view), patch.tiles.side)
+        usable = np.isfinite(patch.depth) & interior(view)
+        # where no amplitude is recorded, no model knows what is too dark for good: only what comes and goes is judged
+        tiles = tiling(usable if look.view.ir is not None else usable & (look.count > 0), patch.tiles.side)
         if len(tiles):
             kept.append(replace(patch, sensor=sensor, view=view, tiles=tiles))
             missing.append(tiles.mean(_lost(look)))

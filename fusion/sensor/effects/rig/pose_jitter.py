@@ -43,6 +43,9 @@ class PoseJitter(Effect):
         sigma = np.hypot(self.sigma_m, self.sigma_rad * depth * across) / np.abs(along)
         return np.where(np.isfinite(sigma), sigma, 0.0).astype(depth.dtype)
 
+    def window(self, view: View) -> float:
+        return 4.0 * max(view.camera.shape)  # all pixels of a frame shake together
+
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         return moved_rigidly(depth, self.shake(rng), view)
 
