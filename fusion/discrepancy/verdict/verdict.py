@@ -24,9 +24,10 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     before = float(found.white @ found.white)
     plans = Plans(found.named.sensor, found.looks)
     missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
-    missing += [channel_claim(step) for step in found.channels.steps]
+    missing += [channel_claim(step) for step in found.channels.steps if step.established]
     likely = [found.named.likely] if found.named.likely else []
     indicated = [_with_next(mean_claim([step], found, before), [step], found, plans) for step in likely]
+    indicated += [channel_claim(step) for step in found.channels.steps if not step.established]
     if found.beyond is not None:
         (missing if found.unknown else indicated).append(unknown_claim(found, found.beyond, before))
     missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
