@@ -88,3 +88,15 @@ def test_every_recording_of_the_menu_can_be_seen():
     plans = known("structured_light")[0].all
     assert len(plans) == len(MENU)
     assert all(np.isfinite(plan.observations.residual).all() for plan in plans)
+
+
+def test_whichever_of_three_is_true_the_proposal_parts_them():
+    """An offset, a scale and a drift of the disparity: what parts the drift alone would leave the other two."""
+    plans, observations, gauge, candidates = known("structured_light")
+    drift = TemperatureDrift(coefficient_px=0.01)
+    white = gauge.whiten(observations.columns([drift])[:, 0])
+    rivals = rivals_of(["disparity_offset", "depth_scale"], candidates)
+    own = rivals_of(["temperature_drift"], candidates)["temperature_drift"]
+    found = plans.to_part(Claimed(drift, white), rivals, own)
+    assert found.proposal is not None and found.proposal.sigma > 5
+    assert found.proposal.choice.name in ("step", "rail", "distance", "time")

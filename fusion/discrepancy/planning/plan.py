@@ -66,21 +66,33 @@ class Plans:
         made = (planned(choice, self._sensor, self._looks) for choice in MENU)
         return tuple(plan for plan in made if plan is not None)
 
-    def to_part(self, claimed: Claimed, rivals: dict[str, list[Candidate]]) -> Next:
-        """The recording that parts a claim from most of its rivals, forms by name, as well as one can."""
-        table = {name: [(p.choice, parting(claimed, forms, p)) for p in self.all] for name, forms in rivals.items()}
-        could = [name for name, row in table.items() if best(row) is not None]
-        # of several rivals the hardest counts
+    def to_part(self, claimed: Claimed, rivals: dict[str, list[Candidate]], own: Sequence[Candidate] = ()) -> Next:
+        """The recording that parts a claim and its rivals, whichever of them is true, as well as one can.
+
+        Args:
+            rivals: forms by name.
+            own: forms of the claim, where a rival may be the true one.
+        """
+        pairs = {(name, k): self._parted(pair, forms) for name, k, pair, forms in _pairs(claimed, rivals, own)}
+        could = {key: row for key, row in pairs.items() if best(row) is not None}
+        # of several pairs the hardest counts
         together = [
-            (plan.choice, max((table[name][k][1] for name in could), key=lambda p: p.cosine))
+            (plan.choice, max((row[k][1] for row in could.values()), key=lambda p: p.cosine))
             for k, plan in enumerate(self.all)
             if could
         ]
-        proposal = best(together) or best([item for name in could for item in table[name]])
+        proposal = best(together) or best([item for row in could.values() for item in row])
         if proposal is None:
             return Next(None, (), tuple(rivals))
-        told = [name for name in could if best([i for i in table[name] if i[0] is proposal.choice]) is not None]
+        told = [
+            name
+            for name in rivals
+            if (name, 0) in could and best([i for i in could[name, 0] if i[0] is proposal.choice]) is not None
+        ]
         return Next(proposal, tuple(told), tuple(name for name in rivals if name not in told))
+
+    def _parted(self, claimed: Claimed, forms: Sequence[Candidate]) -> list[tuple[Choice, Parting]]:
+        return [(plan.choice, parting(claimed, forms, plan)) for plan in self.all]
 
     def to_show(self, names: Sequence[str]) -> list[Shows]:
         """For each effect that does not show here, where it would."""
@@ -103,6 +115,30 @@ class Plans:
         """Instances that are a small known share of the usual size."""
         for form in forms_of(kind, self._looks[0].view.camera.shape)[:3]:
             yield from form.instances()
+
+
+def _pairs(
+    claimed: Claimed, rivals: dict[str, list[Candidate]], own: Sequence[Candidate]
+) -> Iterator[tuple[str, int, Claimed, list[Candidate]]]:
+    """Name of a rival, 0 with the claim as the true one and more with a rival, and what has to be parted."""
+    for name, forms in rivals.items():
+        yield name, 0, claimed, forms
+    if not own:
+        return
+    for name, forms in rivals.items():
+        true = _as(forms, claimed)
+        yield name, 1, true, list(own)
+        for k, other in enumerate(rivals, start=2):
+            if other != name:
+                yield name, k, true, rivals[other]
+
+
+def _as(forms: Sequence[Candidate], claimed: Claimed) -> Claimed:
+    """The rival that looks most like a claim, at the size at which it does."""
+    fits = [np.linalg.lstsq(form.white, claimed.footprint, rcond=1e-9)[0] for form in forms]
+    made = [form.white @ weights for form, weights in zip(forms, fits, strict=True)]
+    nearest = int(np.argmin([np.linalg.norm(claimed.footprint - m) for m in made]))
+    return Claimed(forms[nearest].form.combined(list(fits[nearest])), made[nearest])
 
 
 def rivals_of(names: Sequence[str], candidates: Sequence[Candidate]) -> dict[str, list[Candidate]]:

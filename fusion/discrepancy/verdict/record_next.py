@@ -31,8 +31,10 @@ def planned_next(steps: Sequence[Any], alike: list[str], candidates: Sequence[Ca
     if not rivals or not plans.all:
         return None
     footprint = np.sum([step.footprint for step in steps], axis=0)
-    found = plans.to_part(Claimed(steps[0].effect, footprint), rivals)
-    return {"text": _text(steps[0].effect.name, found), **_numbers(found)}
+    name = steps[0].effect.name
+    own = rivals_of([name], candidates).get(name, [])
+    found = plans.to_part(Claimed(steps[0].effect, footprint), rivals, own)
+    return {"text": _text(name, found), **_numbers(found)}
 
 
 def shown_next(invisible: list[str], plans: Plans) -> list[dict[str, Any]]:
