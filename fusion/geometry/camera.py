@@ -67,7 +67,10 @@ class Camera:
     def points(self, depth: NDArray[np.floating]) -> NDArray[np.float32]:
         """Points (height, width, 3) [m] of a planar depth image (height, width) [m], NaN where missing."""
         depth = np.asarray(depth, np.float32)
-        return np.dstack([self.rays() * depth[..., None], depth])
+        points = np.empty((*self.shape, 3), np.float32)
+        np.multiply(self.rays(), depth[..., None], out=points[..., :2])
+        points[..., 2] = depth
+        return points
 
     def project(self, points: Array) -> Array:
         """Pixels (n, 2) [px] of camera points (n, 3) [m], lens distortion included; z must be positive."""

@@ -171,5 +171,6 @@ def _scan(
                     for b in range(16):
                         if (slab >> b) & 1 == 1:
                             _want(
-                                corner[0] + i, corner[1] + b // 4, corner[2] + b % 4, span, keys, ids, seen, missing, count
+                                corner[0] + i, corner[1] + b // 4, corner[2] + b % 4, span, keys, ids, seen,
+                                missing, count,
                             )  # fmt: skip

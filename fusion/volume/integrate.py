@@ -53,7 +53,8 @@ def integrate(
     stride = frame.layout.stride
     corners = [frame.depth[shift:] for shift in (0, 1, stride, stride + 1)]
     _update(
-        blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors, *corners, frame.slant, weights.reshape(-1),
+        blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
+        *corners, frame.slant, weights.reshape(-1),
         np.zeros((1, 1, 3), np.uint8) if color is None else np.ascontiguousarray(color),
         frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
         settings.voxel, settings.truncation, camera.height, camera.width, stride,
@@ -117,8 +118,9 @@ def _read(image: ti.template(), at: ti.template()):
 
 @ti.kernel
 def _update(
-    coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3, depth: F32, depth_right: F32, depth_below: F32,
-    depth_aslant: F32, slant: F32, weight: F32, color: U8_3, farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
+    coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3,
+    depth: F32, depth_right: F32, depth_below: F32, depth_aslant: F32, slant: F32, weight: F32, color: U8_3,
+    farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
     height: ti.i32, width: ti.i32, stride: ti.i32,
     distorted: ti.template(), weighted: ti.template(), colored: ti.template(),
 ):  # fmt: skip

@@ -152,12 +152,12 @@ def _refine(
 
 @ti.kernel
 def cast(
-    step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32, rays: F32_3,
-    pose: F32, first: F32_2, last: F32_2, voxel: ti.f32, focal: ti.f32, depth: F32_2,
+    step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32,
+    rays: F32_3, pose: F32, first: F32_2, last: F32_2, voxel: ti.f32, focal: ti.f32, depth: F32_2,
 ):  # fmt: skip
-    """Fills in the depths (NaN before) of every step-th pixel in both directions; those at twice the step are taken as done, unless the step
-    is COARSE. What two such rays enclose is less than two voxels wide, or else every ray is followed from its start:
-    nothing that voxels can hold fits between them."""
+    """Fills in the depths (NaN before) of every step-th pixel in both directions; those at twice the step are taken as
+    done, unless the step is COARSE. What two such rays enclose is less than two voxels wide, or else
+    every ray is followed from its start: nothing that voxels can hold fits between them."""
     height, width = depth.shape[0], depth.shape[1]
     for tile in range(first.shape[0] * first.shape[1]):
         tv, tu = tile // first.shape[1], tile % first.shape[1]

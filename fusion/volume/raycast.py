@@ -15,7 +15,6 @@ from fusion.volume.march import COARSE, cast
 from fusion.volume.sample import corners, place, slope, smooth
 from fusion.volume.window import find, window
 
-
 SPAN = 1.5  # voxels to either side over which a normal is taken from the depth image
 BEND = 0.5  # voxels that its ends may lie beside the tangent
 
@@ -74,12 +73,11 @@ def _across(v: ti.i32, u: ti.i32, step: ti.i32, depth: ti.template(), rays: ti.t
 
 @ti.kernel
 def _shade(
-    keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32, colors: F32_3, rays: F32_3,
-    pose: F32, voxel: ti.f32, focal: ti.f32, depth: F32_2, points: F32_3, normals: F32_3, image: ti.types.ndarray(ti.u8, 3),
-    colored: ti.template(),
+    keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32, colors: F32_3,
+    rays: F32_3, pose: F32, voxel: ti.f32, focal: ti.f32, depth: F32_2, points: F32_3, normals: F32_3,
+    image: ti.types.ndarray(ti.u8, 3), colored: ti.template(),
 ):  # fmt: skip
     """Points, normals and colours where rays end."""
-    height, width = depth.shape[0], depth.shape[1]
     for row, col in depth:
         hit = depth[row, col]
         if hit > 0.0:
@@ -101,7 +99,7 @@ def _shade(
                         g = slope(f, p - base)
                     g = R.transpose() @ g
                     known = g.dot(ray) < 0.0
-                if ti.static(colored):
+                if ti.static(colored):  # noqa: SIM102
                     if n >= 0:
                         near = ti.cast(ti.floor(p + 0.5), ti.i32) - (base - cell)
                         b, o = place(n, near[0], near[1], near[2], neighbours)
