@@ -135,9 +135,14 @@ class Claim:
 
 def mask_of(found: Explanation, energy: Vector) -> NDArray[np.uint8]:
     """(h, w) mean over the looks of what each tile (n,) tells: 255 the most, 0 nothing or never seen."""
-    shape = found.before.patches[0].view.camera.shape
+    return painted_mask(found.before, energy)
+
+
+def painted_mask(observations: Observations, energy: Vector) -> NDArray[np.uint8]:
+    """The same for the tiles of any observations."""
+    shape = observations.patches[0].view.camera.shape
     total, seen = np.zeros(shape), np.zeros(shape)
-    for rows, patch in found.before.rows():
+    for rows, patch in observations.rows():
         image = painted(patch, np.maximum(energy[rows], 0))
         total += np.nan_to_num(image)
         seen += np.isfinite(image)

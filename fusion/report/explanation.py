@@ -15,6 +15,7 @@ from fusion.report.evidence import Compared, claims_of, compared, recording_name
 from fusion.report.figures.explanation import DISPARITY, LENGTH, Unit
 from fusion.report.judgement import level
 from fusion.report.mismatch import fit_section, maps_section, said_misfit, short
+from fusion.report.missing_values import missing_of, missing_section
 from fusion.report.noise_claim import noise_mask, noise_of, noise_section
 from fusion.report.page import Light, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
@@ -73,6 +74,9 @@ def _claims(folder: Path, found: Explanation, verdict: dict[str, Any], unit: Uni
             noise = noise_of(found)
             mask = noise_mask(found, noise)
             section = noise_section(found, number, entry, noise, mask, unit)
+        elif entry["channel"] == "dropout" and (missing := missing_of(found)) is not None:
+            mask = missing.mask
+            section = missing_section(number, entry, missing)
         else:
             continue
         entry["where"]["mask"] = f"mask_{number}.png"
