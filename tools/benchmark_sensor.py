@@ -1,4 +1,4 @@
-"""How long a simulated frame takes: rendering by channel, and sampling it with twelve effects.
+"""How long a simulated frame takes: rendering by channel, sampling it with twelve effects, and undoing a depth law.
 
     python tools/benchmark_sensor.py [--runs 9] [--json FILE]
 
@@ -22,6 +22,7 @@ from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
+from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.estimate import estimated_view
 from fusion.sensor.moment import Moment
 from fusion.sensor.parameter import parameters
@@ -34,6 +35,7 @@ from fusion.simulation.render import Channels, RayCaster
 from fusion.simulation.shapes import joined, sheet
 
 RENDERED_MS, SAMPLED_MS = 150.0, 60.0  # what a frame may take on two cores
+AS_FAST = 1.3  # times a curve: what undoing a stack may take
 SENSOR_CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof")
 # with the ones of the preset, twelve
 ADDED = {
@@ -79,9 +81,12 @@ def main() -> None:
     times["estimated view"] = measured(partial(estimated_view, depth, CAMERA, projector=0.075), options.runs)
     for name in ADDED:
         times[f"twelve effects on {name}"] = sampling(name, caster, T_world_camera, options.runs)
+    times |= correcting(options.runs)
     for name, (clock, cores) in times.items():
         print(f"{name:40s} {clock:7.1f} ms   {cores:7.1f} ms of the processors")
     print(f"asked for: {RENDERED_MS:.0f} ms for all but indirect light, {SAMPLED_MS:.0f} ms for twelve effects")
+    curve, stack = (cores for name, (_, cores) in times.items() if name.startswith("undoing"))
+    print(f"a stack takes {stack / curve:.2f} times the time of a curve (asked for: as fast, {AS_FAST} at most)")
     if options.json:
         options.json.write_text(json.dumps({name: {"clock_ms": a, "cpu_ms": b} for name, (a, b) in times.items()}))
 
@@ -106,6 +111,24 @@ def sampling(name: str, caster: RayCaster, T_world_camera: Array, runs: int) -> 
     view = replace(caster.view(camera, T_world_camera, channels), moment=moment)
     rng = np.random.default_rng(0)
     return measured(partial(one_frame, sensor, view, rng), runs)
+
+
+def correcting(runs: int) -> dict[str, tuple[float, float]]:
+    """Times [ms] of undoing a curve, and a stack of maps that holds the same curve, of 640 x 480 and 27 walls."""
+    camera = Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle="structured_light")
+    rng, u = np.random.default_rng(0), np.arange(640)
+    depth = (1.2 + 0.3 * np.sin(u / 90) + rng.normal(0, 0.003, camera.shape)).astype(np.float32)
+    walls = np.linspace(0.6, 3.2, 27)
+    curve, tiles = 0.005 * np.sin(3 * walls), (np.arange(15.5, 480, 32), np.arange(15.5, 640, 32))
+    grid = tuple(tuple(map(float, nodes)) for nodes in (*tiles, walls))
+    maps = curve + rng.normal(0, 0.003, (len(tiles[0]), len(tiles[1]), 1)) * (1 + 0.2 * np.sin(2 * walls))
+    laws = {"curve": Tabulated(("depth",), grid[2:], curve), "stack": Tabulated(("v", "u", "depth"), grid, maps)}
+    return {
+        f"undoing a {name} of 27 walls": measured(
+            partial(Sensor(principle="structured_light", effects=(law,)).correct, depth, camera), runs
+        )
+        for name, law in laws.items()
+    }
 
 
 def one_frame(sensor: Sensor, view: View, rng: np.random.Generator) -> None:

@@ -86,6 +86,10 @@ class Effect:
         parts = [f**2 / total * self.bias(depth, replace(view, modulation=f)) for f in view.frequencies]
         return np.asarray(sum(parts), depth.dtype)
 
+    def undone(self, measured: Image, view: View) -> Image | None:
+        """The depth (h, w) [m] whose biased one is `measured`, where there is a form for it; None: it is searched."""
+        return None
+
     def noise(self, depth: Image, view: View) -> Image:
         """Standard deviation of the depth [m] that this effect adds."""
         return np.zeros((), depth.dtype)

@@ -243,7 +243,10 @@ class Sensor:
 
 
 def _undo(effect: Effect, measured: Image, view: View) -> Image:
-    """Fixed point x <- measured - bias(x), for one effect."""
+    """In closed form, or the fixed point x <- measured - bias(x), for one effect."""
+    closed = effect.undone(measured, view)
+    if closed is not None:
+        return _valid(closed)
     x = measured
     for _ in range(MOST_STEPS):
         better = (measured - effect.change(x, view)).astype(measured.dtype)

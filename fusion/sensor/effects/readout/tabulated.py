@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import SensorError
 from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
-from fusion.sensor.layers import layers_of
+from fusion.sensor.layers import Layers, layers_of
 from fusion.sensor.parameter import Value, parameter, setting
 from fusion.sensor.table import interpolated
 from fusion.sensor.variables import VARIABLES
@@ -73,10 +73,34 @@ class Tabulated(Effect):
                         return f"the table is steeper along {name} than can be undone"
         return ""
 
+    def undone(self, measured: Image, view: View) -> Image | None:
+        """Of a stack over the depth: straight pieces have a solution each, of a length or of a disparity."""
+        lengths, pixels = np.asarray(self.values), np.asarray(self.values_px)
+        if self.where or self.variables != ("v", "u", "depth") or np.any(lengths) == np.any(pixels):
+            return None
+        if np.any(pixels):
+            per_pixel = measured.dtype.type(1 / view.focal_baseline)
+
+            def solution(base: Image, rise: Image, z: Image, pixel: NDArray[np.intp]) -> Image:
+                # 1 / z = 1 / x + (base + rise x) / (fx b), of two roots the one next to z
+                half = (1 / z - base * per_pixel) / 2
+                return np.asarray(1 / (half + np.sqrt(half * half - rise * per_pixel)))
+
+            return self._layers(pixels, measured).solved(measured, solution)
+        share = np.broadcast_to(np.asarray(view.along_ray, measured.dtype), measured.shape).reshape(-1)
+
+        def straight(base: Image, rise: Image, z: Image, pixel: NDArray[np.intp]) -> Image:
+            c = share if len(pixel) == len(share) else share[pixel]
+            return np.asarray(z - c * (base + rise * z) / (1 + c * rise))
+
+        return self._layers(lengths, measured).solved(measured, straight)
+
+    def _layers(self, table: NDArray[np.floating], depth: Image) -> Layers:
+        grid = tuple(map(tuple, self.grid))
+        return layers_of(np.ascontiguousarray(table, float).tobytes(), table.shape, grid, depth.shape)
+
     def _at(self, table: NDArray[np.floating], at: list[Any], depth: Image) -> Image:
         if self.variables[:2] == ("v", "u") and table.ndim == 3 and np.shape(at[2]) == depth.shape:
-            grid = tuple(map(tuple, self.grid))
-            layers = layers_of(np.ascontiguousarray(table, float).tobytes(), table.shape, grid, depth.shape)
-            return np.nan_to_num(layers.at(np.asarray(at[2]))).astype(depth.dtype, copy=False)
+            return np.nan_to_num(self._layers(table, depth).at(np.asarray(at[2]))).astype(depth.dtype, copy=False)
         value = interpolated(table, self.grid, at) if table.ndim else table
         return np.nan_to_num(value).astype(depth.dtype)
