@@ -26,6 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="board.json: each picture that shows the board is a wall, placed by its corners",
     )
     add("--distance-std", type=float, default=0.001, metavar="M", help="standard deviation of distance_m [m]; 0.001")
+    add(
+        "--radial-limit",
+        type=float,
+        metavar="PX",
+        help="use no pixel farther than this from the principal point (Pagliari: 300)",
+    )
     add("--no-map", action="store_true", help="leave out maps of what is left per pixel")
     add("--force", action="store_true", help="take recordings or models of another camera")
     add("--json", action="store_true", help="print one JSON object")
@@ -46,9 +52,12 @@ def run(options: argparse.Namespace) -> None:
         distance_std=options.distance_std,
         surface=not options.no_map,
         force=options.force,
+        radial_limit=options.radial_limit,
     )
     found = calibrate_depth([open_recording(path) for path in options.recordings], settings)
-    write(options.output, found, {"distance_std_m": options.distance_std, "camera": options.camera or "recordings'"})
+    told = {"distance_std_m": options.distance_std, "camera": options.camera or "recordings'"}
+    told |= {"radial_limit_px": options.radial_limit or "none"}
+    write(options.output, found, told)
     numbers = summary(found)
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
@@ -112,11 +121,18 @@ def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
+def _reach(limit: float | None) -> str:
+    if limit is None:
+        return "the border of what was recorded: no ring of the image is twice as bad as the others"
+    return f"{limit:.0f} px from the principal point; beyond, the corrected depth is twice as bad (--radial-limit)"
+
+
 def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
     low, high = numbers["heldout_before_m"] * 1e3, numbers["heldout_after_m"] * 1e3
     return [
         f"law       {numbers['law']}, of {len(numbers['candidates'])} candidates",
         f"held out  {high:.2f} mm rms on a wall left out, {low:.2f} mm without correction",
+        f"good to   {_reach(numbers['radial_limit_px'])}",
         *(f"note      {text}" for text in numbers["notes"]),
         f"sensor    {folder / 'sensor.json'}",
         f"report    {folder / 'report.html'}",

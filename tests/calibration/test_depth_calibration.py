@@ -319,3 +319,13 @@ def test_the_deviations_in_the_file_are_those_of_the_fit():
         keys = {"depth_offset": "offset", "depth_scale": "scale", "disparity_offset": "disparity"}
         assert std == found.fitted.numbers.std[keys[effect]], name
         assert effect in found.sensor.fitted
+
+
+def test_a_radial_limit_leaves_the_corners_out(tmp_path):
+    depth = Plane(1.0, 0.0, 0.0).depth(SL).astype(np.float32)
+    write_recording(tmp_path / "wall", SL, [Frame(0, 0.0, depth)])
+    found = calibrate_depth([open_recording(tmp_path / "wall")], DepthSettings(radial_limit=30.0))
+    v, u = np.nonzero(found.walls[0].mask)
+    assert 29 < np.hypot(u - SL.cx, v - SL.cy).max() <= 30
+    with pytest.raises(FusionError, match="radial limit"):
+        DepthSettings(radial_limit=float("nan"))

@@ -14,7 +14,7 @@ from fusion.calibration.depth.fitted import Fitted, Setting, finish
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
 from fusion.calibration.depth.notes import notes_on
-from fusion.calibration.depth.radial_limit import radial_limit
+from fusion.calibration.depth.radial_limit import radial_limit, within
 from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, judge_all, level
 from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
@@ -30,6 +30,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import stretch
 
 NODE = 0.04  # [m] a fifth of the shortest wave that matters: c / 2f over six at 120 MHz
+LEAST_LIMIT = 10.0  # [px] a smaller disc says nothing about a wall's tilt
 DISTANCE_STD = 0.001  # [m] of a stated distance: what makers of laser distance meters promise
 
 
@@ -44,6 +45,7 @@ class DepthSettings:
         surface: False leaves maps and stacks out.
         board: each picture that shows it is a wall; a recording without one is one wall, as all are when None.
         force: take recordings or models of another camera.
+        radial_limit: distance [px] from the principal point beyond which no pixel is used; None uses all.
     """
 
     camera: Camera | None = None
@@ -52,11 +54,16 @@ class DepthSettings:
     surface: bool = True
     force: bool = False
     board: Board | None = None
+    radial_limit: float | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.distance_std) and self.distance_std > 0):
             raise FusionError(
                 "the deviation of the distances is not usable", "--distance-std", self.distance_std, "> 0 m"
+            )
+        if self.radial_limit is not None and not self.radial_limit >= LEAST_LIMIT:
+            raise FusionError(
+                "the radial limit is not usable", "--radial-limit", self.radial_limit, f">= {LEAST_LIMIT:g} px"
             )
 
 
@@ -162,12 +169,15 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
 
 
 def walls_of(recording: Recording, begin: Start, settings: DepthSettings) -> list[Wall]:
-    """Every picture of a recording that shows the board, or the one wall that it shows."""
+    """Every picture of a recording that shows the board, or the one wall that it shows; inside the radial limit."""
+    found: list[Wall] = []
     if settings.board is not None:
         found = board_walls(recording, begin.camera, begin.known, settings.board)
-        if found:
-            return found
-    return [read_wall(recording, begin.camera, begin.known, settings.distance_std)]
+    found = found or [read_wall(recording, begin.camera, begin.known, settings.distance_std)]
+    if settings.radial_limit is None:
+        return found
+    inside = within(begin.camera, settings.radial_limit)
+    return [replace(wall, mask=wall.mask & inside) for wall in found if (wall.mask & inside).any()]
 
 
 def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Problem, list[Visibility]]:

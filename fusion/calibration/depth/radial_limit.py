@@ -1,6 +1,7 @@
 """How far from the image's middle the corrected depth is as good as there: Pagliari dropped what lies beyond 300 px."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.calibration.depth.information import Evidence
 from fusion.calibration.depth.selection import Judged, level
@@ -8,6 +9,12 @@ from fusion.geometry.camera import Camera
 
 RINGS = 10
 WORSE = 2.0  # times the median ring: beyond, a pixel weighs less than a fourth
+
+
+def within(camera: Camera, limit: float) -> NDArray[np.bool_]:
+    """(h, w) pixels no farther than `limit` [px] from the principal point."""
+    v, u = np.indices(camera.shape)
+    return np.hypot(u - camera.cx, v - camera.cy) <= limit
 
 
 def radial_limit(evidence: list[Evidence], judged: Judged, camera: Camera) -> float | None:
