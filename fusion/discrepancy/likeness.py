@@ -46,15 +46,16 @@ def likeness(recorded: Observations, simulated: Observations, gauge: Gauge, seed
     Args:
         gauge: of the recordings.
     Raises:
-        FusionError: their tiles are not the same.
+        FusionError: they do not show the same.
     """
-    if not np.array_equal(recorded.place, simulated.place):
+    places = [[patch.look.place for patch in one.patches] for one in (recorded, simulated)]
+    if places[0] != places[1]:
         raise FusionError(
             "recordings and simulations do not show the same",
-            found=f"{len(recorded.place)} and {len(simulated.place)} tiles",
+            found=f"{len(places[0])} and {len(places[1])} looks",
             do="simulate the scenes of the recordings with their cameras and poses",
         )
-    difference = gauge.whiten(recorded.residual - simulated.residual) / np.sqrt(2)
+    difference = gauge.whiten(_difference(recorded, simulated)) / np.sqrt(2)
     groups = [*groups_of(recorded, gauge), *_waves(recorded, gauge)]
     signs = _signs(recorded.place, seed)
     power = np.stack([_power(group.basis, difference, recorded.place, signs) for group in groups], axis=1)
@@ -66,6 +67,17 @@ def likeness(recorded: Observations, simulated: Observations, gauge: Gauge, seed
     ranked = np.argsort(-(power[0] - usual) / spread)
     chi2 = float(np.mean(difference**2))
     return Likeness(probability, chi2, groups[ranked[0]].variables if probability <= NEVER else ())
+
+
+def _difference(recorded: Observations, simulated: Observations) -> Vector:
+    """(n,) in native units; nothing where only one of both has a tile."""
+    out = np.zeros(len(recorded.residual))
+    for (rows, own), other in zip(recorded.rows(), simulated.patches, strict=True):
+        at = {tuple(cell): k for k, cell in enumerate(other.tiles.cell.tolist())}
+        for k, cell in enumerate(own.tiles.cell.tolist()):
+            if tuple(cell) in at:
+                out[rows.start + k] = own.residual[k] - other.residual[at[tuple(cell)]]
+    return out
 
 
 def _waves(observations: Observations, gauge: Gauge) -> list[Group]:
