@@ -1,7 +1,8 @@
 """Turntable encoder error: the table has not turned as far as its encoder says, by an error that repeats each turn."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from fusion.sensor.effects.rig.table import table_frame, turned_about
 from fusion.sensor.moment import Moment
 from fusion.sensor.moving import RigEffect
 from fusion.sensor.parameter import Value, parameter
+
+HARMONICS = 2  # of a turn that are looked for
+SMALL = 2.5e-4  # [rad] small enough to be linear
 
 
 @dataclass(frozen=True)
@@ -55,3 +59,19 @@ class TurntableEncoderError(RigEffect):
         amplitude = np.atleast_1d(self.amplitude)
         harmonic = np.arange(1, len(amplitude) + 1)
         return float((amplitude * np.sin(harmonic * angle + self.phase)).sum())
+
+    @staticmethod
+    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+        """Once and twice a turn together: a place in the lists is a harmonic, so waves are not added one by one."""
+        atoms = tuple(
+            {"amplitude": [0.0] * order + [SMALL], "phase": [0.0] * order + [phase]}
+            for order in range(HARMONICS)
+            for phase in (0.0, np.pi / 2)
+        )
+        return [{"atoms": atoms, "join": _joined}]
+
+
+def _joined(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+    """A sine and a cosine of each order are one wave with a phase."""
+    along, across = np.asarray(weights, float).reshape(HARMONICS, 2).T
+    return {"amplitude": SMALL * np.hypot(along, across), "phase": np.arctan2(across, along)}
