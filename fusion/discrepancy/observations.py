@@ -83,6 +83,15 @@ class Observations:
         """(n,) recording of each tile."""
         return np.concatenate([np.full(len(patch.tiles), patch.look.place) for patch in self.patches])
 
+    @cached_property
+    def block(self) -> NDArray[np.intp]:
+        """(n,) recording of each tile; the looks of a long series count one by one."""
+        number, out = len(self.patches), []
+        for k, patch in enumerate(self.patches):
+            series = sum(other.look.place == patch.look.place for other in self.patches) > SERIES
+            out.append(np.full(len(patch.tiles), patch.look.place + (number * (k + 1) if series else 0)))
+        return np.concatenate(out)
+
     def rows(self) -> Iterator[tuple[slice, Patch]]:
         """Each patch and where its tiles stand in the vectors."""
         start = 0

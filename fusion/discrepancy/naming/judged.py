@@ -14,7 +14,7 @@ from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, shapes_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import Found, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.step import REPLICATED, Found, inflation, left_out_gain, of_time, replicated_share
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
 
@@ -123,7 +123,10 @@ def _held_out(fit: Fit, part: Part, seen: Matrix, target: Vector, gain: float) -
     place = fit.observations.place
     if fit.observations.sensor.effect(part.name) is not None:
         return gain * replicated_share(part.candidate, place, fit.gauge, target)
-    return left_out_gain(seen, target, place, part.size)
+    share = left_out_gain(seen, target, place, part.size)
+    if of_time(part.candidate) and share < REPLICATED * gain:
+        return left_out_gain(seen, target, fit.observations.block, part.size)
+    return share
 
 
 def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:

@@ -25,6 +25,8 @@ REPLICATED = 0.4  # of the gain that must show in recordings that took no part i
 SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
 REGION_LEAST = 12.0
+OF_TIME = ("time", "temperature")
+LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
 KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
 
@@ -74,12 +76,15 @@ def best_part(
         if confined(regional.candidate, everywhere, space, target) and _replicates_more(
             regional, whole, observations, (space, target)
         ):
-            candidate, result, tried = regional.candidate, regional.scored, tried * regional.tried
+            candidate, result = _own_to_region(regional, candidates, observations, gauge, (space, target))
+            tried *= regional.tried
     part = Part(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
     inflated = inflation(target - seen @ result.weights)
     probability = float(min(1.0, tried * chi2.sf(result.gain / inflated, result.freedom)))
     held_out = left_out_gain(seen, target, observations.place, result.size)
+    if held_out < REPLICATED * result.gain and of_time(candidate):
+        held_out = left_out_gain(seen, target, observations.block, result.size)
     if candidate.name in held:
         held_out = result.gain * replicated_share(candidate, observations.place, gauge, target)
     return Found(part, result.gain, result.score, held_out, probability)
@@ -159,13 +164,44 @@ def _beats(regional: Regional, whole: Scored) -> bool:
     return regional.scored.score > whole.score + max(REGION_LEAST, more)
 
 
+def _own_to_region(
+    regional: Regional,
+    candidates: Sequence[Candidate],
+    observations: Observations,
+    gauge: Gauge,
+    aim: tuple[Space, Vector],
+) -> tuple[Candidate, Scored]:
+    """Of look-alikes in a region, one whose law depends on what bounds it: any other needs a second cause."""
+    space, target = aim
+    where = regional.candidate.where
+    chosen, best = regional.candidate, regional.scored
+    bound = {where[0].variable} | (set(OF_TIME) if where[0].variable in OF_TIME else set())
+    if bound & set(chosen.form.kind.variables):
+        return chosen, best
+    own: tuple[Candidate, Scored] | None = None
+    for other in candidates:
+        if other.columns.shape[1] <= 2 and bound & set(other.form.kind.variables):
+            candidate = candidate_of(observations, gauge, other.form, where)
+            found = scored(candidate, space.of(candidate.white), target)
+            if found.gain > LOOK_ALIKE * best.gain and (own is None or found.score > own[1].score):
+                own = candidate, found
+    return own or (chosen, best)
+
+
+def of_time(candidate: Candidate) -> bool:
+    """True for what changes while one recording goes on, so that looks of a series tell of it, and not recordings."""
+    about = {bound.variable for bound in candidate.where} | set(candidate.form.kind.variables)
+    return bool(about & set(OF_TIME))
+
+
 def _replicates_more(
     regional: Regional, whole: Candidate, observations: Observations, aim: tuple[Space, Vector]
 ) -> bool:
     space, target = aim
     size = scored(whole, space.of(whole.white), target).size
-    inside = left_out_gain(space.of(regional.candidate.white), target, observations.place, regional.scored.size)
-    outside = left_out_gain(space.of(whole.white), target, observations.place, size)
+    place = observations.block if of_time(regional.candidate) else observations.place
+    inside = left_out_gain(space.of(regional.candidate.white), target, place, regional.scored.size)
+    outside = left_out_gain(space.of(whole.white), target, place, size)
     return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
 
 

@@ -16,7 +16,7 @@ from fusion.sensor.view import Image, View
 HERRERA = "Herrera et al. 2012 (form from memory); Raposo et al. 2013"
 SMOOTH = 0.12  # share of the image's width over which the frozen warp is smooth: guess, after the plots of Teichman
 
-TERMS = 12  # of the second to the fourth order
+ORDERS = 5  # of the polynomials that are tried: 0 to 4
 
 
 @dataclass(frozen=True)
@@ -75,21 +75,15 @@ class DisparityDistortion(Effect):
 
     @staticmethod
     def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
-        """Polynomials up to the fourth order: a smooth warp of the whole image."""
-        del shape
-        return [
-            {
-                "fixed": {"decay": decay},
-                "atoms": tuple({"coefficients": row} for row in 0.005 * np.eye(TERMS)),
-                "join": _added,
-            }
-            for decay in (0.0, 0.03, 0.1)
-        ]
+        """Polynomials up to the fourth order, as a map: a smooth warp of the image, its mean and tilt included."""
+        height, width = shape
+        u, v = 2 * (np.arange(width) + 0.5) / width - 1, 2 * (np.arange(height)[:, None] + 0.5) / height - 1
+        atoms = tuple({"map": 0.005 * u ** (n - k) * v**k} for n in range(ORDERS) for k in range(n + 1))
+        return [{"fixed": {"decay": decay}, "atoms": atoms, "join": _added} for decay in (0.0, 0.03, 0.1)]
 
 
 def _added(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
-    rows = [weight * np.asarray(atom["coefficients"]) for atom, weight in zip(atoms, weights, strict=True)]
-    return {"coefficients": np.sum(rows, axis=0)}
+    return {"map": sum(weight * atom["map"] for atom, weight in zip(atoms, weights, strict=True))}
 
 
 def _polynomial(coefficients: NDArray[np.floating], view: View) -> Image:
