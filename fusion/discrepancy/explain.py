@@ -25,7 +25,8 @@ Vector = NDArray[np.float64]
 
 UNKNOWN_GAIN = 40.0  # beyond what the columns cost: below, it may be chance
 IN_PLACE = 1.05  # times the gain of maps with hundreds of free squares: a formula that explains more is the law
-UNKNOWN_SHARE = 0.3  # of all that could be explained: a leftover of less is the form of a named effect
+# of all that could be explained: a leftover of less is the form of a named effect, of more: the names are not right
+UNKNOWN_SHARE = 0.3
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,9 @@ def explained_looks(
         if formula.law.simple and formula.law.replicated and formula.law.gain > IN_PLACE * _gain(named):
             named, beyond = unconfirmed(named, before, white), formula
     left = explained(named.white, groups, nothing)
+    if named.steps and _is_much(left, named, possible):
+        # the names explain too little of what could be explained: they are the nearest, not the right ones
+        named, left = unconfirmed(named, before, white), possible
     if beyond is None and _is_much(left, named, possible):
         progress("looking for the form of what no effect explains")
         beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
