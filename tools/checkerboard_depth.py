@@ -158,6 +158,7 @@ def figures(at: Squares, left: dict[str, NDArray], laws: list[str]) -> dict[str,
         "share_of_line": share,
         "asked": ASKED,
         "reached": bool(share <= ASKED),
+        "verdict": verdict(share),
         "dark_squares_mm": {name: 1e3 * rms(values[at.dark]) for name, values in left.items()},
         "bright_squares_mm": {name: 1e3 * rms(values[~at.dark]) for name, values in left.items()},
         "without_the_four_worst_views_mm": {name: 1e3 * rms(values[ordinary]) for name, values in left.items()},
@@ -165,6 +166,14 @@ def figures(at: Squares, left: dict[str, NDArray], laws: list[str]) -> dict[str,
         "the_same_after_correction_mm": 1e3 * contrast(at, left["law"], far),
         "laws_chosen": {law: laws.count(law) for law in sorted(set(laws))},
     }
+
+
+def verdict(share: float) -> str:
+    """The figure in words, with what it cannot tell."""
+    said = f"{share:.3f} of the line's held-out error, {ASKED} asked: " + (
+        "reached" if share <= ASKED else "NOT reached"
+    )
+    return said + "; not known: the printed size of the squares (a scale of all distances) and how flat the board is"
 
 
 def contrast(at: Squares, error: NDArray, which: NDArray[np.bool_]) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.calibration.depth.calibration import DepthCalibration
 from fusion.report.figures.depth_bias import SHOWN, candidates_figure, curve_figure, maps_figure
@@ -12,6 +13,8 @@ from fusion.report.page import Figure, Light, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.sensor.description import description
 
+LONGEST = 20  # rows of a table that is open
+LITTLE = 0.2  # share of the image below which one picture's map tells nothing
 SHARE_LEFT = (0.5, 0.9)  # of the error that a correction may leave over: good up to, a problem above (guesses)
 
 
@@ -41,9 +44,13 @@ def _summary(found: DepthCalibration) -> list[Light]:
     text = f"On walls that were left out the error falls from {before * 1e3:.2f} to {after * 1e3:.2f} mm rms."
     lines = [Light(level(after / before if before else 1.0, SHARE_LEFT), "Correction", text)]
     lines.append(Light("ok", "Law", f"Chosen of {len(found.judged)} candidates: {found.best.candidate.name}."))
-    hidden = sorted({v.term.effect for v in found.visibility if not v.seen})
+    seen = {v.term.effect for v in found.visibility if v.seen}
+    hidden = sorted({v.term.effect for v in found.visibility if not v.seen} - seen)
     if hidden:
         lines.append(Light("warning", "Not seen", "These recordings say nothing about: " + ", ".join(hidden) + "."))
+    if any(wall.by_board for wall in found.walls):
+        text = "Its printed size looks like a scale of all depths, and its flatness is not known: measure it."
+        lines.append(Light("warning", "Board", text))
     if found.fitted.scatter > 0:
         text = f"The walls scatter by {found.fitted.scatter * 1e3:.1f} mm more than their stated distances would."
         lines.append(Light("warning", "Distances", text))
@@ -79,25 +86,46 @@ def _walls(found: DepthCalibration) -> str:
     for wall, offset, after in zip(found.walls, found.offset, found.best.rms, strict=True):
         stated = f"{wall.distance:.4f}" if np.isfinite(wall.distance) else "unknown"
         off = f"{offset * 1e3:+.2f}" if np.isfinite(offset) else "unknown"
-        share = f"{100 * wall.mask.mean():.0f}"
+        share = f"{100 * wall.mask.mean():.2g}" if wall.mask.mean() < 0.1 else f"{100 * wall.mask.mean():.0f}"
         rows.append([wall.name, str(wall.frames), stated, off, f"{np.degrees(wall.plane.tilt):.2f}", share,
                      f"{after * 1e3:.2f}"])  # fmt: skip
     head = ["wall", "frames", "distance [m]", "error on the axis [mm]", "tilt [deg]", "of the image [%]",
             "left, held out [mm]"]  # fmt: skip
-    return numbers_table(head, rows)
+    return _folded(head, rows, "walls")
+
+
+def _folded(head: list[str], rows: list[list[str]], what: str) -> str:
+    """A table, which opens on a click where it is long."""
+    table = numbers_table(head, rows)
+    return table if len(rows) <= LONGEST else f"<details><summary>All {len(rows)} {what}</summary>{table}</details>"
 
 
 def _maps(found: DepthCalibration) -> Figure:
-    seen = np.array([len(e.rest) for e in found.fitted.evidence])
-    large = np.flatnonzero(seen >= seen.max() / 2)  # boards beside walls show little of the image
-    order = large[np.argsort([found.walls[i].true_plane.distance for i in large])]
-    some = order[np.unique(np.linspace(0, len(order) - 1, SHOWN).round().astype(int))]
-    images = []
-    for i in some:
-        evidence = found.fitted.evidence[i]
-        name = f"{found.walls[i].true_plane.distance:.2f} m"
-        images.append((name, *(evidence.tiles.image(j.residual[i]) for j in (found.before, found.best))))
+    evidence = found.fitted.evidence
+    seen = np.array([np.isfinite(e.tiles.image(e.rest)).mean() for e in evidence])
+    alone = seen.max() < LITTLE  # boards without walls: those of like distances together
+    large = np.flatnonzero(alone | (seen >= seen.max() / 2))  # boards beside walls show little of the image
+    order = large[np.argsort([found.walls[i].depth_there for i in large])]
+    if alone:
+        groups = [group for group in np.array_split(order, SHOWN) if len(group)]
+    else:
+        groups = [order[[i]] for i in np.unique(np.linspace(0, len(order) - 1, SHOWN).round().astype(int))]
+    images: list[tuple[str, NDArray[np.floating], NDArray[np.floating]]] = []
+    for group in groups:
+        low, high = (f"{found.walls[i].depth_there:.2f}" for i in (group[0], group[-1]))
+        name = f"{low} m" if len(group) == 1 else f"{low} to {high} m, {len(group)} boards"
+        before, after = (
+            _mean([evidence[i].tiles.image(j.residual[i]) for i in group]) for j in (found.before, found.best)
+        )
+        images.append((name, before, after))
     return maps_figure(images)
+
+
+def _mean(images: list[NDArray[np.floating]]) -> NDArray[np.floating]:
+    """Mean (rows, columns) of what is known."""
+    stack = np.array(images)
+    known = np.isfinite(stack).sum(axis=0)
+    return np.where(known > 0, np.nansum(stack, axis=0) / np.maximum(known, 1), np.nan)
 
 
 def _bars(found: DepthCalibration) -> Figure:
@@ -118,7 +146,8 @@ def _candidates(found: DepthCalibration) -> str:
         ]
         for i, j in enumerate(found.judged)
     ]
-    return numbers_table(["law", "numbers", "held-out error [mm]", "on the axis [mm]", "weighted, per tile"], rows)
+    head = ["law", "numbers", "held-out error [mm]", "on the axis [mm]", "weighted, per tile"]
+    return _folded(head, rows, "candidates")
 
 
 def _lead(found: DepthCalibration) -> str:
@@ -143,7 +172,9 @@ def _short(value: object) -> str:
     if isinstance(value, dict):
         return f"{' x '.join(map(str, value['shape']))} values, rms {value['rms']:.4g}"
     if isinstance(value, list):
-        return ", ".join(map(_short, value)) if len(value) <= 8 else f"{len(value)} values"
+        if len(value) <= 8 or not isinstance(value[0], float):
+            return ", ".join(map(_short, value)) if len(value) <= 8 else f"{len(value)} values"
+        return f"{len(value)} values from {min(value):.3g} to {max(value):.3g}"
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 

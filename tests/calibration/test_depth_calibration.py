@@ -19,6 +19,7 @@ from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
 from fusion.recording.write import write_recording
+from fusion.report.depth_calibration import depth_report
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
@@ -245,6 +246,9 @@ def test_a_board_places_itself(tmp_path):
     # corners are good to some hundredths of a pixel: 0.2 mm of 1 m, where 10 mm were put in
     assert found.before.error > 5e-3
     assert found.best.error < 1e-3
+    assert any("printed squares" in text for _, text in found.notes)
+    depth_report(tmp_path / "report.html", found)
+    assert "printed size looks like a scale" in (tmp_path / "report.html").read_text()
     with pytest.raises(FusionError, match="no picture shows the board"):
         calibrate_depth([open_recording(tmp_path / "board")], DepthSettings(board=Board(9, 8, 0.06)))
 

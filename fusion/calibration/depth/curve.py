@@ -89,7 +89,7 @@ def light_of(walls: list[Wall]) -> float:
 
 def span(walls: list[Wall]) -> tuple[float, float]:
     """Nearest and farthest wall [m]."""
-    distances = [wall.true_plane.distance for wall in walls]
+    distances = [wall.depth_there for wall in walls]
     return min(distances), max(distances)
 
 

@@ -7,6 +7,12 @@ from fusion.calibration.depth.selection import Judged
 from fusion.calibration.depth.visibility import Visibility
 from fusion.calibration.depth.wall import Wall
 
+OF_BOARDS = (
+    "a board tells distances in units of its printed squares: squares that are 1 % larger than board.json says look "
+    "exactly like depths that are 1 % too large, so measure the printed board with a ruler, or record one wall at a "
+    "measured distance too; how flat the board is, these pictures do not tell"
+)
+
 
 def notes_on(
     seen: list[Visibility], walls: list[Wall], judged: tuple[Judged, Judged], fitted: Fitted
@@ -26,6 +32,8 @@ def notes_on(
         stated = float(np.median([wall.distance_std for wall in walls])) * 1e3
         text = f"the walls scatter by {fitted.scatter * 1e3:.1f} mm about the law, where distances with a deviation of "
         notes.append(("warning", text + f"{stated:.1f} mm would not; intervals hold that"))
+    if any(wall.by_board for wall in walls):
+        notes.append(("warning", OF_BOARDS))
     if len(walls) < 5:
         notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
     better = before.error - best.error

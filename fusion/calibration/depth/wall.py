@@ -61,6 +61,18 @@ class Wall:
             return self.plane
         return replace(self.plane, distance=self.distance * self.plane.inverse_at(*self.centre))
 
+    @property
+    def depth_there(self) -> float:
+        """Its depth [m] at `centre`: the stated one, or that of the fitted plane."""
+        if np.isfinite(self.distance):
+            return self.distance
+        return float(self.plane.distance / self.plane.inverse_at(*self.centre))
+
+    @property
+    def by_board(self) -> bool:
+        """True when a board in the picture told where it stands."""
+        return self.squares is not None or any(self.centre)
+
     def view(self, camera: Camera, depth: NDArray[np.floating]) -> View:
         """What the pixels look at when the wall is at `depth` (h, w) [m]."""
         plane = self.plane

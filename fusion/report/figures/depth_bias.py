@@ -1,6 +1,7 @@
 """The depth error: over distance as one curve, over the image as maps, and of every candidate law as bars."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from fusion.calibration.depth.curve import Curve
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, DIVERGING, GREY, INK, ORANGE, new_figure, styled, to_svg
 
+SHORT = 10  # letters of a map's title in the usual size
 SHOWN = 5  # maps in a row
 BARS = 16  # candidates shown; the others stand in the table
 Array = NDArray[np.floating]
@@ -61,7 +63,7 @@ def maps_figure(images: Sequence[tuple[str, Array, Array]]) -> Figure:
     )
     title = f"Residuals from the walls: {before:.2f} mm rms as recorded, {after:.2f} mm corrected"
     with styled():
-        figure = new_figure(11.0, 4.3)
+        figure = new_figure(11.0, 3.7)
         axes = figure.subplots(2, len(images), squeeze=False)
         for column, (name, *pair) in enumerate(images):
             for row, image in enumerate(pair):
@@ -71,7 +73,7 @@ def maps_figure(images: Sequence[tuple[str, Array, Array]]) -> Figure:
                 ax.set_yticks([])
                 ax.grid(visible=False)
                 if row == 0:
-                    ax.set_title(name)
+                    ax.set_title(name, fontsize="small" if len(name) > SHORT else None)
                 if column == 0:
                     ax.set_ylabel("as recorded" if row == 0 else "corrected")
         figure.colorbar(drawn, ax=axes, label="measured less wall [mm]", shrink=0.8, extend="both")
@@ -95,7 +97,14 @@ def candidates_figure(names: Sequence[str], errors: Array, offsets: Array, chose
         place = np.arange(len(shown))
         colors = [BLUE if i == chosen else GREY for i in shown]
         ax.barh(place, errors[shown] * 1e3, color=colors, height=0.7)
-        ax.plot(offsets[shown] * 1e3, place, "|", color=ORANGE, markersize=9, label="of it on the optical axis")
+        mark: dict[str, Any] = {
+            "marker": "D",
+            "color": ORANGE,
+            "markeredgecolor": "white",
+            "markersize": 6,
+            "linestyle": "none",
+        }
+        ax.plot(offsets[shown] * 1e3, place, label="of it on the optical axis", **mark)
         for at, i in enumerate(shown):
             ax.annotate(
                 f"{errors[i] * 1e3:.2f}", (errors[i] * 1e3, at), (4, 0), textcoords="offset points", va="center"
