@@ -9,8 +9,10 @@ import pytest
 
 from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
 from fusion.calibration.depth.known import start
+from fusion.calibration.depth.law_sensor import Numbers, with_law
 from fusion.calibration.depth.plane import Plane, find_wall
 from fusion.calibration.depth.radial_limit import radial_limit
+from fusion.calibration.depth.selection import choose
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
 from fusion.commands.main import main
@@ -333,3 +335,21 @@ def test_a_radial_limit_leaves_the_corners_out(tmp_path):
     assert 29 < np.hypot(u - SL.cx, v - SL.cy).max() <= 30
     with pytest.raises(FusionError, match="radial limit"):
         DepthSettings(radial_limit=float("nan"))
+
+
+def test_no_law_is_worse_than_none():
+    """A law that explains the shape of sharp walls is not taken where it costs millimetres of distance."""
+    judged = list(calibrated(SL, (DepthScale(0.004),)).judged)
+    best = choose(judged)
+    sharp = replace(judged[best], chi2=0 * judged[best].chi2)
+    assert choose([*judged, sharp]) == len(judged)
+    bent = replace(sharp, rms=1.2 * judged[0].rms)
+    assert choose([*judged, bent]) == best
+
+
+def test_a_curve_whose_last_nodes_nobody_saw_is_a_table_of_the_others():
+    """Corners that are left out take the longest ranges with them."""
+    value = {"curve 0": 0.001, "curve 1": 0.002}
+    numbers = Numbers(value, dict.fromkeys(value, 1e-4), nodes=(0.5, 1.0, 1.5))
+    table = with_law(Sensor(principle="itof"), TOF, numbers).effect("tabulated")
+    assert table.grid == ((0.5, 1.0),)

@@ -142,7 +142,9 @@ def _add_table(numbers: Numbers, camera: Camera, known: Sensor, effects: dict, s
     triangulating = known.principle in TRIANGULATING
     if pieces:
         over = "range" if known.principle == "itof" else "depth"
-        effects["tabulated"] = Tabulated((over,), (numbers.nodes,), np.array([value[key] for key in pieces]))
+        # nodes beyond what was recorded have no term
+        nodes = tuple(numbers.nodes[int(key.split()[1])] for key in pieces)
+        effects["tabulated"] = Tabulated((over,), (nodes,), np.array([value[key] for key in pieces]))
         std["tabulated", "values"] = tuple(numbers.std[key] for key in pieces)
     if radial and "tabulated" not in effects:
         radii, bend, deviation = _radial_table(numbers, camera, radial)

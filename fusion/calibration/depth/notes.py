@@ -7,6 +7,7 @@ from fusion.calibration.depth.selection import Judged
 from fusion.calibration.depth.visibility import Visibility
 from fusion.calibration.depth.wall import Wall
 
+MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
 OF_BOARDS = (
     "a board tells distances in units of its printed squares: squares that are 1 % larger than board.json says look "
     "exactly like depths that are 1 % too large, so measure the printed board with a ruler, or record one wall at a "
@@ -34,6 +35,10 @@ def notes_on(
         notes.append(("warning", text + f"{stated:.1f} mm would not; intervals hold that"))
     if any(wall.by_board for wall in walls):
         notes.append(("warning", OF_BOARDS))
+    per_tile = float(best.chi2.sum()) / max(sum(len(e.rest) for e in fitted.evidence), 1)
+    if per_tile > MISFIT:
+        text = f"on walls left out the law errs {np.sqrt(per_tile):.0f} times as much as their tiles scatter: "
+        notes.append(("warning", text + "no candidate describes this camera; was it calibrated (--camera)?"))
     if len(walls) < 5:
         notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
     better = before.error - best.error

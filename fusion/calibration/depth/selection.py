@@ -170,10 +170,12 @@ def choose(judged: list[Judged]) -> int:
     """The candidate to use: the least held-out error, or a simpler one that is as good within one standard error.
 
     The error is the weighted one, chi2: a millimetre at 3 m weighs less than one at 0.7 m. A law of which one number
-    is smaller than its standard deviation is not taken: it is not established.
+    is smaller than its standard deviation is not taken: it is not established. Nor is one that is clearly worse in
+    plain millimetres than no law at all (the first): it has bought the shape of the walls with their distances.
     """
     totals = np.array([j.chi2.sum() for j in judged])
-    allowed = [i for i, j in enumerate(judged) if established(j.law)]
+    most = MUCH_WORSE * judged[0].error
+    allowed = [i for i, j in enumerate(judged) if i == 0 or (established(j.law) and j.error <= most)]
     best = min(allowed, key=lambda i: totals[i])
     for i in sorted(allowed, key=lambda i: (complexity(judged[i]), totals[i])):
         difference = judged[i].chi2 - judged[best].chi2
@@ -183,6 +185,7 @@ def choose(judged: list[Judged]) -> int:
     return best
 
 
+MUCH_WORSE = 1.1  # times the error without a law: less may be the noise of the farthest wall (guess)
 NEGLIGIBLE = 4.0  # of chi2: what one number that means nothing is expected to gain is 1; two standard deviations, 4
 
 
