@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -138,7 +139,8 @@ def one_frame(sensor: Sensor, view: View, rng: np.random.Generator) -> None:
 
 def typical(kind: type[Effect]) -> Effect:
     """An effect at its parameters' typical values."""
-    return kind(**{about.name: about.typical for about in parameters(kind).values()})
+    values: dict[str, Any] = {about.name: about.typical for about in parameters(kind).values()}
+    return kind(**values)
 
 
 def measured(work: Callable[[], object], runs: int) -> tuple[float, float]:

@@ -84,7 +84,7 @@ def _mesh() -> Mesh:
     return flat_mesh((-s, BOARD.columns * s), (-s, BOARD.rows * s))
 
 
-def _without_lost(depth: NDArray[np.float32], T: NDArray[np.float64], camera: Camera) -> NDArray[np.float32]:
+def _without_lost(depth: NDArray[np.floating], T: NDArray[np.float64], camera: Camera) -> NDArray[np.float32]:
     """Depth without what is far from the board's plane and would be called an outlier by anybody."""
     normal, distance = T[:3, 2], float(T[:3, 2] @ T[:3, 3])
     with np.errstate(all="ignore"):

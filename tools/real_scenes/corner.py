@@ -44,12 +44,13 @@ def write_corners(source: Path, folder: Path) -> list[Path]:
     return written
 
 
-def _planes(depth: NDArray[np.float32]) -> list[NDArray[np.float64]]:
+def _planes(depth: NDArray[np.floating]) -> list[NDArray[np.float64]]:
     """Laws 1 / z = a . ray (3,) of the largest planes, one after the other."""
     rng = np.random.default_rng(0)
     rays = np.dstack([CAMERA.rays(), np.ones(CAMERA.shape)])[np.isfinite(depth)][::20]
     z = depth[np.isfinite(depth)][::20]
-    whole, found = len(z), []
+    whole = len(z)
+    found: list[NDArray[np.float64]] = []
     while len(found) < 3:
         best = np.zeros(len(z), bool)
         for _ in range(400):

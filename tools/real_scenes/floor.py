@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.lens.pictures import read_picture
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_presets import PRESETS
@@ -25,7 +25,7 @@ def write_floor(source: Path, folder: Path) -> list[Path]:
     """The floor without the person who walks on it, as one recording."""
     camera = PRESETS["kinect-v2"][0]
     paths = sorted(source.glob("image*.png"))
-    stack = [cv2.imread(str(path), cv2.IMREAD_UNCHANGED).astype(np.float32) * np.float32(UNIT_M) for path in paths]
+    stack = [read_picture(path).astype(np.float32) * np.float32(UNIT_M) for path in paths]
     middle = np.median(np.stack([np.where(image > 0, image, np.nan) for image in stack[::6]]), axis=0)
     T_camera_floor = _floor(middle, camera)
     normal, distance = T_camera_floor[:3, 2], float(T_camera_floor[:3, 2] @ T_camera_floor[:3, 3])

@@ -68,8 +68,9 @@ def name_effects(
             break
         larger = refitted([*fit.parts, found.part], observations, gauge)
         helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
-        if not found.established or not helped:
-            passed_over.add(found.part.name)  # in full, or in new recordings, it does not help
+        bent = any(part.at_bound(observations) for part in larger.parts)
+        if not found.established or not helped or bent:
+            passed_over.add(found.part.name)  # in full, in new recordings, or within its range it does not help
             likely = likely or _told_of(fit, found, open_to)
             continue
         fit = reviewed(larger, candidates)

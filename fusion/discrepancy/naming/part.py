@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.naming.candidates import Candidate, map_of
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.effect import Effect
-from fusion.sensor.parameter import parameters
+from fusion.sensor.parameter import Parameter, parameters
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -46,6 +46,18 @@ class Part:
         form = self.candidate.form
         whole = map_of(observations, form, self.weights) if form.map else form.combined(list(self.weights))
         return replace(whole, where=self.candidate.where)
+
+    def at_bound(self, observations: Observations) -> bool:
+        """True when a fitted number ended where its range ends: the law is bent to something that it is not."""
+        effect = self.effect(observations)
+        fitted = {name for atom in self.candidate.form.atoms for name in atom}
+        about = [p for name, p in parameters(effect).items() if name in fitted and p.kind in ("number", "scalar")]
+        return any(_ended(p, float(getattr(effect, p.name))) for p in about if not np.ndim(getattr(effect, p.name)))
+
+
+def _ended(about: Parameter, value: float) -> bool:
+    """At an end of the range, which is neither "none" nor "all of it" (a share of 1)."""
+    return value in (about.low, about.high) and value != about.neutral and not (about.unit == "1" and value == 1.0)
 
 
 def is_field(candidate: Candidate) -> bool:

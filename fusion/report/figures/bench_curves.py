@@ -96,7 +96,7 @@ def step_figure(found: Quantization, text: Figure) -> Figure:
         ax = figure.subplots()
         ax.plot(found.depth, found.step * 1e3, "o", color=BLUE, markersize=3.5, label="between the depths that occur")
         if found.law in ("z^2", "constant"):
-            z = np.linspace(float(found.depth.min()), float(found.depth.max()), 100)
+            z = np.linspace(float(np.min(found.depth)), float(np.max(found.depth)), 100)
             name = {"z^2": "law: z^2", "constant": "law: constant"}[found.law]
             ax.plot(z, found.at(z) * 1e3, color=ORANGE, label=name)
         ax.axhline(found.unit * 1e3, color=GREY, linewidth=1, linestyle=(0, (4, 3)), label="one count of the file")

@@ -28,7 +28,7 @@ def pixel_figure(time: Array, series: Array, text: Figure) -> Figure:
         left.set_ylabel(f"depth less {mean:.4f} m [mm]")
         right = figure.add_subplot(grid[1], sharey=left)
         edges = _bins(off[known])
-        right.hist(off[known], edges, orientation="horizontal", color=GREY, alpha=0.7)
+        right.hist(off[known], edges.tolist(), orientation="horizontal", color=GREY, alpha=0.7)
         if sigma > 0:
             x = np.linspace(edges[0], edges[-1], 201)
             normal = np.exp(-0.5 * (x / sigma / 1e3) ** 2) / (np.sqrt(2 * np.pi) * sigma * 1e3)
@@ -45,7 +45,7 @@ def _bins(off: Array) -> Array:
     if 1 < len(values) <= 24:
         step = float(np.median(np.diff(values)))
         return np.arange(values[0] - step / 2, values[-1] + step, step)
-    low, high = float(off.min()), float(off.max())
+    low, high = float(np.min(off)), float(np.max(off))
     return np.linspace(low, max(high, low + 1e-3), 25)
 
 
