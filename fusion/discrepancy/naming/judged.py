@@ -137,14 +137,31 @@ def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) 
     share = _share(fit, part.candidate.where)
     most = part.candidate.columns.shape[1] + 6
     taken = {other.name for other in (*fit.parts, part)}
+    whole = _whole(fit, part, space)
     for other in candidates:
         if other.name in taken or other.name in out or other.columns.shape[1] > most:
             continue
         white = fit.gauge.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
         found = scored(other, space.of(white), fitted)
-        if found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score):
+        if found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score) and _alike_everywhere(whole, other, space):
             out[other.name] = None
     return tuple(out)
+
+
+def _whole(fit: Fit, part: Part, space: Space) -> Vector | None:
+    """What the law of a part that is confined to a region would change everywhere; None for others and for maps."""
+    form = part.candidate.form
+    if not part.candidate.where or form.map:
+        return None
+    return space.of(fit.gauge.whiten(fit.observations.columns(form.instances()) @ part.weights))
+
+
+def _alike_everywhere(whole: Vector | None, other: Candidate, space: Space) -> bool:
+    """Within a region nearly everything is nearly constant: a look-alike is one of the law, not of the region."""
+    if whole is None:
+        return True
+    found = scored(other, space.of(other.white), whole)
+    return found.gain > (ALIKE * float(np.linalg.norm(whole))) ** 2
 
 
 def _share(fit: Fit, where: tuple[Bound, ...]) -> Vector:
