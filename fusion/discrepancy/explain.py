@@ -13,10 +13,11 @@ from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.scatter import scatter_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
-from fusion.discrepancy.unknown.unrestricted import Found, covariates, explained, groups_of
+from fusion.discrepancy.unknown.unrestricted import Found, Group, covariates, explained, groups_of
 from fusion.errors import FusionError
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
@@ -121,15 +122,13 @@ def explained_looks(
             expected="20 or more",
             do="check the poses, the mesh and its unit with fusion info",
         )
-    gauge = gauge_of(before)
-    white = gauge.whiten(before.residual)
-    progress("asking what could be explained at all")
-    groups, nothing = groups_of(before, gauge), np.zeros((len(white), 0))
-    possible = explained(white, groups, nothing)
     progress("trying every effect of the catalogue")
-    candidates = candidates_of(before, gauge)
+    before, gauge, groups, candidates = _gauged(before)
+    white, nothing = gauge.whiten(before.residual), np.zeros((len(before.residual), 0))
+    progress("asking what could be explained at all")
+    possible = explained(white, groups, nothing)
     named = name_effects(looks, before, gauge, candidates)
-    held = held_out_of(looks, sensor)
+    held = held_out_of(looks, sensor, before.scatter)
     if named.steps and held.contradicts(named.sensor):
         named = unconfirmed(named, before, white)
     beyond = None
@@ -152,6 +151,18 @@ def explained_looks(
     return Explanation(
         tuple(looks), before, gauge, white, named, channels, possible, left, tuple(candidates), held_out, beyond
     )
+
+
+def _gauged(before: Observations) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:
+    """The gauge, and all that is measured in it; with the tiles' own scatter where the scene has much of it."""
+    for _ in range(2):
+        gauge = gauge_of(before)
+        groups, candidates = groups_of(before, gauge), candidates_of(before, gauge)
+        more = 0.0 if before.scatter else scatter_of(gauge.whiten(before.residual), gauge, candidates, groups)
+        if not more:
+            break
+        before = replace(before, scatter=more)
+    return before, gauge, groups, candidates
 
 
 def _is_much(left: Found, named: Named, possible: Found) -> bool:

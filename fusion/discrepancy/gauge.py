@@ -69,6 +69,7 @@ def gauge_of(observations: Observations) -> Gauge:
             if any(_simulated(patch).any() for patch in observations.patches):
                 _add_grain(observations, effect, total)  # of the simulation, which has its own
     _add_shape(observations, total)
+    total[np.diag_indices(n)] += observations.scatter**2
     bare = cholesky(total, lower=True, check_finite=False)
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
     common = np.column_stack([*_poses(observations), known])

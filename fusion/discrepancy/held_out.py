@@ -1,7 +1,7 @@
 """Held out: frames that take no part in any fit, and how well a sensor model predicts their mean."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,11 +43,11 @@ class HeldOut:
         return self.misfit(better)[0] >= self.misfit(self.observations.sensor)[0]
 
 
-def held_out_of(looks: Sequence[Look], sensor: Sensor) -> HeldOut:
-    """The frames held out of looks, under the given model."""
+def held_out_of(looks: Sequence[Look], sensor: Sensor, scatter: float = 0.0) -> HeldOut:
+    """The frames held out of looks, under the given model; `scatter` as of the others."""
     held = [look.held for look in looks if look.held is not None]
     seen = observe(sensor, held) if held else None
-    return HeldOut(seen if seen is not None and len(seen.residual) else None)
+    return HeldOut(replace(seen, scatter=scatter) if seen is not None and len(seen.residual) else None)
 
 
 def before_and_after(held: HeldOut, sensor: Sensor, better: Sensor) -> dict[str, float]:

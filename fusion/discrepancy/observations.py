@@ -69,10 +69,12 @@ class Observations:
     Attributes:
         sensor: the model that predicted.
         patches: one per look.
+        scatter: standard deviation [native unit] of an error that every tile has for itself.
     """
 
     sensor: Sensor
     patches: tuple[Patch, ...]
+    scatter: float = 0.0
 
     @cached_property
     def residual(self) -> NDArray[np.float64]:
@@ -111,7 +113,7 @@ class Observations:
         for patch in self.patches:
             mean, sigma = predicted(sensor, patch.look)
             patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
-        return Observations(sensor, tuple(patches))
+        return Observations(sensor, tuple(patches), self.scatter)
 
 
 def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:

@@ -96,7 +96,7 @@ def _placed(shot: Shot, run: Run, turn: Turn) -> Shot:
 
     def pose(seconds: float, how: Turn, camera: Array) -> Array:
         angle = np.deg2rad(degrees + run.rate * seconds)
-        return np.linalg.solve(how.object_in_world(float(angle), to_camera), camera)
+        return np.asarray(np.linalg.solve(how.object_in_world(float(angle), to_camera), camera), float)
 
     really = nudged(run.stated, run.error)
     bands: tuple[Array, ...] = ()

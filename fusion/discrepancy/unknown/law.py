@@ -93,7 +93,7 @@ def _formula(terms: Sequence[Term], white: Vector, observations: Observations, g
     columns = np.concatenate([pixel_columns(term, observations) for term in terms], axis=1)
     sizes = np.maximum(np.abs(columns).max(axis=0), 1e-12)
     columns = columns / sizes
-    weights = np.linalg.lstsq(gauge.whiten(columns), white, rcond=1e-9)[0]
+    weights = np.asarray(np.linalg.lstsq(gauge.whiten(columns), white, rcond=1e-9)[0], float)
     table = table_of(Tables(tuple(terms), weights / sizes), observations)
     variables = tuple(dict.fromkeys(name for term in terms for name in term.variables))
     ends = np.cumsum([0, *(_width(term, observations) for term in terms)])
