@@ -1,0 +1,49 @@
+"""Tiles that scatter for themselves: told apart from laws, and no reason to see laws that are not there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_walls import looks_at, sensor_of
+
+from fusion.discrepancy.explain import explained_looks
+from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.observations import observe
+from fusion.discrepancy.scatter import scatter_of
+from fusion.discrepancy.unknown.unrestricted import groups_of
+from fusion.sensor.effects.readout.depth_scale import DepthScale
+
+SCATTER = 0.004  # [m] far above the tiles' own noise of 0.1 mm
+
+
+def scattered(sensor, seed: int):
+    """Looks whose squares of 16 px are each off by an amount of their own."""
+    rng = np.random.default_rng(seed)
+    out = []
+    for look in looks_at(sensor, seed):
+        h, w = look.mean.shape
+        off = rng.normal(0, SCATTER, (-(-h // 16), -(-w // 16)))
+        out.append(replace(look, mean=look.mean + np.kron(off, np.ones((16, 16)))[:h, :w]))
+    return out
+
+
+def scatter_in(looks) -> float:
+    observations = observe(sensor_of("itof"), looks)
+    gauge = gauge_of(observations)
+    white = gauge.whiten(observations.residual)
+    return scatter_of(white, gauge, candidates_of(observations, gauge), groups_of(observations, gauge))
+
+
+def test_scatter_is_found_and_no_law_is_named():
+    found = explained_looks(scattered(sensor_of("itof"), 1), sensor_of("itof"))
+    # a few hundred tiles tell a standard deviation to 10 %; those in the span of a law take part of it with them
+    assert found.before.scatter == pytest.approx(SCATTER, rel=0.4)
+    assert not found.named.steps
+    assert not found.unknown
+
+
+def test_a_strong_law_is_no_scatter():
+    far_off = sensor_of("itof", DepthScale(scale=0.03))
+    assert scatter_in(looks_at(far_off, 4)) == 0.0
+    assert scatter_in(scattered(far_off, 3)) == pytest.approx(SCATTER, rel=0.4)
