@@ -97,6 +97,13 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
     after = seen.misfit[1]
     whole = "It is explained." if level(after, CHI2) == "ok" else "Something stays that nobody has named."
     lines.append(Light(level(after, CHI2), "Fit", f"{said_misfit(seen)}, on {frames}. {whole}"))
+    scatter = verdict["fit"]["scatter"]
+    if scatter["value"]:
+        text = (
+            f"Neighbouring places differ by {scatter['value']:.2g} {scatter['unit']} for no reason that is known here: "
+            "second bounces, a bent target, poses. All that is said holds beyond that."
+        )
+        lines.append(Light("warning", "Scatter", text))
     for entry in missing:
         text = f"{ESTABLISHED} {chance(entry['evidence']['false_alarm_probability'])}"
         alike = entry["indistinguishable_from"]

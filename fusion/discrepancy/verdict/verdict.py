@@ -34,6 +34,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     named = {name for entry in missing for name in (entry["effect"], *entry["indistinguishable_from"])}
     visible = visibilities(found.candidates, found.gauge)
     limits, invisible = limits_of(found, visible, named)
+    flight = found.before.patches[0].view.time_of_flight
     return {
         "format": FORMAT,
         "nothing_missing": not missing,
@@ -41,6 +42,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         "fit": {
             "heldout": {key: _number(value) for key, value in found.held_out.items()},
             "extrapolation": [beyond.entry() for beyond in extrapolated(found)],
+            "scatter": {"value": found.before.scatter, "unit": "m" if flight else "px"},
             "frames_fitted": sum(len(look.frames) for look in found.looks),
             "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
         },
@@ -60,20 +62,22 @@ def _with_next(entry: dict[str, Any], steps: list[Step], found: Explanation, pla
 
 def sentence(verdict: dict[str, Any]) -> str:
     """The verdict in one sentence for a person."""
-    missing = verdict["missing"]
-    if not missing:
-        return (
-            "Nothing is missing: the model explains these recordings; "
-            f"{len(verdict['limits'])} effects were looked for, {len(verdict['invisible'])} cannot be seen here."
-        )
-    names = [
-        f"an unknown effect that depends on {', '.join(entry['where']['variables'])}"
-        if entry["effect"] == "unknown"
-        else entry["effect"]
-        + (f" (or {', '.join(entry['indistinguishable_from'])})" if entry["indistinguishable_from"] else "")
-        for entry in missing
-    ]
-    return "Missing in the model: " + "; ".join(names) + "."
+    missing, likely = verdict["missing"], verdict["indicated"]
+    if missing:
+        return f"Missing in the model: {'; '.join(map(_named, missing))}."
+    if likely:
+        return f"Nothing is established; what these recordings suggest: {'; '.join(map(_named, likely))}."
+    return (
+        "Nothing is missing: the model explains these recordings; "
+        f"{len(verdict['limits'])} effects were looked for, {len(verdict['invisible'])} cannot be seen here."
+    )
+
+
+def _named(entry: dict[str, Any]) -> str:
+    if entry["effect"] == "unknown":
+        return f"an unknown effect that depends on {', '.join(entry['where']['variables'])}"
+    alike = entry["indistinguishable_from"]
+    return entry["effect"] + (f" (or {', '.join(alike)})" if alike else "")
 
 
 def _by_name(found: Explanation) -> list[list[Step]]:
