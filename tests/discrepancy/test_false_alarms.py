@@ -44,6 +44,7 @@ def nulls_of(principle):
         yield looks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("principle", ["itof", "structured_light"])
 def test_pixels_claim_discoveries_in_nulls_and_the_engine_does_not(principle):
     sensor, naive, claims = sensor_of(principle), 0, []

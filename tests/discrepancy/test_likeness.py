@@ -20,6 +20,7 @@ def seen(sensor, model, seed):
     return observe(model, looks_at(sensor, seed, MANY))
 
 
+@pytest.mark.slow
 def test_recordings_and_simulations_of_one_sensor_are_alike():
     sensor = sensor_of("itof")
     recorded = seen(sensor, sensor, 1)
@@ -31,6 +32,7 @@ def test_recordings_and_simulations_of_one_sensor_are_alike():
     assert all(0.5 < one.chi2_per_dof < 1.3 for one in found)
 
 
+@pytest.mark.slow
 def test_the_extended_model_simulates_what_was_recorded():
     hidden = CyclicError(amplitude=0.001, period=0.6, phase=0.4)
     known = sensor_of("itof")

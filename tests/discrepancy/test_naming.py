@@ -40,11 +40,15 @@ def named(principle: str, *hidden: Effect, seed: int = 1):
     ("principle", "hidden", "parameter"),
     [
         (TOF, CyclicError(amplitude=0.002, period=0.6, phase=0.4), "amplitude"),
-        (TOF, AmplitudeError(coefficient=0.001, exponent=1.0), "coefficient"),
-        (TOF, ColumnDelay(slope=2e-5), "slope"),
+        pytest.param(TOF, AmplitudeError(coefficient=0.001, exponent=1.0), "coefficient", marks=pytest.mark.slow),
+        pytest.param(TOF, ColumnDelay(slope=2e-5), "slope", marks=pytest.mark.slow),
         (LIGHT, PixelLocking(amplitude=0.01, period=1.0), "amplitude"),
-        (LIGHT, VerticalBanding(columns=[32.0, 80.0], steps=[0.02, -0.02]), "steps"),
-        (LIGHT, TemperatureDrift(coefficient_px=0.004), ""),  # it warmed up over time: which of the two is not asked
+        pytest.param(
+            LIGHT, VerticalBanding(columns=[32.0, 80.0], steps=[0.02, -0.02]), "steps", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            LIGHT, TemperatureDrift(coefficient_px=0.004), "", marks=pytest.mark.slow
+        ),  # it warmed up over time: which of the two is not asked
     ],
     ids=lambda value: getattr(value, "name", ""),
 )
@@ -60,7 +64,7 @@ def test_a_hidden_effect_is_named_with_its_size(principle, hidden, parameter):
         assert np.max(np.abs(fitted)) == pytest.approx(np.max(np.abs(getattr(hidden, parameter))), rel=0.2)
 
 
-@pytest.mark.parametrize("principle", [TOF, LIGHT])
+@pytest.mark.parametrize("principle", [pytest.param(TOF, marks=pytest.mark.slow), LIGHT])
 def test_nothing_is_named_where_nothing_is(principle):
     for seed in range(2):
         found, observations, gauge = named(principle, seed=seed)
@@ -69,6 +73,7 @@ def test_nothing_is_named_where_nothing_is(principle):
         assert explained(white, groups_of(observations, gauge), np.zeros((len(white), 0))).gain < 40
 
 
+@pytest.mark.slow
 def test_an_effect_that_pixels_alone_would_find_in_nulls_is_not_claimed():
     """Tiles drawn from the gauge itself, poses as uncertain as stated: what a naive count takes for discoveries."""
     looks = looks_at(sensor_of(LIGHT), 5)
@@ -106,6 +111,7 @@ class RowWave(Effect):
         return 0.0015 * depth * np.sin(2 * np.pi * view.v / 37.0)
 
 
+@pytest.mark.slow
 def test_a_law_of_no_catalogue_is_left_over_with_its_variables():
     sensor = sensor_of(TOF)
     looks = looks_at(sensor, 3)
@@ -121,7 +127,9 @@ def test_a_law_of_no_catalogue_is_left_over_with_its_variables():
 @pytest.mark.parametrize(
     ("principle", "hidden"),
     [
-        (TOF, AmplitudeError(coefficient=0.002, exponent=1.0, where=(Bound("depth", 1.6),))),
+        pytest.param(
+            TOF, AmplitudeError(coefficient=0.002, exponent=1.0, where=(Bound("depth", 1.6),)), marks=pytest.mark.slow
+        ),
         (LIGHT, DisparityOffset(offset=0.05, where=(Bound("v", high=47.5),))),
     ],
     ids=lambda value: getattr(value, "name", ""),
@@ -138,6 +146,7 @@ def test_an_effect_that_acts_in_a_part_only_is_named_and_located(principle, hidd
     assert found.sensor.effect(hidden.name).where == (bound,)
 
 
+@pytest.mark.slow
 def test_a_known_effect_of_a_wrong_size_is_corrected_and_not_renamed():
     true, stated = DepthOffset(offset=0.014), DepthOffset(offset=0.010)
     sensor = replace(sensor_of(TOF, stated), std={("depth_offset", "offset"): 0.0005})

@@ -35,6 +35,7 @@ def scatter_in(looks) -> float:
     return scatter_of(white, gauge, candidates_of(observations, gauge), groups_of(observations, gauge))
 
 
+@pytest.mark.slow
 def test_scatter_is_found_and_no_law_is_named():
     found = explained_looks(scattered(sensor_of("itof"), 1), sensor_of("itof"))
     # a few hundred tiles tell a standard deviation to 10 %; those in the span of a law take part of it with them

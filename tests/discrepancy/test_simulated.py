@@ -41,12 +41,14 @@ def all_of(sensor: Sensor, seed: int) -> list[Recording]:
     return [recording_of(sensor, place, seed) for place in range(5)]
 
 
+@pytest.mark.slow
 def test_a_simulation_that_is_right_leaves_nothing():
     known = sensor_of("itof")
     found = explain(all_of(known, 1), known, simulated=all_of(known, 2))
     assert verdict_of(found)["missing"] == []
 
 
+@pytest.mark.slow
 def test_what_a_simulation_lacks_is_named():
     known = sensor_of("itof")
     hidden = replace(known, effects=(*known.effects, ColumnDelay(slope=4e-4), AmbientLight(ambient=8000.0)))

@@ -70,6 +70,7 @@ def test_pose_errors_are_taken_out_and_claims_stay(waved):
     assert np.linalg.norm(claim.white + claim.left - waved.white) < 0.2 * np.linalg.norm(waved.white)
 
 
+@pytest.mark.slow
 def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
     u = np.concatenate([p.tiles.mean(np.broadcast_to(p.view.u, p.depth.shape)) for p in nothing.before.patches])
     # half a tenth of a pixel along the columns: some ten times what a tile may be off

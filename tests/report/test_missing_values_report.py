@@ -1,5 +1,6 @@
 """A claim on missing values has its section with a curve and a mask picture."""
 
+import pytest
 from explained import explanation_of
 
 from fusion.discrepancy.verdict.verdict import verdict_of
@@ -7,6 +8,7 @@ from fusion.report.explanation import explanation_report
 from fusion.sensor.effects.readout.amplitude_dropout import AmplitudeDropout
 
 
+@pytest.mark.slow
 def test_missing_values_have_their_section(tmp_path):
     found = explanation_of("itof", AmplitudeDropout(ir_threshold=400.0))
     verdict = verdict_of(found)
