@@ -24,7 +24,7 @@ from fusion.mesh.distances import Surface, surface_of
 from fusion.mesh.files import read_mesh
 from fusion.reconstruct import Reconstruction, ReconstructSettings, reconstruct
 from fusion.recording.open import open_recording
-from fusion.tracking.icp import robust_scale, tukey
+from fusion.tracking.pairs import robust_scale, tukey
 
 Array = NDArray[np.float64]
 CLOSE = 0.003  # [m]

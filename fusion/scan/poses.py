@@ -20,7 +20,9 @@ from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
 
 Array = NDArray[np.float64]
-TRACKING = IcpSettings(strides=(4, 2, 2), reaches=(0.02, 0.012, 0.008), iterations=(6, 5, 4), min_inlier_share=0.3)
+TRACKING = IcpSettings(
+    points=(2000, 8000, 40000), reaches=(0.02, 0.012, 0.008), iterations=(6, 5, 4), min_inlier_share=0.3
+)
 
 
 def about_axis(axis: Axis, angles: Array) -> Array:

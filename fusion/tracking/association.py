@@ -11,22 +11,19 @@ from numpy.typing import NDArray
 from fusion import compute
 from fusion.geometry.depth import PointMap
 
-vec2 = ti.types.vector(2, ti.f32)
 vec3 = ti.types.vector(3, ti.f32)
 
 
 @ti.func
-def project(p: vec3, camera: ti.template()) -> vec2:
-    """Pixel of a camera point, OpenCV's rational and tangential lens model."""
-    x = p[0] / p[2]
-    y = p[1] / p[2]
-    r2 = x * x + y * y
-    radial = (1.0 + r2 * (camera[4] + r2 * (camera[5] + r2 * camera[8]))) / (
-        1.0 + r2 * (camera[9] + r2 * (camera[10] + r2 * camera[11]))
-    )
-    xd = x * radial + 2.0 * camera[6] * x * y + camera[7] * (r2 + 2.0 * x * x)
-    yd = y * radial + camera[6] * (r2 + 2.0 * y * y) + 2.0 * camera[7] * x * y
-    return vec2(camera[0] * xd + camera[2], camera[1] * yd + camera[3])
+def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
+    """Pixel (u, v) of x/z and y/z, numbers or vectors, by OpenCV's rational and tangential lens model."""
+    a, b = x, y
+    if ti.static(distorted):
+        q = x * x + y * y
+        radial = (1.0 + q * (c[4] + q * (c[5] + q * c[8]))) / (1.0 + q * (c[9] + q * (c[10] + q * c[11])))
+        a = x * radial + 2.0 * c[6] * x * y + c[7] * (q + 2.0 * x * x)
+        b = y * radial + c[6] * (q + 2.0 * y * y) + 2.0 * c[7] * x * y
+    return a * c[0] + c[2], b * c[1] + c[3]
 
 
 @ti.kernel
@@ -55,9 +52,9 @@ def _associate(
             moved[i, r] = q[r]
         code = OUTSIDE
         if q[2] > 0.05:
-            uv = project(q, camera)
-            u = ti.floor(uv[0] + 0.5, ti.i32)
-            v = ti.floor(uv[1] + 0.5, ti.i32)
+            x, y = project(q[0] / q[2], q[1] / q[2], camera, True)
+            u = ti.floor(x + 0.5, ti.i32)
+            v = ti.floor(y + 0.5, ti.i32)
             if 0 <= u < w and 0 <= v < h:
                 z = model_points[v, u, 2]
                 if not z > 0.0:

@@ -12,15 +12,14 @@ from scipy.spatial.transform import Rotation
 
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array, angle, inverse, pose
-from fusion.tracking.icp import IcpResult, IcpSettings, align, find_pairs, sample
+from fusion.tracking.equations import Limits, Points, equations, lay_out, thinned
+from fusion.tracking.icp import IcpResult, IcpSettings, align_points
 
 Model = Callable[[Array], PointMap]  # T_world_camera (4, 4) -> what the model shows a camera there
 
 FEWEST = 300  # pixels with a normal that a frame needs: a 20 x 15 image of surface (guess)
 # after a loss the pose may be further off than between neighbours: wider reaches, more steps to walk them
-WIDE = IcpSettings(
-    strides=(8, 8, 4, 2), reaches=(0.30, 0.15, 0.06, 0.03), iterations=(20, 15, 10, 6), min_inlier_share=0.5
-)
+WIDE = IcpSettings(reaches=(0.30, 0.15, 0.06, 0.03), iterations=(20, 15, 10, 6), min_inlier_share=0.5)
 
 
 @dataclass(frozen=True)
@@ -86,23 +85,24 @@ class Tracker:
         if not self.past:
             self._accept(np.eye(4))
             return Tracked(np.eye(4))
-        tried = self._follow(frame)
+        points = lay_out(frame, self.settings.icp.points[-1])
+        tried = self._follow(points)
         if not tried.ok:
-            tried = self._recover(frame, tried)
+            tried = self._recover(points, tried)
         if not tried.ok:
             return self._reject(tried.status, tried)
         self._accept(tried.T_world_camera)
         return tried
 
-    def _follow(self, frame: PointMap) -> Tracked:
+    def _follow(self, points: Points) -> Tracked:
         """From the better of two guesses: the motion goes on, or the camera stands still."""
         last = self.past[-1][1]
         seen = self.model(last)
-        sampled = sample(frame, max(self.settings.icp.strides))
-        reach = max(self.settings.icp.reaches)
         guesses = [np.eye(4), *self._velocity()]
-        costs = [_misfit(sampled, guess, seen, reach) for guess in guesses]
-        result = align(frame, seen, guesses[int(np.argmin(costs))], self.settings.icp)
+        if len(guesses) > 1:
+            some, reach = thinned(points, self.settings.icp.points[0]), max(self.settings.icp.reaches)
+            guesses.sort(key=lambda guess: _misfit(some, guess, seen, reach))
+        result = align_points(points, seen, guesses[0], self.settings.icp)
         return self._judge(result, last)
 
     def _velocity(self) -> list[Array]:
@@ -111,14 +111,14 @@ class Tracker:
             return []
         return [inverse(self.past[-2][1]) @ self.past[-1][1]]
 
-    def _recover(self, frame: PointMap, first: Tracked) -> Tracked:
+    def _recover(self, points: Points, first: Tracked) -> Tracked:
         """With a wider reach from the last good pose; after a loss also from older poses, spread over the past."""
         poses = [self.past[-1][1]]
         if self.lost:
             poses += _spread([T for _, T in self.past[:-1]], self.settings.past_poses)
         best = first
         for T in poses:
-            tried = self._judge(align(frame, self.model(T), np.eye(4), self.settings.wide), T)
+            tried = self._judge(align_points(points, self.model(T), np.eye(4), self.settings.wide), T)
             if tried.ok:
                 return tried
             if tried.inlier_share > best.inlier_share:
@@ -151,13 +151,12 @@ class Tracker:
         return Tracked(nowhere, status, tried.inlier_share, tried.residual, tried.information, tried.unconstrained)
 
 
-def _misfit(sampled: tuple, T_model_source: Array, seen: PointMap, reach: float) -> float:
+def _misfit(points: Points, T_model_source: Array, seen: PointMap, reach: float) -> float:
     """Mean squared distance over the visible points, a point without a partner counting as far off [m^2]."""
-    pairs = find_pairs(sampled, T_model_source, seen, reach, 0.5)
-    if pairs.visible == 0:
+    sums = equations(points, T_model_source, seen, Limits(reach, 0.5, open_to=float("inf")))
+    if sums.visible == 0:
         return reach**2
-    missing = pairs.visible - len(pairs.index)
-    return float((pairs.residual**2).sum() + missing * reach**2) / pairs.visible
+    return (sums.squares + (sums.visible - sums.pairs) * reach**2) / sums.visible
 
 
 def _orthonormal(T: Array) -> Array:

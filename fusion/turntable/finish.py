@@ -17,7 +17,7 @@ from scipy import sparse
 
 from fusion.geometry import pose
 from fusion.geometry.depth import PointMap
-from fusion.tracking.icp import tukey
+from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
 from fusion.volume.volume import Volume
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.tracking.icp import tukey
+from fusion.tracking.pairs import tukey
 
 Array = NDArray[np.float64]
 FEWEST = 24  # steps from which their scatter can be told

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.tracking.icp import Pairs, robust_scale, tukey
+from fusion.tracking.pairs import Pairs, robust_scale, tukey
 from fusion.turntable.axis import Axis, jacobian
 from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
 from fusion.turntable.views import View, pairs_of

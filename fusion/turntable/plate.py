@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.tracking.icp import tukey
+from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
 from fusion.turntable.level import is_plate
 from fusion.turntable.views import View

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.tracking.icp import Pairs, find_pairs
+from fusion.tracking.pairs import Pairs, find_pairs
 from fusion.turntable.axis import Axis
 
 Array = NDArray[np.float64]
