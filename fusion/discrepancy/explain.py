@@ -12,6 +12,7 @@ from fusion.discrepancy.held_out import before_and_after, held_out_of
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
+from fusion.discrepancy.naming.part import is_field
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.scatter import scatter_of
 from fusion.discrepancy.simulated import matched
@@ -25,7 +26,7 @@ from fusion.sensor.sensor import Sensor
 Vector = NDArray[np.float64]
 
 UNKNOWN_GAIN = 40.0  # beyond what the columns cost: below, it may be chance
-IN_PLACE = 1.05  # times the gain of maps with hundreds of free squares: a formula that explains more is the law
+IN_PLACE = 1.05  # times what laws with their own names explain: a formula must explain more than a matter of their form
 # of all that could be explained: a leftover of less is the form of a named effect, of more: the names are not right
 UNKNOWN_SHARE = 0.3
 
@@ -132,10 +133,10 @@ def explained_looks(
     if named.steps and held.contradicts(named.sensor):
         named = unconfirmed(named, before, white)
     beyond = None
-    if named.steps and all(step.candidate.form.map for step in named.steps):
-        progress("asking whether a map of the image stands for a formula")
+    if _is_loose(named):
+        progress("asking whether one formula stands behind fields or several names")
         formula = unknown_of(white, (before, gauge), possible, candidates, groups)
-        if formula.law.simple and formula.law.replicated and formula.law.gain > IN_PLACE * _gain(named):
+        if formula.law.simple and formula.law.replicated and formula.law.score > _score(named, white):
             named, beyond = unconfirmed(named, before, white), formula
     left = explained(named.white, groups, nothing)
     if named.steps and _is_much(left, named, possible):
@@ -173,6 +174,21 @@ def _is_much(left: Found, named: Named, possible: Found) -> bool:
 
 def _gain(named: Named) -> float:
     return sum(step.gain for step in named.steps)
+
+
+def _is_loose(named: Named) -> bool:
+    """True where names have so much freedom that they could follow another law: a field, or several names."""
+    return _has_field(named) or len({step.effect.name for step in named.steps}) > 1
+
+
+def _has_field(named: Named) -> bool:
+    return any(is_field(step.candidate) for step in named.steps)
+
+
+def _score(named: Named, white: Vector) -> float:
+    """What all names explain, less what the freedom of each costs: what the score of a formula must exceed."""
+    gain = float(white @ white - named.white @ named.white)
+    return (1.0 if _has_field(named) else IN_PLACE) * (gain - sum(step.price for step in named.steps))
 
 
 def _extended(named: Named, beyond: Unknown | None) -> Sensor:

@@ -1,6 +1,7 @@
 """Tiles: an image cut into squares, each one number; pixels are not replicates, tiles nearly are."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +33,16 @@ class Tiling:
 
     def mean(self, image: Image) -> NDArray[np.float64]:
         """(n,) mean of an image (h, w) over each tile; what is NaN counts as 0."""
-        used = self.label >= 0
-        values = np.nan_to_num(np.broadcast_to(image, self.label.shape)[used], posinf=0, neginf=0)
-        return np.bincount(self.label[used], values, minlength=len(self)) / self.pixels
+        used, number = self._used
+        values = np.broadcast_to(image, self.label.shape).reshape(-1)[used]
+        values = np.where(np.isfinite(values), values, 0)
+        return np.bincount(number, values, minlength=len(self)) / self.pixels
+
+    @cached_property
+    def _used(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Places of the pixels that are used, and the tile of each."""
+        used = np.flatnonzero(self.label >= 0)
+        return used, self.label.reshape(-1)[used]
 
 
 def tiling(usable: NDArray[np.bool_], side: int = SIDE_PX) -> Tiling:

@@ -10,8 +10,12 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.observations import observe
+from fusion.discrepancy.unknown.families import Shape
+from fusion.discrepancy.unknown.law import law_of
 from fusion.discrepancy.unknown.table import joined
+from fusion.discrepancy.unknown.terms import Term, _plainest
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
@@ -87,3 +91,26 @@ def test_two_tables_act_as_their_sum():
     apart = one.bias(look.view.depth, look.view) + two.bias(look.view.depth, look.view)
     # float32
     np.testing.assert_allclose(both, apart, atol=2e-6)
+
+
+def test_a_further_variable_must_bring_much():
+    one, two = Term((Shape("wave", "radius", 30.0),)), Term((Shape("wave", "radius", 30.0),), "u", 2)
+    assert _plainest([two, one], [100.0, 95.0]) == 1
+    assert _plainest([two, one], [100.0, 80.0]) == 0
+
+
+def test_rings_finer_than_two_tiles_are_found_and_score_more_than_a_map(found):
+    """Rings of 26 px cross squares of 16 px at all angles: a formula costs less than a free number per square."""
+    looks = looks_at(sensor_of("itof"), 3)
+    for look in looks:
+        view = look.view
+        look.mean[...] = look.mean + 0.0008 * np.sin(2 * np.pi * view.radius / 26.0) / view.stretch
+    before = observe(found.before.sensor, looks)
+    white = found.gauge.whiten(before.residual)
+    left = explained(white, groups_of(before, found.gauge), np.zeros((len(white), 0)))
+    law = law_of(white, before, found.gauge, left)
+    assert law.variables == ("radius",) and law.simple
+    # two weights, a period and the choice: some tens of the gain
+    assert law.gain - 60 < law.score < law.gain
+    field = next(c for c in candidates_of(before, found.gauge) if c.name == "fixed_pattern")
+    assert law.score > scored(field, field.white, white).score

@@ -39,6 +39,7 @@ class Step:
         weights, weights_std: (k,) of the atoms.
         white_before: (n,) what it had to explain, in units of the gauge.
         shapes_std: of the searched shapes, by name.
+        price: what its freedom costs, in units of the gain.
     """
 
     candidate: Candidate
@@ -52,6 +53,7 @@ class Step:
     weights_std: Vector
     white_before: Vector
     shapes_std: dict[str, float] = field(default_factory=dict)
+    price: float = 0.0
 
     @property
     def footprint(self) -> Vector:
@@ -116,6 +118,7 @@ def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, pr
         spreads[weights],
         fit.white + part.footprint,
         about,
+        own.gain - own.score if np.isfinite(own.score) else 0.0,
     )
 
 

@@ -13,7 +13,8 @@ UNITS = {
     "amplitude": "counts", "reflectance": "", "time": "s", "temperature": "degC", "table_angle": "rad",
     "ambient": "lux",
 }  # fmt: skip
-FINEST = {"u": 32.0, "v": 32.0, "radius": 32.0}  # [px] a wave shorter than two tiles looks like a longer one
+# [px] along rows and columns a wave shorter than two tiles looks like a longer one; rings cross the tiles at all angles
+FINEST = {"u": 32.0, "v": 32.0, "radius": 20.0}
 MOST_WAVES = 9.0  # over the span of a variable, where nothing else bounds them
 POWERS = (1.0, 2.0, 3.0, -1.0, -2.0, 0.5, -0.5)
 STEPS = 10

@@ -1,7 +1,7 @@
 """Law: what no entry of the catalogue explains, as a formula where one is found, and always as a table."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -42,6 +42,7 @@ class Law:
         held_out: drop of the chi2 in recordings left out in turn.
         probability: that noise alone does this, over all forms tried.
         std: of its size, as a share of it.
+        score: the gain less the price of its freedom, and of the choice among all forms tried.
     """
 
     variables: tuple[str, ...]
@@ -54,6 +55,7 @@ class Law:
     held_out: float
     probability: float
     std: float
+    score: float = 0.0
 
     @property
     def replicated(self) -> bool:
@@ -95,6 +97,7 @@ def _formula(terms: Sequence[Term], white: Vector, observations: Observations, g
     columns = columns / sizes
     weights = np.asarray(np.linalg.lstsq(gauge.whiten(columns), white, rcond=1e-9)[0], float)
     table = table_of(Tables(tuple(terms), weights / sizes), observations)
+    tuned = sum(shape.tunable for term in terms for shape in term.shapes)
     variables = tuple(dict.fromkeys(name for term in terms for name in term.variables))
     ends = np.cumsum([0, *(_width(term, observations) for term in terms)])
     unit, symbol = unit_of(observations)
@@ -103,7 +106,9 @@ def _formula(terms: Sequence[Term], white: Vector, observations: Observations, g
         own = slice(ends[k], ends[k + 1])
         rms = float(np.sqrt(np.mean((columns[:, own] @ weights[own]) ** 2)))
         parts.append(f"{term.text()} with an rms of {rms * unit:.3g} {symbol}")
-    return _law((variables, " + ".join(parts), True, table), (columns, weights), white, (observations, gauge))
+    law = _law((variables, " + ".join(parts), True, table), (columns, weights), white, (observations, gauge))
+    price = (len(weights) + tuned) * np.log(len(white)) + 2 * len(terms) * np.log(TRIED)
+    return replace(law, score=float(law.gain - price))
 
 
 def _table(white: Vector, observations: Observations, gauge: Gauge, found: Found) -> Law:

@@ -18,6 +18,7 @@ IN_ALL = 14
 FINAL = 24  # forms that are tried on recordings left out
 EXACT = 6  # of these, that are computed pixel by pixel
 FAINT = 1e-6
+MORE = 0.08  # of the gain: what a further variable must bring, as a further term must
 
 
 @dataclass(frozen=True)
@@ -77,21 +78,28 @@ def best_term(
     tried = kept + _scored(list(_with_others(kept, at)), white, at, gauge)
     tried = sorted(tried, key=lambda item: -item[0])[:FINAL]
     # what differs from recording to recording follows any of their differences: only new recordings tell
-    tried = sorted(tried, key=lambda item: -gain_elsewhere(item[2], white, place))[:EXACT]
-    final = [(term, gauge.whiten(_sized(exact(term)))) for _, term, _ in tried]
+    tried = sorted(tried, key=lambda item: -gain_elsewhere(item[2], white, place))
+    plain = [item for item in tried[EXACT:] if len(item[1].variables) == 1]
+    final = [(term, gauge.whiten(_sized(exact(term)))) for _, term, _ in (*tried[:EXACT], *plain[:1])]
     gains = [gain_elsewhere(columns, white, place) for _, columns in final]
-    best = int(np.argmax(gains))
+    best = _plainest([term for term, _ in final], gains)
     return final[best] if _score(final[best][1], white) > 0 and gains[best] > 0 else None
+
+
+def _plainest(terms: Sequence[Term], gains: Sequence[float]) -> int:
+    """The best of those with the fewest variables: a further one that brings little is no part of the law."""
+    enough = [k for k, gain in enumerate(gains) if gain >= (1 - MORE) * max(gains)]
+    return min(enough or range(len(gains)), key=lambda k: (len(terms[k].variables), -gains[k]))
 
 
 def gain_elsewhere(columns: Vector, white: Vector, place: NDArray[np.intp], ridge: float = 1e-4) -> float:
     """Drop of the chi2 in each recording, with weights fitted to the others; of a single one, in four parts of it."""
     groups = place if len(np.unique(place)) > 1 else np.arange(len(place)) * 4 // max(len(place), 1)
     normal, moment, total = columns.T @ columns, columns.T @ white, 0.0
-    ridge = ridge * np.trace(normal) / max(len(normal), 1) * np.eye(len(normal))
+    damped = ridge * max(float(np.trace(normal)), FAINT) / max(len(normal), 1) * np.eye(len(normal))
     for g in np.unique(groups):
         own, w = columns[groups == g], white[groups == g]
-        weights = np.linalg.solve(normal - own.T @ own + ridge, moment - own.T @ w)
+        weights = np.linalg.solve(normal - own.T @ own + damped, moment - own.T @ w)
         total += float(w @ w - ((w - own @ weights) ** 2).sum())
     return total
 
