@@ -138,6 +138,7 @@ def _seen(
     twist = None if stage.table is None else stage.table.twists[list(frames)].mean(axis=0)
     body = Body(stage.caster, turning=stage.table is not None)
     view = view_of((body,), stage.recording.camera, T_world_camera, channels, twist)
+    view = replace(view, placed_by_images=stage.placed_by_images)
     return replace(view, ir=None if ir is None else np.asarray(ir, np.float32)), None
 
 

@@ -34,6 +34,7 @@ class Stage:
         shape: fingerprint of the mesh file: recordings of one target share its errors.
         table: the turntable on which everything stands; None where nothing turns.
         simulated: the simulation of the recording and the sensor model that goes with it; None where there is a mesh.
+        placed_by_images: its poses were found in images of this camera, so that they are as wrong as the camera is.
     """
 
     recording: Recording
@@ -45,6 +46,7 @@ class Stage:
     shape: str = ""
     table: Table | None = None
     simulated: tuple[Match, Sensor] | None = None
+    placed_by_images: bool = False
 
 
 def stage_of(recording: Recording, place: int) -> Stage:
@@ -80,7 +82,18 @@ def stage_of(recording: Recording, place: int) -> Stage:
         number_of(recording.scene, "mesh_sigma_m", 0.0, recording),
         sha256(path.read_bytes()).hexdigest(),
         table_of(recording),
+        placed_by_images=_from_images(about, recording),
     )
+
+
+def _from_images(about: dict[str, Any], recording: Recording) -> bool:
+    """True where `scene.json` says that the poses were found in the images; RecordingError when it says what else."""
+    told = about.get("from")
+    if told not in (None, "images"):
+        raise RecordingError(
+            '"from" of the poses in scene.json cannot be used', recording.path, repr(told), '"images", or nothing'
+        )
+    return told == "images"
 
 
 def number_of(given: dict[str, Any], name: str, usual: float, recording: Recording, most: float = 10.0) -> float:

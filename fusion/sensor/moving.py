@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.moment import Moment
+from fusion.sensor.placing import found_again
 from fusion.sensor.surface import moved_rigidly, seen_along
 from fusion.sensor.view import Image, View, stretch
 
@@ -32,7 +33,9 @@ class CameraEffect(Effect, ABC):
         true = self.true_camera(view.camera)
         if true == view.camera:
             return np.zeros((), depth.dtype)
-        seen = seen_along(depth, true.rays(), view)
+        # a pose that this camera's images gave is as wrong as the camera
+        motion = found_again(true, view) if view.placed_by_images and view.depth is not None else None
+        seen = seen_along(depth, true.rays(), view, motion)
         if view.time_of_flight:  # the range is right, and becomes a depth along the stated ray
             seen = seen * (stretch(true) / view.stretch)
         change = seen - depth

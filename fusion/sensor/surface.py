@@ -39,13 +39,22 @@ def moved_rigidly(depth: Image, motion: NDArray[np.floating], view: View) -> Ima
     return _finite(across / towards(view), depth)
 
 
-def seen_along(depth: Image, rays: NDArray[np.floating], view: View) -> Image:
-    """Depth (h, w) [m] of the tangent plane of each pixel along other rays (h, w, 2) x/z and y/z."""
+def seen_along(depth: Image, rays: NDArray[np.floating], view: View, T: NDArray[np.float64] | None = None) -> Image:
+    """Depth (h, w) [m] of the tangent plane of each pixel along other rays (h, w, 2) x/z and y/z.
+
+    Args:
+        T: (4, 4) motion of the surface in the camera frame, before it is seen.
+    """
     if view.normals is None:
         return depth
     own, other = _along(view.normals, view.camera.rays()), _along(view.normals, rays)
+    shift: Image | float = 0.0
+    if T is not None:
+        turned = view.normals @ T[:3, :3].T.astype(view.normals.dtype)
+        other = _along(turned, rays)
+        shift = _dot(turned, T[:3, 3].tolist()) / depth
     with np.errstate(all="ignore"):
-        ratio = own / other
+        ratio = (own + shift) / other
     # a ray that nearly leaves the plane says nothing about its depth
     sound = (ratio > 0.5) & (ratio < 2.0) & (np.abs(own) > EDGE_ON)
     return depth * np.where(sound, ratio, 1.0).astype(depth.dtype)
@@ -60,6 +69,11 @@ def towards(view: View) -> Image:
 
 def _along(n: Image, rays: NDArray[np.floating]) -> Image:
     return n[..., 0] * rays[..., 0] + n[..., 1] * rays[..., 1] + n[..., 2]
+
+
+def _dot(n: Image, vector: list[float]) -> Image:
+    x, y, z = vector
+    return n[..., 0] * x + n[..., 1] * y + n[..., 2] * z
 
 
 def _finite(change: Image, depth: Image) -> Image:

@@ -69,7 +69,7 @@ def write_boards(source: Path, camera: Camera, folder: Path) -> list[Path]:
         frames = iter([Frame(0, 0.0, _without_lost(depth, T, camera), ir=ir)])
         write_recording(out, camera, frames, Trajectory(np.zeros(1), inverse(T)[None]))
         sigma = _sigma(found.pixels, float(T[2, 3]), camera)
-        write_scene(out, _mesh(), ("tracked", *sigma), mesh_sigma_m=FLAT_M)
+        write_scene(out, _mesh(), ("tracked", *sigma), FLAT_M, from_images=True)
         written.append(out)
     return written
 

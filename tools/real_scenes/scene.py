@@ -18,10 +18,11 @@ def flat_mesh(x: tuple[float, float], y: tuple[float, float]) -> Mesh:
     return Mesh(corners, np.array([[0, 2, 1], [0, 3, 2]], np.int32))
 
 
-def write_scene(recording: Path, mesh: Mesh, poses: Poses, mesh_sigma_m: float) -> None:
-    """`scene.json` and its mesh, into a folder that holds a recording."""
+def write_scene(recording: Path, mesh: Mesh, poses: Poses, mesh_sigma_m: float, from_images: bool = False) -> None:
+    """`scene.json` and its mesh, into a folder that holds a recording; `from_images`: where its poses come from."""
     write_mesh(recording / "scene.ply", mesh)
-    about = {"source": poses[0], "sigma_m": poses[1], "sigma_rad": poses[2]}
+    about: dict[str, str | float] = {"source": poses[0], "sigma_m": poses[1], "sigma_rad": poses[2]}
+    about |= {"from": "images"} if from_images else {}
     scene = {"mesh": "scene.ply", "poses": about, "mesh_sigma_m": mesh_sigma_m}
     (recording / "scene.json").write_text(json.dumps(scene, indent=1) + "\n")
 

@@ -66,21 +66,34 @@ def name_effects(
             break
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
             break
-        larger = refitted([*fit.parts, found.part], observations, gauge)
-        helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
-        bent = any(part.at_bound(observations) for part in larger.parts)
-        if not found.established or not helped or bent:
+        larger = _with(fit, found, candidates) if found.established else None
+        if larger is None:
             passed_over.add(found.part.name)  # in full, in new recordings, or within its range it does not help
             likely = likely or _told_of(fit, found, open_to)
             continue
-        fit = reviewed(larger, candidates)
-        if len(fit.parts) < len(larger.parts):
+        replaced = len(larger.parts) <= len(fit.parts)
+        fit = larger
+        if replaced:
             break  # it took the place of another: what the next would do is known
     fit, beyond, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
     return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
+
+
+def _with(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Fit | None:
+    """The fit with a further part; None where it does not help in full, or bends a law to the end of its range."""
+    larger = refitted([*fit.parts, found.part], fit.observations, fit.gauge)
+    helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
+    if not helped or _bent(larger):
+        return None
+    better = reviewed(larger, candidates)
+    return None if _bent(better) else better
+
+
+def _bent(fit: Fit) -> bool:
+    return any(part.at_bound(fit.observations) for part in fit.parts)
 
 
 def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:
@@ -90,11 +103,15 @@ def unconfirmed(named: Named, observations: Observations, white: Vector) -> Name
 
 
 def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
-    """The fit without parts that make the recordings held back worse, and the last that was taken out."""
+    """The fit without parts that make the recordings held back worse, and the last that was taken out.
+
+    Without one part another may be bent to the end of its range: then it goes too.
+    """
     fallen: Found | None = None
     while True:
         beyond = extrapolated(fit)
         bad = [k for k, gain in enumerate(beyond.gains) if gain is not None and gain < 0]
+        bad = bad or [k for k, part in enumerate(fit.parts) if part.at_bound(fit.observations)]
         if not bad:
             return fit, beyond, fallen
         worst = min(bad, key=lambda k: beyond.gains[k] or 0.0)

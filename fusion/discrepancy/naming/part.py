@@ -49,10 +49,18 @@ class Part:
 
     def at_bound(self, observations: Observations) -> bool:
         """True when a fitted number ended where its range ends: the law is bent to something that it is not."""
-        effect = self.effect(observations)
-        fitted = {name for atom in self.candidate.form.atoms for name in atom}
-        about = [p for name, p in parameters(effect).items() if name in fitted and p.kind in ("number", "scalar")]
-        return any(_ended(p, float(getattr(effect, p.name))) for p in about if not np.ndim(getattr(effect, p.name)))
+        effect, form = self.effect(observations), self.candidate.form
+        fitted = {name for atom in form.atoms for name in atom}
+        # a value that the search itself begins or ends with is no bent one
+        searched = {name for name, value in form.fixed.items() if np.ndim(value) == 0}
+        about = [p for p in parameters(effect).values() if p.kind != "map" and p.name in fitted | searched]
+        # nor is one that stands in the form, as the column at which a band begins
+        given = {(name, v) for atom in form.atoms for name, value in atom.items() for v in np.ravel(value).tolist()}
+        return any(
+            _ended(p, value) and value not in p.search and (p.name, value) not in given
+            for p in about
+            for value in np.ravel(getattr(effect, p.name)).tolist()
+        )
 
 
 def _ended(about: Parameter, value: float) -> bool:

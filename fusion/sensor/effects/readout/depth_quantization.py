@@ -69,15 +69,19 @@ class DepthQuantization(Effect):
 
 def rounded(mean: Image, sigma: Image) -> tuple[Image, Image]:
     """Mean and standard deviation of round(x) for normal x; beyond sigma = 1 rounding is only more noise."""
+    x, wide = (np.array(a, copy=True) for a in np.broadcast_arrays(mean, sigma))
+    spread = np.sqrt(wide**2 + np.asarray(1 / 12, wide.dtype))
+    fine = wide <= 1.0
+    x[fine], spread[fine] = _rounded_finely(x[fine], np.maximum(wide[fine], 1e-6))
+    return x, spread
+
+
+def _rounded_finely(mean: Image, sigma: Image) -> tuple[Image, Image]:
+    """The same by the shares of the values that are near."""
     base = np.round(mean)
-    wide = np.clip(sigma, 1e-6, 1.0)
     reach = np.arange(-4, 5)
-    below = [ndtr((k - 0.5 - (mean - base)) / wide) for k in (*reach, reach[-1] + 1)]
+    below = [ndtr((k - 0.5 - (mean - base)) / sigma) for k in (*reach, reach[-1] + 1)]
     shares = [high - low for low, high in pairwise(below)]
     first = sum(k * share for k, share in zip(reach, shares, strict=True))
     second = sum(k * k * share for k, share in zip(reach, shares, strict=True))
-    coarse = np.asarray(sigma) > 1.0
-    return (
-        np.where(coarse, mean, base + first),
-        np.where(coarse, np.sqrt(sigma**2 + 1 / 12), np.sqrt(np.maximum(second - np.square(first), 0.0))),
-    )
+    return base + first, np.sqrt(np.maximum(second - np.square(first), 0.0))
