@@ -14,7 +14,8 @@ Array = NDArray[np.float64]
 FEWEST = 30  # pairs for six unknowns (guess)
 # rms error of normals from noisy depth [rad]: what a plane shows of it must not count as relief (guess)
 NORMAL_NOISE = 0.03
-SETTLED = 2e-5  # [rad], [m]: far below what a pixel shows
+SETTLED = 2e-5  # steps below end the last pass [rad], [m]: far below what a pixel shows
+NEAR = 0.01  # steps below this share of its reach end a pass before (guess)
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def align_points(source: Points, model: PointMap, T_model_source: Array, setting
                 return IcpResult(T, sums.information, 0.0, float("inf"), status)
             twist, weak = _solve(sums, source.radius)
             T, scale = _moved(T, twist, source.centre), sums.scale
-            if np.abs(twist).max() < SETTLED:
+            if np.abs(twist).max() < (NEAR * reach if open_to else SETTLED):
                 break
     share, residual = sums.kept / max(sums.visible, 1), float(np.sqrt(sums.squares / max(sums.kept, 1)))
     status = "ok"
