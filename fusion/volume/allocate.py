@@ -12,6 +12,7 @@ from fusion.volume.frame import PAD, TILE, Work
 from fusion.volume.lens import rows
 from fusion.volume.settings import BLOCK, LATTICE
 
+CELL = 4  # pixels along the edge of a square that is looked at as one
 FILTER = 1 << 15  # entries of the table that keeps most doublets out of the list of missing blocks
 
 
@@ -24,7 +25,7 @@ def allocate(
     Args:
         blocks: changed in place.
         images: depth (h, w), weight (h, w) or (1, 1).
-        frame: its depth and farthest are filled.
+        frame: its inverse and farthest are filled, and its weight where there is any.
         camera, T_world_camera: as above.
 
     Raises:
@@ -36,13 +37,16 @@ def allocate(
     edge = LATTICE - 2  # neighbours stay on the lattice
     span = np.clip(np.floor(box), -edge, edge).astype(np.int32)
     seen, missing, size = np.full(FILTER, -1, np.int64), np.zeros(1, np.int32), 1 << 14
+    depth, weight = images
+    horizon = block * (LATTICE - 4)
+    weighted = weight.size > 1 or depth.size == 1
+    _clean(depth, weight, frame.inverse, frame.weight, frame.layout.stride // 8, horizon, weighted)
     while True:
         keys = np.empty(size, np.int64)
         missing[0] = 0
         _scan(
-            *images, frame.depth, frame.farthest, frame.x, frame.y, rows(T_world_camera), box.astype(np.float32), span,
-            blocks.keys, blocks.ids, seen, keys, missing, settings.voxel, settings.truncation, camera.fx,
-            frame.layout.stride, images[1].size > 1 or images[0].size == 1,
+            frame.inverse, frame.farthest, frame.x, frame.y, rows(T_world_camera), span, blocks.keys, blocks.ids,
+            seen, keys, missing, settings.voxel, settings.truncation, camera.fx, frame.margin, *camera.shape,
         )  # fmt: skip
         if missing[0] <= size:
             break
@@ -55,18 +59,15 @@ def allocate(
 
 @ti.func
 def _want(
-    x: ti.i32, y: ti.i32, z: ti.i32, span: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(),
+    x: ti.i32, y: ti.i32, z: ti.i32, keys: ti.template(), ids: ti.template(), seen: ti.template(),
     missing: ti.template(), count: ti.template(),
 ):  # fmt: skip
-    """Lists a block when it is absent and within the bounds."""
-    if (
-        x >= span[0] and y >= span[1] and z >= span[2] and x <= span[3] and y <= span[4] and z <= span[5]
-        and lookup(x, y, z, keys, ids) < 0
-    ):  # fmt: skip
-        key = pack(x, y, z)
-        h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
-        if seen[h] != key:
-            seen[h] = key
+    """Lists a block when it is absent; a block is looked up once in most cases."""
+    key = pack(x, y, z)
+    h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
+    if seen[h] != key:
+        seen[h] = key
+        if lookup(x, y, z, keys, ids) < 0:
             n = ti.atomic_add(count[0], 1)
             if n < missing.shape[0]:
                 missing[n] = key
@@ -74,103 +75,128 @@ def _want(
 
 @ti.func
 def _bits(low: ti.template(), high: ti.template()):
-    """The blocks from low to high, each of them 0 to 3 and at most one apart, as bits 16 x + 4 y + z."""
+    """The blocks from low to high, each of them 0 to 3, as bits 16 x + 4 y + z."""
     one = ti.cast(1, ti.i64)
-    column = (one << low[2]) | (one << high[2])
-    slab = (column << 4 * low[1]) | (column << 4 * high[1])
-    return (slab << 16 * low[0]) | (slab << 16 * high[0])
+    bits = one
+    for a in ti.static(range(3)):  # axis by axis: what is marked so far, at every step from low to high
+        shift = ti.static((16, 4, 1)[a])
+        bits <<= shift * low[a]
+        bits |= ti.select(high[a] > low[a], bits << shift, 0)
+        bits |= ti.select(high[a] > low[a] + 1, bits << (shift * (high[a] - low[a] - 1)), 0)
+    return bits
+
+
+@ti.func
+def _eight(image: ti.template(), g: ti.i32):
+    """Pixels 8 g to 8 g + 7: written so that the compiler reads them as one vector."""
+    return ti.Vector([image[(g << 3) | e] for e in ti.static(range(8))])
+
+
+@ti.kernel
+def _clean(depth: F32_2, weight: F32_2, inverse: F32, weighed: F32, across: ti.i32, horizon: ti.f32,
+           weighted: ti.template()):  # fmt: skip
+    """One over depth, and weights, of whole rows of eight pixels."""
+    height, width = depth.shape[0], depth.shape[1]
+    per_row = (width + TILE - 1) // TILE
+    for n in range(height * per_row):
+        v, u = n // per_row, n % per_row * TILE
+        g = (v + PAD) * across + n % per_row
+        z = ti.Vector([depth[v, ti.min(u + e, width - 1)] for e in ti.static(range(8))])
+        i = ti.select((z > 1e-6) & (z < horizon), 1.0 / z, 0.0)  # NaN is neither
+        if ti.static(weighted):
+            w = ti.Vector([weight[v, ti.min(u + e, width - 1)] for e in ti.static(range(8))])
+            i = ti.select((w > 0.0) & (w < 1e30), i, 0.0)
+            for e in ti.static(range(8)):
+                weighed[(g << 3) | e] = w[e]
+        if u + TILE > width:
+            for e in ti.static(range(8)):
+                i[e] = ti.select(u + e < width, i[e], 0.0)
+        for e in ti.static(range(8)):
+            inverse[(g << 3) | e] = i[e]
 
 
 @ti.kernel
 def _scan(
-    depth: F32_2, weight: F32_2, clean: F32, farthest: F32_2, x: F32, y: F32, pose: F32, box: F32, span: I32,
-    keys: I64, ids: I32, seen: I64, missing: I64, count: I32,
-    voxel: ti.f32, truncation: ti.f32, focal: ti.f32, stride: ti.i32, weighted: ti.template(),
+    inverse: F32, farthest: F32_2, x: F32, y: F32, pose: F32, span: I32, keys: I64, ids: I32, seen: I64, missing: I64,
+    count: I32, voxel: ti.f32, truncation: ti.f32, focal: ti.f32, margin: ti.f32, height: ti.i32, width: ti.i32,
 ):  # fmt: skip
-    height, width = depth.shape[0], depth.shape[1]
-    across = farthest.shape[1]
-    block = voxel * BLOCK
-    reach = ti.min(2.0 * voxel, truncation)  # every sample stands for the cube of this half edge around it
-    half = truncation - reach
-    samples = ti.cast(ti.ceil(half / reach - 1e-3), ti.i32) + 1
-    spacing = 0.0  # between samples along a ray, where both ends are 1 apart; a single one sits in the middle
-    if samples > 1:
-        spacing = 1.0 / (samples - 1)
-    else:
-        half = 0.0
-    horizon = block * (LATTICE - 4)
-    for tile in range(farthest.shape[0] * across):
-        v0 = tile // across * TILE
-        u0 = tile % across * TILE
-        v1 = ti.min(v0 + TILE, height)
-        u1 = ti.min(u0 + TILE, width)
+    """Fills `farthest`, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""
+    tiles = farthest.shape[1]
+    across = inverse.shape[0] // (farthest.shape[0] * TILE + 2 * PAD) // 8
+    for tile in range(farthest.shape[0] * tiles):
+        v0, g0 = tile // tiles * TILE + PAD, tile % tiles
+        corner = ti.Vector([1 << 30, 0, 0])  # of 4 x 4 x 4 blocks, most often all that a tile meets: met once,
+        met = ti.cast(0, ti.i64)  # as a bit, they are looked up once
         far = 0.0
-        before = farthest[tile // across, tile % across]
-        for v in range(v0, v1):
-            for u in range(u0, u1):
-                z = depth[v, u]
-                far = ti.select((z > far) & (z < horizon), z, far)  # not what is NaN
-        if far > 0.0 or before > 0.0:  # else the tile is empty and stays so
-            far = 0.0
-            for v in range(v0, v1):
-                for u in range(u0, u1):
-                    z = depth[v, u]
-                    good = (z > 0.0) & (z < horizon)
-                    if ti.static(weighted):
-                        good &= (weight[v, u] > 0.0) & (weight[v, u] < 1e30)
-                    z = ti.select(good, z, 0.0)
-                    clean[(v + PAD) * stride + u] = z
-                    far = ti.select(z > far, z, far)
-        farthest[tile // across, tile % across] = far
-        if far > 0.0:
-            R = (
-                ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
-                / block
-            )
-            t = ti.Vector([pose[3], pose[7], pose[11]]) / block
-            # pixels along the edge of a square whose first one stands for all of like depth
-            cell = ti.max(1, ti.min(TILE, ti.cast(reach * focal / far, ti.i32)))
-            cells = (TILE + cell - 1) // cell
-            corner = ti.Vector([1 << 30, 0, 0])  # of 4 x 4 x 4 blocks, most often all that a tile meets: met once,
-            met = ti.cast(0, ti.i64)  # as a bit, they are looked up once
-            for c in range(cells * cells):
-                va = v0 + c // cells * cell
-                ua = u0 + c % cells * cell
-                done = -1e30
-                for v in range(va, ti.min(va + cell, v1)):
-                    for u in range(ua, ti.min(ua + cell, u1)):
-                        at = (v + PAD) * stride + u
-                        z = clean[at]
-                        if z > 0.0 and ti.abs(z - done) > reach:
-                            done = z
-                            ray = R @ ti.Vector([x[at], y[at], 1.0])
-                            p = ray * z + t  # [blocks]
-                            if (
-                                p[0] >= box[0] and p[1] >= box[1] and p[2] >= box[2]
-                                and p[0] <= box[3] and p[1] <= box[4] and p[2] <= box[5]
-                            ):  # fmt: skip
-                                for s in range(samples):
-                                    shift = (2.0 * s * spacing - 1.0) * half
-                                    a = ti.floor(p + ray * shift - reach / block, ti.i32)
-                                    b = ti.floor(p + ray * shift + reach / block, ti.i32)
-                                    if corner[0] == 1 << 30:
-                                        corner = a - 1
-                                    a -= corner
-                                    b -= corner
-                                    if (a | b).min() >= 0 and (a | b).max() < 4:
-                                        met |= _bits(a, b)
-                                    else:
-                                        for i, j, k in ti.ndrange((a[0], b[0] + 1), (a[1], b[1] + 1), (a[2], b[2] + 1)):
-                                            _want(
-                                                corner[0] + i, corner[1] + j, corner[2] + k, span, keys, ids, seen,
-                                                missing, count,
-                                            )  # fmt: skip
-            for i in range(4):
-                slab = ti.cast((met >> 16 * i) & 0xFFFF, ti.i32)
-                if slab != 0:
-                    for b in range(16):
-                        if (slab >> b) & 1 == 1:
-                            _want(
-                                corner[0] + i, corner[1] + b // 4, corner[2] + b % 4, span, keys, ids, seen,
-                                missing, count,
+        for half in range(2):
+            near8, far8 = ti.Vector([0.0] * 8), ti.Vector([1e30] * 8)  # one over the depths
+            for v in ti.static(range(CELL)):
+                i = _eight(inverse, (v0 + half * CELL + v) * across + g0)
+                near8 = ti.select(i > near8, i, near8)
+                i = ti.select(i > 0.0, i, 1e30)
+                far8 = ti.select(i < far8, i, far8)
+            for side in ti.static(range(2)):
+                nearest, remote = 0.0, 1e30
+                for e in ti.static(range(CELL)):
+                    nearest = ti.max(nearest, near8[side * CELL + e])
+                    remote = ti.min(remote, far8[side * CELL + e])
+                if nearest > 0.0:
+                    far = ti.max(far, 1.0 / remote)
+                    # a cell is looked at as one where it is small and all on one surface, else pixel by pixel
+                    size = CELL
+                    if nearest - remote > 4.0 * voxel * nearest * remote or CELL > 4.0 * voxel * focal * remote:  # noqa: SIM300
+                        size = 1
+                    for s in range(CELL // size * (CELL // size)):
+                        vb, ub = half * CELL + s // (CELL // size), side * CELL + s % (CELL // size)
+                        at = ((v0 + vb) * across + g0) * 8 + ub
+                        if size == 1:
+                            nearest = inverse[at]
+                            remote = nearest
+                        if nearest > 0.0:
+                            down = ti.min(size - 1, height - 1 - (v0 - PAD + vb))
+                            right = ti.min(size - 1, width - 1 - (g0 * 8 + ub))
+                            end = at + down * across * 8 + right
+                            low, high = _span(
+                                ti.Vector([x[at], x[end], y[at], y[end]]), 1.0 / nearest - truncation,
+                                1.0 / remote + truncation, margin, pose, span, voxel,
                             )  # fmt: skip
+                            if (high - low).min() >= 0:
+                                if corner[0] == 1 << 30:
+                                    corner = low - 1
+                                a, b = low - corner, high - corner
+                                if a.min() >= 0 and b.max() < 4:
+                                    met |= _bits(a, b)
+                                else:
+                                    sides = high - low + 1
+                                    for j, k, m in ti.ndrange(sides[0], sides[1], sides[2]):
+                                        _want(
+                                            low[0] + j, low[1] + k, low[2] + m, keys, ids, seen, missing, count
+                                        )  # fmt: skip
+        farthest[tile // tiles, tile % tiles] = far
+        for i in range(4):
+            slab = ti.cast((met >> 16 * i) & 0xFFFF, ti.i32)
+            if slab != 0:
+                for b in range(16):
+                    if (slab >> b) & 1 == 1:
+                        _want(corner[0] + i, corner[1] + b // 4, corner[2] + b % 4, keys, ids, seen, missing, count)
+
+
+@ti.func
+def _span(
+    rim: ti.template(), z0: ti.f32, z1: ti.f32, margin: ti.f32, pose: ti.template(), span: ti.template(),
+    voxel: ti.f32,
+):  # fmt: skip
+    """Lowest and highest block around what lies between two depths behind pixels whose centres have x/z and y/z
+    within rim (first x, last x, first y, last y), widened by a margin."""
+    dx, dy = (0.5 * ti.abs(rim[1] - rim[0]) + margin) * z1, (0.5 * ti.abs(rim[3] - rim[2]) + margin) * z1
+    low, high = ti.Vector([0, 0, 0]), ti.Vector([0, 0, 0])
+    for a in ti.static(range(3)):
+        d = pose[4 * a] * (0.5 * (rim[0] + rim[1])) + pose[4 * a + 1] * (0.5 * (rim[2] + rim[3])) + pose[4 * a + 2]
+        wide = ti.abs(pose[4 * a]) * dx + ti.abs(pose[4 * a + 1]) * dy
+        p, q = d * z0, d * z1
+        first = (pose[4 * a + 3] + ti.min(p, q) - wide) / voxel
+        last = (pose[4 * a + 3] + ti.max(p, q) + wide) / voxel
+        # blocks that hold a voxel in between; a hundredth for rounding
+        low[a] = ti.max(ti.ceil(first - 0.01, ti.i32) >> 3, span[a])
+        high[a] = ti.min(ti.floor(last + 0.01, ti.i32) >> 3, span[3 + a])
+    return low, high

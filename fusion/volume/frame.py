@@ -11,6 +11,8 @@ from fusion.geometry.camera import Camera
 TILE = 8  # pixels along the edge of a tile, the unit of the first pass
 PAD = 2  # rows above and below, and at least as many columns to the right, in which nothing is measured
 
+VALUES = 6  # of a pixel's plane
+
 Flat = NDArray[np.float32]
 
 
@@ -38,16 +40,25 @@ class Work:
     Attributes:
         layout: of the flat images.
         x, y: flat, x/z and y/z of every pixel.
-        depth: flat, 0 where missing [m].
-        slant: flat; says nothing where the depth is missing.
+        bend: flat, four images one after the other for a lens with distortion: slopes along x/z and y/z are
+            a * bend[0] + b * bend[1] and a * bend[2] + b * bend[3] of slopes a, b along u, v; else one value.
+        margin: the largest step of x or y from one pixel's centre to its border.
+        inverse: flat, one over depth, 0 where missing [1/m].
+        weight: flat, the weight of each pixel, where there is any.
+        planes: of eight pixels after the other, see `planes`.
+        filled: for each eight pixels, 1 where `planes` is not all 0.
         farthest: (tiles down, tiles across) the largest depth of each tile, 0 for none [m].
     """
 
     layout: Layout
     x: Flat
     y: Flat
-    depth: Flat
-    slant: Flat
+    bend: Flat
+    margin: float
+    inverse: Flat
+    weight: Flat
+    planes: Flat
+    filled: NDArray[np.int32]
     farthest: NDArray[np.float32]
 
 
@@ -57,10 +68,23 @@ def work(camera: Camera) -> Work:
     height, width = camera.shape
     down, across = -(-height // TILE), -(-width // TILE)
     layout = Layout((width + PAD + 7) // 8 * 8, down * TILE + 2 * PAD)
-    planes = []
-    for axis in range(2):
-        plane = layout.flat()
-        plane.reshape(layout.rows, layout.stride)[PAD : PAD + height, :width] = camera.rays()[..., axis]
-        planes.append(plane)
+    rays = camera.rays()
+    x, y = (_padded(layout, rays[..., axis]) for axis in range(2))
+    steps = [np.abs(np.diff(rays, axis=axis)) for axis in range(2)]
+    margin = 0.5 * max(float(np.max(s[np.isfinite(s)], initial=1.0 / camera.fx)) for s in steps)
+    bend = np.zeros(1, np.float32)
+    if any(camera.distortion):
+        (yv, yu), (xv, xu) = np.gradient(rays[..., 1].astype(float)), np.gradient(rays[..., 0].astype(float))
+        turned = np.stack([yv, -yu, -xv, xu]) / (xu * yv - xv * yu)
+        bend = np.concatenate([_padded(layout, image) for image in turned])
     tiles = np.zeros((down, across), np.float32)
-    return Work(layout, planes[0], planes[1], layout.flat(), layout.flat(), tiles)
+    planes = np.zeros(layout.rows * layout.stride * VALUES, np.float32)
+    filled = np.zeros(layout.rows * layout.stride // 8, np.int32)
+    return Work(layout, x, y, bend, margin, layout.flat(), layout.flat(), planes, filled, tiles)
+
+
+def _padded(layout: Layout, image: NDArray[np.floating]) -> Flat:
+    flat = layout.flat()
+    height, width = image.shape
+    flat.reshape(layout.rows, layout.stride)[PAD : PAD + height, :width] = image
+    return flat

@@ -1,11 +1,11 @@
 # mypy: ignore-errors
 """Fusing one depth image: find the blocks it touches, then update every voxel that it sees.
 
-A voxel at z_voxel in front of the camera whose pixel measured z_measured gets the distance to the plane through the
-measured surface there, (z_measured - z_voxel) * slant, cut off at +truncation (free space) and left alone below
--truncation in z (hidden). Without the slant, views from different sides would disagree about the slope of the field,
-and as grazing ones reach less far behind the surface, the zero would move. The slant, a cosine, weighs as well: on a
-curved surface the plane is right near the measured point only.
+A voxel gets its distance to the plane that touches the measured surface at its pixel, cut off at +truncation (free
+space) and left alone where it lies more than the truncation behind the pixel's depth (hidden). With the difference in
+depth instead, views from different sides would disagree about the slope of the field, and as grazing ones reach less
+far behind the surface, the zero would move. The slant, a cosine, weighs as well: on a curved surface the plane is
+right near the measured point only.
 """
 
 import numpy as np
@@ -16,12 +16,11 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.allocate import allocate
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
-from fusion.volume.frame import PAD, TILE, work
+from fusion.volume.frame import PAD, TILE, VALUES, work
 from fusion.volume.lens import in_cone, lens, load, project, rows
+from fusion.volume.planes import measure_planes
 from fusion.volume.settings import BLOCK
-from fusion.volume.slant import measure_slant
 
-EDGE_WEIGHT = 0.01  # of pixels beside a jump in depth: they fill in only what no other pixel sees
 U8_3 = ti.types.ndarray(ti.u8, 3)
 
 
@@ -48,17 +47,19 @@ def integrate(
     frame = work(camera)
     allocate(blocks, (depth, weights), frame, camera, T_world_camera)
     settings = blocks.settings
-    measure_slant(frame.depth, frame.x, frame.y, frame.farthest, settings.truncation, frame.slant)
-    # the same image from four pixels on: places need to be taken apart once for all four neighbours
-    stride = frame.layout.stride
-    corners = [frame.depth[shift:] for shift in (0, 1, stride, stride + 1)]
+    measure_planes(
+        frame.inverse, frame.x, frame.y, frame.bend, frame.farthest, camera.fx, camera.fy, settings.truncation,
+        frame.weight, frame.planes, frame.filled, any(camera.distortion), weight is not None,
+    )  # fmt: skip
+    colored = color is not None and settings.color
+    skip = ((PAD - 1) * frame.layout.stride - 8) * VALUES  # to the pixel before the first one, up and left
     _update(
         blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
-        *corners, frame.slant, weights.reshape(-1),
-        np.zeros((1, 1, 3), np.uint8) if color is None else np.ascontiguousarray(color),
+        *[frame.planes[skip + 8 * n :] for n in range(VALUES)],
+        np.ascontiguousarray(color) if colored else np.zeros((1, 1, 3), np.uint8),
         frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
-        settings.voxel, settings.truncation, camera.height, camera.width, stride,
-        any(camera.distortion), weight is not None, color is not None and settings.color,
+        settings.voxel, settings.truncation, camera.height, camera.width, frame.layout.stride,
+        any(camera.distortion), colored,
     )  # fmt: skip
 
 
@@ -119,10 +120,9 @@ def _read(image: ti.template(), at: ti.template()):
 @ti.kernel
 def _update(
     coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3,
-    depth: F32, depth_right: F32, depth_below: F32, depth_aslant: F32, slant: F32, weight: F32, color: U8_3,
+    nx: F32, ny: F32, nz: F32, distance: F32, weight: F32, reach: F32, color: U8_3,
     farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
-    height: ti.i32, width: ti.i32, stride: ti.i32,
-    distorted: ti.template(), weighted: ti.template(), colored: ti.template(),
+    height: ti.i32, width: ti.i32, stride: ti.i32, distorted: ti.template(), colored: ti.template(),
 ):  # fmt: skip
     visible[0] = 0  # the number of blocks in view; their ids follow
     for n in range(count):
@@ -132,61 +132,51 @@ def _update(
                             for a in ti.static(range(3))])  # fmt: skip
         if _in_view(centre, 6.07 * voxel, truncation, c, farthest, height, width, distorted):  # 3.5 * sqrt(3)
             visible[ti.atomic_add(visible[0], 1) + 1] = n
-    # Rows, as the CPU pool never splits below 512 iterations. All eight voxels of a row are computed side by side and
+    # Slabs, as the CPU pool never splits below 512 iterations. All eight voxels of a row are computed side by side and
     # without branches, and everything is read before anything is written: so the compiler makes vector instructions.
-    for row in range(visible[0] * (BLOCK * BLOCK)):
+    for slab in range(visible[0] * BLOCK):
         c = load(camera)
-        n = visible[(row >> 6) + 1]
-        p = (
-            ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK
-            + ti.Vector([row >> 3 & 7, row & 7, 0])
-        ) * voxel
-        q = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
-                       for a in ti.static(range(3))])  # fmt: skip
-        k = ti.Vector([float(e) for e in range(BLOCK)]) * voxel
-        z = q[2] + pose[10] * k
-        near = 1.0 / _high(z, 1e-6)
-        u, v = project((q[0] + pose[2] * k) * near, (q[1] + pose[6] * k) * near, c, distorted)
-        right, bottom = ti.cast(width - 1, ti.f32), ti.cast(height - 1, ti.f32)
-        uc, vc = _low(_high(u, 0.0), right), _low(_high(v, 0.0), bottom)
-        aside = _high(ti.abs(u - uc), ti.abs(v - vc))  # beyond the pixels' centres
-        # four pixels around; beyond the last pixel's centre the last two, wholly on the last one's side
-        ua, va = ti.cast(_low(uc, right - 0.5), ti.i32), ti.cast(_low(vc, bottom - 0.5), ti.i32)
-        du, dv = uc - ti.cast(ua, ti.f32), vc - ti.cast(va, ti.f32)
-        at = (va + PAD) * stride + ua
-        d00, d01, d10, d11 = _read(depth, at), _read(depth_right, at), _read(depth_below, at), _read(depth_aslant, at)
-        upper, lower = d00 + (d01 - d00) * du, d10 + (d11 - d10) * du
-        lowest = _low(_low(d00, d01), _low(d10, d11))
-        gap = ti.select(lowest > 0.0, _high(_high(d00, d01), _high(d10, d11)) - lowest, truncation)
-        # the nearest pixel decides whether there is a measurement
-        below, beside = ti.select(dv < 0.5, 0, 1), ti.select(du < 0.5, 0, 1)
-        nearest = ti.select(dv < 0.5, ti.select(du < 0.5, d00, d01), ti.select(du < 0.5, d10, d11))
-        here = at + below * stride + beside
-        flat = _read(slant, here)
-        measured = ti.select(gap < truncation, upper + (lower - upper) * dv, nearest)  # one surface, or an edge
-        w = ti.select(gap < truncation, flat, flat * EDGE_WEIGHT)
-        if ti.static(weighted):
-            w *= _read(weight, (va + below) * width + ua + beside)
-        w = ti.select(aside < 0.5, w, 0.0)
-        w = ti.select(z > 1e-6, w, 0.0)
-        w = ti.select(nearest > 0.0, w, 0.0)
-        w = ti.select(measured - z > -truncation, w, 0.0)
-        d = _low((measured - z) * flat, truncation)
-        o = (n << 10) | ((row & 63) << 4)
-        sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
-        weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
-        for e in ti.static(range(BLOCK)):
-            voxels[o | e] = sums[e]
-        for e in ti.static(range(BLOCK)):
-            voxels[o | (BLOCK + e)] = weights[e]
-        if solid[n] == 0:
+        c[2] += 8.5  # the images begin one pixel up and eight to the left; half a pixel for rounding
+        c[3] += 1.5
+        n = visible[(slab >> 3) + 1]
+        corner = ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK
+        p = (corner + ti.Vector([float(slab & 7), 0.0, -0.5])) * voxel
+        first = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
+                           for a in ti.static(range(3))])  # fmt: skip
+        along = ti.Vector([pose[1], pose[5], pose[9]]) * voxel
+        m = ti.Vector([pose[2], pose[6], pose[10]])
+        k = ti.Vector([e + 0.5 for e in range(BLOCK)]) * voxel  # halves: the compiler would treat 0 and 1 apart
+        for j in range(BLOCK):
+            q = first + along * float(j)
+            x, y, z = q[0] + m[0] * k, q[1] + m[1] * k, q[2] + m[2] * k
+            near = 1.0 / _high(z, 1e-6)
+            u, v = project(x * near, y * near, c, distorted)
+            # the nearest pixel; what lies outside of the image comes to lie beside its border, where nothing is seen
+            un = ti.cast(_low(_high(u, 7.5), width + 8.5), ti.i32)
+            vn = ti.cast(_low(_high(v, 0.5), height + 1.5), ti.i32)
+            at = (vn * stride + un) * VALUES - (un & 7) * (VALUES - 1)
+            seen = ti.select(z > 1e-6, _read(reach, at), 0.0) - z
+            some = False
             for e in ti.static(range(BLOCK)):
-                if sums[e] < 0.0:
-                    solid[n] = 1
-        if ti.static(colored):
-            for e in ti.static(range(BLOCK)):
-                if w[e] > 0.0 and d[e] < truncation:
-                    vn, un = va[e] + below[e], ua[e] + beside[e]
-                    for a in ti.static(range(3)):
-                        colors[n, (row & 63) * BLOCK + e, a] += w[e] * color[vn, un, a]
-                    colors[n, (row & 63) * BLOCK + e, 3] += w[e]
+                some |= seen[e] > 0.0
+            if some:
+                d = _low(_read(distance, at) - (_read(nx, at) * x + _read(ny, at) * y + _read(nz, at) * z), truncation)
+                w = ti.select(seen > 0.0, _read(weight, at), 0.0)
+                o = (n << 10) | ((slab & 7) << 7) | (j << 4)
+                sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
+                weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
+                for e in ti.static(range(BLOCK)):
+                    voxels[o | e] = sums[e]
+                for e in ti.static(range(BLOCK)):
+                    voxels[o | (BLOCK + e)] = weights[e]
+                if solid[n] == 0:
+                    for e in ti.static(range(BLOCK)):
+                        if sums[e] < 0.0:
+                            solid[n] = 1
+                if ti.static(colored):
+                    row = (slab & 7) * BLOCK + j
+                    for e in ti.static(range(BLOCK)):
+                        if w[e] > 0.0 and d[e] < truncation:
+                            for r in ti.static(range(3)):
+                                colors[n, row * BLOCK + e, r] += w[e] * color[vn[e] - 1, un[e] - 8, r]
+                            colors[n, row * BLOCK + e, 3] += w[e]

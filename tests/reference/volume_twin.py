@@ -10,34 +10,45 @@ from fusion.volume.blocks import by_voxel
 BLOCK = 8
 
 
-def slant_twin(depth, camera, truncation, step=2, steep=0.1, edge=0.5):
-    """(h, w) distance to the tangent plane per difference in z."""
+def planes_twin(depth, camera, truncation, steep=0.1, edge=0.5, edge_weight=0.01):
+    """(h, w, 3) normals, (h, w) distances of the planes that touch the surface at each pixel, weights, and depths."""
     h, w = camera.shape
-    points = camera.points(depth).astype(float)
-    out = np.zeros((h, w))
-    for v, u in itertools.product(range(h), range(w)):
-        if not depth[v, u] > 0:
-            continue
-        tangents = []
-        for dv, du in ((0, step), (step, 0)):
-            ends = [points[v, u], points[v, u]]
-            for side in range(2):
-                b, a = v + dv * (2 * side - 1), u + du * (2 * side - 1)
-                if 0 <= b < h and 0 <= a < w and abs(depth[b, a] - depth[v, u]) < truncation:
-                    ends[side] = points[b, a]
-            tangents.append(ends[1] - ends[0])
-        n = np.cross(*tangents)
-        length = np.linalg.norm(n)
-        ray = np.append(camera.rays()[v, u], 1.0)
-        out[v, u] = max(abs(n @ ray) / length, steep) if length > 0 else edge
-    return out
+    inverse = np.zeros((h + 2, w + 2))
+    inverse[1:-1, 1:-1] = np.divide(1, depth, where=depth > 0, out=np.zeros((h, w)))
+    rays = np.dstack([camera.rays(), np.ones((h, w))]).astype(float)
+    (yv, yu), (xv, xu) = np.gradient(rays[..., 1]), np.gradient(rays[..., 0])
+    normal, distance, weight, smooth = np.zeros((h, w, 3)), np.zeros((h, w)), np.zeros((h, w)), np.zeros((h, w))
+    for v, u in np.argwhere(depth > 0):
+        around = inverse[v : v + 3, u : u + 3]
+        i, least = around[1, 1], steep
+        with np.errstate(divide="ignore"):
+            same = np.abs(1 / around - 1 / i) < truncation
+        whole = same.all()
+        if whole:
+            du, dv = (around[:, 2] - around[:, 0]).sum() / 6, (around[2] - around[0]).sum() / 6
+            i = i / 2 + (around[0, 1] + around[2, 1] + around[1, 0] + around[1, 2]) / 8
+        else:
+            slopes = []
+            for sides in ((1, slice(None)), (slice(None), 1)):
+                (one, here, other), (before, _, after) = around[sides], same[sides]
+                step = (other if after else here) - (one if before else here)
+                slopes.append(step / max(int(before) + int(after), 1))
+                least = least if before or after else edge
+            du, dv = slopes
+        J = np.array([[xu[v, u], yu[v, u]], [xv[v, u], yv[v, u]]])  # of x/z, y/z along u, along v
+        n = np.append(np.linalg.solve(J, [du, dv]), 0.0)
+        n[2] = i - n @ rays[v, u]
+        slant = max(i / np.linalg.norm(n), least)
+        normal[v, u], distance[v, u] = n * slant / i, slant / i
+        weight[v, u], smooth[v, u] = slant * (1 if whole else edge_weight), 1 / i
+    return normal, distance, weight, smooth
 
 
-def integrate_twin(blocks, depth, camera, T, voxel, truncation, edge_weight=0.01):
+def integrate_twin(blocks, depth, camera, T, voxel, truncation):
     """Sums (n, 8, 8, 8, 2) of weight * distance and weight that one frame adds to blocks at coordinates (n, 3)."""
     h, w = camera.shape
     depth = np.where(np.isfinite(depth) & (depth > 0), depth, 0.0)
-    slant = slant_twin(np.where(depth > 0, depth, np.nan), camera, truncation)
+    normal, distance, weight, smooth = planes_twin(depth, camera, truncation)
     out = np.zeros((len(blocks), BLOCK, BLOCK, BLOCK, 2))
     indices = np.stack(np.meshgrid(*[np.arange(BLOCK)] * 3, indexing="ij"), -1)
     for n, block in enumerate(blocks):
@@ -47,22 +58,10 @@ def integrate_twin(blocks, depth, camera, T, voxel, truncation, edge_weight=0.01
         pixels = np.full((len(points), 2), -9.0)
         pixels[front] = camera.project(local[front])
         for q in np.flatnonzero(front):
-            u, v = pixels[q]
-            if not (-0.5 < u < w - 0.5 and -0.5 < v < h - 0.5):
-                continue
-            un, vn = int(u + 0.5), int(v + 0.5)
-            if depth[vn, un] == 0:
-                continue
-            measured, weight = depth[vn, un], edge_weight
-            ua, va = min(int(max(u, 0)), w - 2), min(int(max(v, 0)), h - 2)
-            four = depth[va : va + 2, ua : ua + 2]
-            if four.min() > 0 and np.ptp(four) < truncation:
-                du, dv = np.clip(u - ua, 0, 1), np.clip(v - va, 0, 1)
-                measured, weight = [1 - dv, dv] @ four @ [1 - du, du], 1.0
-            s = measured - local[q, 2]
-            if s > -truncation:
-                weight *= slant[vn, un]
-                out[n].reshape(-1, 2)[q] = weight * min(s * slant[vn, un], truncation), weight
+            u, v = np.floor(pixels[q] + 0.5).astype(int)
+            if 0 <= u < w and 0 <= v < h and depth[v, u] > 0 and smooth[v, u] - local[q, 2] > -truncation:
+                d = min(distance[v, u] - normal[v, u] @ local[q], truncation)
+                out[n].reshape(-1, 2)[q] = weight[v, u] * d, weight[v, u]
     return out
 
 
