@@ -14,6 +14,7 @@ WIDE = 6.0  # standard deviations
 RARE = 0.5  # share of the frames: a pixel that has a depth less often has no usual one
 LEAST_M, LEAST_SHARE = 0.03, 0.02  # nothing nearer to the reference than this has moved
 THING = 5e-4  # share of the image: smaller things are the sensor's own outliers
+ROWS = 16  # of the image at a time: as much as stays in a processor's cache
 BORDER = 9  # [px] around what moves: mixed pixels
 
 Image = NDArray[np.floating]
@@ -57,6 +58,13 @@ class Reference:
 
 def reference_of(depths: Sequence[Image]) -> Reference:
     """The reference of frames (h, w) [m]; all are held in memory."""
+    parts = [_part([depth[v : v + ROWS] for depth in depths]) for v in range(0, len(depths[0]), ROWS)]
+    depth, sigma, usual = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    return Reference(depth, sigma, usual, len(depths))
+
+
+def _part(depths: Sequence[Image]) -> tuple[NDArray, NDArray, NDArray]:
+    """Depth, sigma and usual (r, w) of some rows of the frames."""
     shape = depths[0].shape
     values = np.stack([np.ravel(depth) for depth in depths], axis=1).astype(np.float32)  # (pixels, frames)
     ordered = np.sort(values, axis=1)  # NaN goes last
@@ -70,7 +78,7 @@ def reference_of(depths: Sequence[Image]) -> Reference:
     count = np.isfinite(ordered).sum(axis=1)
     low, centre, high = (_quantile(ordered, count, share) for share in (0.25, 0.5, 0.75))
     sigma = np.where(count >= 3, QUARTILES_TO_STD * (high - low), np.float32(np.nan))
-    return Reference(centre.reshape(shape), sigma.reshape(shape), usual.reshape(shape), values.shape[1])
+    return centre.reshape(shape), sigma.reshape(shape), usual.reshape(shape)
 
 
 def _shortest_half(ordered: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -23,6 +23,7 @@ class RobustSpread:
         smallest = float(np.median(known)) / 4 if known.size else 1e-3
         self._reference = reference.depth
         self._width = np.maximum(around, smallest) / PER_SIGMA
+        self._per_bin = 1 / self._width
         self._counts = np.zeros((BINS + 1, reference.depth.size), np.uint16)
         self._columns = np.arange(reference.depth.size, dtype=np.int32)
         self._frames = 0
@@ -32,22 +33,32 @@ class RobustSpread:
         self._frames += 1
         if self._frames > MOST:
             return
-        off = np.abs(depth - self._reference) / self._width
-        bins = np.fmin(off, BINS - 1)
-        bins[np.isnan(off)] = BINS  # the last row is not used
-        at = bins.astype(np.int32).ravel() * np.int32(depth.size) + self._columns
+        off = np.abs(depth - self._reference)
+        off *= self._per_bin
+        missing = np.isnan(off)
+        np.fmin(off, BINS - 1, out=off)
+        off[missing] = BINS  # the last row is not used
+        at = off.astype(np.int32).ravel()
+        at *= np.int32(depth.size)
+        at += self._columns
         flat = self._counts.reshape(-1)
         flat[at] += 1  # no index twice: each pixel has its own column
 
     @property
     def std(self) -> NDArray[np.floating]:
         """(h, w) 1.4826 times the median absolute deviation [m]; NaN below three values, or where most are far off."""
-        shape = self._reference.shape
-        summed = self._counts[:BINS].cumsum(axis=0, dtype=np.uint32)
-        total = summed[-1]
-        half = 0.5 * total
-        k = (summed < half).sum(axis=0).clip(0, BINS - 1)
-        below = np.where(k > 0, summed[np.maximum(k - 1, 0), self._columns], 0)
-        inside = np.maximum(self._counts[k, self._columns], 1)
-        median = (k + (half - below) / inside) * self._width.ravel()
-        return np.where((total >= 3) & (k < BINS - 1), MAD_TO_STD * median, np.nan).reshape(shape)
+        counts = self._counts[:BINS]
+        half = 0.5 * counts.sum(axis=0, dtype=np.uint32)
+        # row by row up to the middle: a table of sums would be as large as all counts together, twice
+        below, summed, k = np.zeros((3, counts.shape[1]), np.float32)
+        inside = np.ones_like(below)
+        for row in counts:
+            here = summed < half
+            k += here
+            np.copyto(below, summed, where=here)
+            np.copyto(inside, row, where=here)
+            summed += row
+        k = np.maximum(k - 1, 0)
+        median = (k + (half - below) / np.maximum(inside, 1)) * self._width.ravel()
+        known = (summed >= 3) & (k < BINS - 1)
+        return np.where(known, MAD_TO_STD * median, np.nan).reshape(self._reference.shape)
