@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -112,10 +113,9 @@ def align_points(source: Points, model: PointMap, T_model_source: Array, setting
 
 def _moved(T: Array, twist: Array, centre: Array) -> Array:
     """A pose (4, 4) after a twist (6,) about where it brings a point (3,)."""
-    step = pose.exp(twist)
     about = T[:3, :3] @ centre + T[:3, 3]
-    step[:3, 3] += about - step[:3, :3] @ about
-    return step @ T
+    R = np.asarray(cv2.Rodrigues(twist[:3])[0])
+    return pose.pose(R @ T[:3, :3], R @ (T[:3, 3] - about) + about + twist[3:])
 
 
 def _solve(sums: Equations, radius: float) -> tuple[Array, Array]:
