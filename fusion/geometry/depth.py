@@ -28,14 +28,10 @@ class PointMap:
 
     @property
     def incidence(self) -> Image:
-        """(h, w) angle between the line of sight and the normal [rad]."""
+        """(h, w) angle between the line of sight and the normal [rad], NaN where that is unknown."""
+        from fusion.geometry.relief import incidence
+
         return incidence(self.points, self.normals)
-
-
-def incidence(points: Image, normals: Image) -> Image:
-    """Angle (h, w) between lines of sight to points (h, w, 3) [m] and normals (h, w, 3) [rad]."""
-    cosine = -np.einsum("vuk,vuk->vu", points, normals) / np.linalg.norm(points, axis=2)
-    return np.arccos(np.clip(cosine, -1, 1)).astype(np.float32)
 
 
 def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002) -> PointMap:

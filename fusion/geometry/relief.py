@@ -87,6 +87,27 @@ def relief(
     return points, normals
 
 
+def incidence(points: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Angle (h, w) between lines of sight to points (h, w, 3) [m] and normals (h, w, 3) [rad]; NaN where unknown."""
+    compute.start()
+    angle = np.empty(points.shape[:2], np.float32)
+    p, n = (np.ascontiguousarray(image, np.float32).reshape(-1) for image in (points, normals))
+    _tilt(p, n, angle.reshape(-1))
+    return angle
+
+
+@ti.kernel
+def _tilt(points: F32, normals: F32, angle: F32):
+    for i in angle:
+        p = ti.Vector([points[3 * i], points[3 * i + 1], points[3 * i + 2]])
+        n = ti.Vector([normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]])
+        cosine = -p.dot(n) / p.norm()
+        found = ti.math.nan
+        if cosine == cosine:
+            found = ti.acos(ti.min(ti.max(cosine, -1.0), 1.0))
+        angle[i] = found
+
+
 @ti.func
 def _eight(image: ti.template(), g: ti.i32):
     """Pixels 8 g to 8 g + 7: written so that the compiler reads them as one vector."""

@@ -104,7 +104,10 @@ class Effect:
 
     def spread(self, sigma: Image, depth: Image, view: View) -> Image:
         """Standard deviation (h, w) [m] behind this effect, `sigma` in front of it; independent unless overridden."""
-        return np.hypot(sigma, self.noise(depth, view)) if self.changes("noise") else sigma
+        if not self.changes("noise"):
+            return sigma
+        noise = self.noise(depth, view)
+        return np.sqrt(sigma * sigma + noise * noise)  # np.hypot takes five times as long
 
     def follows(self) -> float:
         """Share of the frame before that is in each frame behind this effect [1]: its noise comes again."""

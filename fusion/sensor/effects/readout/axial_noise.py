@@ -96,8 +96,8 @@ class AxialNoise(Effect):
         # a pixel of unknown tilt counts as frontal
         theta = np.zeros((), z.dtype)
         if tilted and view.incidence is not None:
-            theta = np.minimum(np.nan_to_num(view.incidence), STEEPEST).astype(z.dtype)
-        if np.any(self.angle):
+            theta = np.minimum(np.where(np.isfinite(view.incidence), view.incidence, 0), STEEPEST).astype(z.dtype)
+        if tilted and np.any(self.angle):
             tilt = theta / (z.dtype.type(np.pi / 2) - theta)
             sigma = sigma + self._number("angle", z) * z ** self._number("angle_exponent", z) * (tilt * tilt)
         if np.any(self.sunlight):

@@ -59,7 +59,7 @@ class LateralNoise(Effect):
             return _Near(np.zeros(0, np.intp), nothing, nothing, nothing, nothing, np.zeros(0, np.intp))
         if view.edges is None:
             steps = jump(depth)
-            where = np.flatnonzero(np.nan_to_num(steps))
+            where = np.flatnonzero(np.abs(steps) > 0)
             distance, edge_pixel = np.full(len(where), 0.5, depth.dtype), where
             other = steps.ravel()[where]
         else:
@@ -110,12 +110,15 @@ def _at(value: Value, where: NDArray[np.intp], depth: Image) -> Image:
 
 def jump(depth: Image) -> Image:
     """Depth (h, w) [m] of the four neighbours' most different one minus the pixel's own; 0 away from edges."""
-    best = np.zeros_like(depth)
-    for axis, step in ((0, 1), (0, -1), (1, 1), (1, -1)):
-        other = np.roll(depth, step, axis)
-        border = (0 if step == 1 else -1,)
-        other[border if axis == 0 else (slice(None), *border)] = np.nan
-        difference = other - depth
-        take = (np.abs(difference) > np.abs(best)) & (np.abs(difference) > JUMP * depth)
-        best = np.where(take, difference, best)
+    height, width = depth.shape
+    z, best = np.ascontiguousarray(depth).ravel(), np.zeros(depth.size, depth.dtype)
+    for first, second, stride in ((depth[:-1], depth[1:], width), (depth[:, :-1], depth[:, 1:], 1)):
+        change = second - first
+        # of NaN it is not true
+        row, column = np.nonzero(np.abs(change) > JUMP * np.minimum(first, second))
+        at, change = row * width + column, change[row, column]
+        for own, other in ((at + stride, -change), (at, change)):
+            take = (np.abs(other) > np.abs(best[own])) & (np.abs(other) > JUMP * z[own])
+            best[own[take]] = other[take]
+    best = best.reshape(height, width)
     return np.where(np.isfinite(depth), best, np.nan).astype(depth.dtype)
