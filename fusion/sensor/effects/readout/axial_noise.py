@@ -99,7 +99,9 @@ class AxialNoise(Effect):
             theta = np.minimum(np.where(np.isfinite(view.incidence), view.incidence, 0), STEEPEST).astype(z.dtype)
         if tilted and np.any(self.angle):
             tilt = theta / (z.dtype.type(np.pi / 2) - theta)
-            sigma = sigma + self._number("angle", z) * z ** self._number("angle_exponent", z) * (tilt * tilt)
+            # powers of NaN take six times as long; the sum is NaN there already
+            power = np.where(z > 0, z, 1) ** self._number("angle_exponent", z)
+            sigma = sigma + self._number("angle", z) * power * (tilt * tilt)
         if np.any(self.sunlight):
             sigma = sigma + self._number("sunlight", z) * z**2 * np.cos(theta)
         return np.maximum(sigma, 0)
