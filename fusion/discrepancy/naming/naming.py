@@ -12,6 +12,7 @@ from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
 from fusion.discrepancy.naming.judged import Step, judged, judged_next
+from fusion.discrepancy.naming.models import rearranged
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.review import reviewed
@@ -53,17 +54,31 @@ class Named:
 def name_effects(
     looks: Sequence[Look], observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]
 ) -> Named:
-    """Add effects one by one while they pass the tests; `candidates` are those of the given model."""
-    fit = refitted((), observations, gauge)
+    """Add effects one by one while they pass the tests; `candidates` are those of the given model.
+
+    What was found one by one is then tried against all sets of as many names.
+    """
+    fit, likely = _grown(refitted((), observations, gauge), candidates)
+    other = rearranged(fit, candidates, MOST_NAMES)
+    if other is not fit:
+        fit, likely = _grown(other, candidates)
+    fit, beyond, fallen = _that_extrapolates(fit)
+    likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
+    steps = judged(fit, candidates)
+    better = observations.under(fit.sensor) if steps else observations
+    return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
+
+
+def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]:
+    """The fit with further parts, one by one, and what is likely beside them."""
     likely: Step | None = None
     passed_over: set[str] = set()
-    for _ in range(MOST_STEPS):
+    for _ in range(len(fit.parts), MOST_STEPS):
         space, target = beside(fit, None)
         open_to = [c for c in candidates if c.name not in passed_over]
-        found = best_part(open_to, observations, gauge, space, target)
+        found = best_part(open_to, fit.observations, fit.gauge, space, target)
         if found is None or found.probability > FALSE_ALARM or _faint(fit, found):
-            likely = _told_of(fit, found, open_to)
-            break
+            return fit, _told_of(fit, found, open_to) or likely
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
             break
         larger = _with(fit, found, candidates) if found.established else None
@@ -75,11 +90,7 @@ def name_effects(
         fit = larger
         if replaced:
             break  # it took the place of another: what the next would do is known
-    fit, beyond, fallen = _that_extrapolates(fit)
-    likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
-    steps = judged(fit, candidates)
-    better = observations.under(fit.sensor) if steps else observations
-    return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
+    return fit, likely
 
 
 def _with(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Fit | None:

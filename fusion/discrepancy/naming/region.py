@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.bounds import tweaked
+from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.part import is_field
 from fusion.discrepancy.naming.score import Scored, scored
 from fusion.discrepancy.naming.space import Space
@@ -24,7 +24,6 @@ ALONG = ("depth", "u", "v", "radius", "incidence", "amplitude", "reflectance", "
 BINS = 20
 LEAST_SHARE = 0.08  # of the tiles, inside and outside
 FAINT = 0.35  # of the size inside: outside a region the effect must be below
-TWEAKS = 10  # evaluations for each edge
 LOOKS = 4  # names and variables whose edges are searched finely
 NEAR = 0.8  # of the best score: less is not looked at again
 
@@ -78,9 +77,9 @@ def best_region(
             key = is_field(candidate), candidate.name, cut.variable
             if found is not None and (key not in best or found[0] > best[key][0]):
                 best[key] = found[0], candidate, found[1]
-    results = []
+    results, values = [], region_variables(observations)
     for candidate, bound in _worth_a_look(best):
-        chosen = _tweaked(candidate, bound, observations, gauge, (space, target))
+        chosen = tweaked(candidate, bound, values[bound.variable], (observations, gauge), (space, target))
         result = scored(chosen, space.of(chosen.white), target)
         paid = _price(chosen.where[0], n) + 2 * float(np.log(max(tried, 1)))
         results.append(Regional(chosen, replace(result, score=result.score - paid), tried))
@@ -199,56 +198,6 @@ def _runs2(values: Matrix) -> Matrix:
     total = np.pad(values.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     own = np.diag(total)
     return np.asarray(own[None, :] + own[:, None] - total - total.T)
-
-
-def _tweaked(
-    candidate: Candidate, bound: Bound, observations: Observations, gauge: Gauge, aim: tuple[Space, Vector]
-) -> Candidate:
-    """The candidate in a region whose edges were moved, pixel by pixel, to where they explain most."""
-    space, target = aim
-    values = np.sort(region_variables(observations)[bound.variable])
-
-    def within(low: float, high: float) -> Candidate:
-        return candidate_of(observations, gauge, candidate.form, (Bound(bound.variable, low, high),))
-
-    low, high = bound.low, bound.high
-    start = within(low, high)
-    # the edges of a field are moved with its weights as they are
-    weights = scored(start, space.of(start.white), target).weights if is_field(candidate) else None
-
-    def score(low: float, high: float) -> float:
-        seen = space.of(within(low, high).white)
-        if weights is None:
-            return scored(candidate, seen, target).gain
-        line = seen @ weights
-        return float((line @ target) ** 2 / max(float(line @ line), 1e-300))
-
-    for side in ("low", "high"):
-        edge = low if side == "low" else high
-        if not np.isfinite(edge):
-            continue
-        ends = _around(values, edge)
-        if ends[1] <= ends[0]:
-            continue
-
-        def loss(x: float, side: str = side, low: float = low, high: float = high) -> float:
-            return -score(x, high) if side == "low" else -score(low, x)
-
-        found = minimize_scalar(
-            loss, bounds=ends, method="bounded", options={"maxiter": TWEAKS // 2 if is_field(candidate) else TWEAKS}
-        )
-        if -found.fun > score(low, high):
-            low, high = (float(found.x), high) if side == "low" else (low, float(found.x))
-    return within(low, high)
-
-
-def _around(values: Vector, edge: float) -> tuple[float, float]:
-    """Where an edge may really be: between the next values on both sides that are clearly others."""
-    below, above = values[values < edge - 1e-6], values[values > edge + 1e-6]
-    reach = len(values) // BINS
-    low = min(below[-1], values[max(len(below) - reach, 0)]) if len(below) else edge
-    high = max(above[0], values[min(len(values) - len(above) + reach, len(values) - 1)]) if len(above) else edge
-    return float(low), float(high)
 
 
 def _price(bound: Bound, n: int) -> float:

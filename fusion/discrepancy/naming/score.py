@@ -52,8 +52,8 @@ def scored(candidate: Candidate, white: Matrix, target: Vector) -> Scored:
     weights = vectors @ (along / values)
     gain = float(power.sum())
     if white.shape[1] < FIELD:
-        possible = _possible(candidate, weights)
-        return Scored(gain, gain - len(values) * float(np.log(n)) if possible else -np.inf, weights, 0.0, len(values))
+        can_be = possible(candidate, weights)
+        return Scored(gain, gain - len(values) * float(np.log(n)) if can_be else -np.inf, weights, 0.0, len(values))
     t = SIZES[:, None] ** 2 * values[None] / float(np.median(values))
     evidence = (power * t / (1 + t) - np.log1p(t)).sum(axis=1)
     best = int(np.argmax(evidence))
@@ -62,7 +62,7 @@ def scored(candidate: Candidate, white: Matrix, target: Vector) -> Scored:
     return Scored(gain, float(evidence[best] - np.log(n)), shrunk, size, len(values))
 
 
-def _possible(candidate: Candidate, weights: Vector) -> bool:
+def possible(candidate: Candidate, weights: Vector) -> bool:
     """False where a single weight has a sign that the parameter cannot have."""
     form = candidate.form
     if len(weights) != 1 or form.map:
