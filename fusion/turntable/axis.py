@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
 
@@ -25,6 +26,13 @@ class Axis:
     def turn(self, angle_rad: float) -> Array:
         """The pose (4, 4) that moves the object by an angle, right-handed about the direction."""
         return pose.about_axis(self.point, self.direction, angle_rad)
+
+    def turns(self, angles_rad: Array) -> Array:
+        """The poses (n, 4, 4) of several turns (n,)."""
+        T = np.tile(np.eye(4), (len(angles_rad), 1, 1))
+        T[:, :3, :3] = Rotation.from_rotvec(np.multiply.outer(angles_rad, self.direction)).as_matrix()
+        T[:, :3, 3] = self.point - T[:, :3, :3] @ self.point
+        return T
 
     def across(self) -> Array:
         """(2, 3) two unit vectors perpendicular to the axis and to each other."""
@@ -59,23 +67,3 @@ class Axis:
         x = towards / np.linalg.norm(towards)
         R = np.stack([x, np.cross(self.direction, x), self.direction])
         return pose.pose(R, -R @ self.point)
-
-
-def jacobian(axis: Axis, angle_rad: float, points: Array, normals: Array) -> Array:
-    """Derivatives (n, 5) of n . (turn(angle) p) in the angle [1/rad] and the four steps of `Axis.moved`.
-
-    Args:
-        axis, angle_rad: the turn.
-        points: (n, 3) p after the turn [m].
-        normals: (n, 3).
-    """
-    R = axis.turn(angle_rad)[:3, :3]
-    arm = points - axis.point
-    back = arm @ R  # the arm before the turn
-    columns = [np.einsum("ij,ij->i", normals, np.cross(axis.direction, arm))]
-    turned_normals = normals @ R
-    for omega in axis.across():
-        there = np.einsum("ij,ij->i", normals, np.cross(omega, arm))
-        columns.append(there - np.einsum("ij,ij->i", turned_normals, np.cross(omega, back)))
-    columns.extend((normals - turned_normals) @ shift for shift in axis.across())
-    return np.column_stack(columns)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.turntable.edges import stack
 from fusion.turntable.motion import begin, together
 from fusion.turntable.views import Region, View
 
@@ -39,7 +40,7 @@ def check_focal(views: Sequence[View], region: Region, commanded: Array | None =
         TrackingError: the views do not fit any turn about one axis.
     """
     used, _, shown, _, (axis, angles) = begin(views, region, commanded)
-    fit = together(shown, axis, angles)[2]
+    fit = together(stack(shown), axis, angles)[2]
     turned = float(np.ptp(fit.angles))
     return FocalCheck(float(np.expm1(fit.check.values[0])), float(fit.check_std[0]), turned, len(used))
 

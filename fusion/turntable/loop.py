@@ -10,11 +10,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve
 
-from fusion.tracking.pairs import Pairs, robust_scale, tukey
-from fusion.turntable.axis import Axis, jacobian
+from fusion.turntable.axis import Axis
+from fusion.turntable.edges import Stack, edge_sums, stack
 from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
-from fusion.turntable.views import View, pairs_of
+from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 
@@ -121,7 +122,7 @@ def choose_edges(angles: Array, widest: float = np.deg2rad(35), per_frame: int =
 
 
 def close_loop(
-    views: Sequence[View],
+    views: Sequence[View] | Stack,
     motion: tuple[Axis, Array],
     edges: list[tuple[int, int]],
     settings: LoopSettings | None = None,
@@ -130,7 +131,7 @@ def close_loop(
     """Refine axis and angles.
 
     Args:
-        views: (n) one per frame, as the camera file has them.
+        views: (n) one per frame, as the camera file has them; stacked where several fits share them.
         motion: first guess of the axis and the angles (n,) [rad]; NaN angles stay out.
         edges: pairs of frames that overlap.
         settings: passes.
@@ -138,29 +139,27 @@ def close_loop(
     """
     settings = settings or LoopSettings()
     axis, angles = motion[0], np.array(motion[1], float)
-    check = check or no_errors(views)
-    corrected = [check.view(v) for v in views] if check.values.any() else list(views)
-    system = _System(len(views))
+    seen = views if isinstance(views, Stack) else stack(views)
+    check = check or no_errors(seen.views)
+    n = len(seen.views)
+    system = _System(n)
     for reach, iterations in zip(settings.reaches, settings.iterations, strict=True):
         for _ in range(iterations):
-            system = _System(len(views))
-            for i, j in edges:
-                _add_edge(system, corrected, axis, angles, (i, j, reach, check if settings.free_camera else None))
+            system = _System(n)
+            _add_edges(system, seen, (axis, angles), edges, (reach, check, bool(settings.free_camera)))
             _add_prior(system, check)
             step = _solve(system, angles, settings)
             axis = axis.moved(step[:SHARED])
             # wrong pairs must not drive the camera beyond what a camera file can be wrong by
             values = np.clip(check.values + step[SHARED:FIRST], -MOST * PRIOR, MOST * PRIOR)
             check = replace(check, values=values)
-            if settings.free_camera:
-                corrected = [check.view(v) for v in views]
             angles = angles + np.where(np.isfinite(angles), step[FIRST:], 0)
             angles -= angles[np.isfinite(angles)][0]
             if np.abs(np.delete(step, np.arange(SHARED, FIRST))).max() < SETTLED:
                 break
     free = ~_held(system, angles, settings)
     std = np.zeros(len(system.g))
-    std[free] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(system.H[np.ix_(free, free)])), 0))
+    std[free] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(system.H[np.ix_(free, free)], hermitian=True)), 0))
     residual = np.sqrt(system.squares / np.maximum(system.fitting, 1))
     support = system.fitting / np.maximum(system.visible, 1)
     angle_std = np.where(np.isfinite(angles), std[FIRST:], np.nan)
@@ -182,49 +181,29 @@ def _add_prior(system: _System, check: SelfCheck) -> None:
     system.g[block] += check.values / PRIOR**2
 
 
-def _add_edge(
+def _add_edges(
     system: _System,
-    views: Sequence[View],
-    axis: Axis,
-    angles: Array,
-    edge: tuple[int, int, float, SelfCheck | None],
+    seen: Stack,
+    motion: tuple[Axis, Array],
+    edges: list[tuple[int, int]],
+    how: tuple[float, SelfCheck, bool],
 ) -> None:
-    i, j, reach, check = edge
-    turn = float(angles[j] - angles[i])
-    pairs = pairs_of(views[i], views[j], axis, turn, reach)
-    if len(pairs.index) < 30:
-        return
-    scale = robust_scale(pairs.residual, pairs.sigma)
-    spread = scale * pairs.sigma
-    shape = tukey(pairs.residual / spread)
-    weight = shape / spread**2
-    J = np.zeros((len(weight), 1 + FIRST))
-    J[:, : 1 + SHARED] = jacobian(axis, turn, pairs.moved, pairs.normals)
-    if check is not None:
-        J[:, 1 + SHARED :] = _camera_jacobian(views[i], views[j], axis.turn(turn)[:3, :3], pairs, check)
-    H = (J * (weight * EFFECTIVE)[:, None]).T @ J
-    g = J.T @ (EFFECTIVE * weight * pairs.residual)
-    columns = [FIRST + j, *range(FIRST)]
-    system.H[np.ix_(columns, columns)] += H
-    system.g[columns] += g
-    # the turn is angle_j - angle_i
-    system.H[FIRST + i, FIRST + i] += H[0, 0]
-    system.H[FIRST + i, columns] -= H[0]
-    system.H[columns, FIRST + i] -= H[0]
-    system.g[FIRST + i] -= g[0]
-    kept = shape > 0
-    for k in (i, j):
-        system.squares[k] += (pairs.residual[kept] ** 2).sum()
-        system.fitting[k] += kept.sum()
-        system.visible[k] += pairs.visible
-
-
-def _camera_jacobian(source: View, model: View, R: Array, pairs: Pairs, check: SelfCheck) -> Array:
-    """Derivatives (n, 10) of the residuals in the errors of the camera: both views see the object through it."""
-    camera = source.map.camera
-    of_source = check.along(source.points[pairs.index].astype(float), pairs.normals @ R, camera)
-    q = model.map.points.reshape(-1, 3)[pairs.pixel].astype(float)
-    return of_source - check.along(q, pairs.normals, camera)
+    reach, check, free_camera = how
+    sums = edge_sums(seen, motion, edges, reach, (check, free_camera))
+    H, g = EFFECTIVE * sums.H, EFFECTIVE * sums.g
+    i, j = np.array(edges).T
+    wide = slice(0, H.shape[1] - 1)  # axis, and camera where it is free
+    system.H[wide, wide] += H[:, 1:, 1:].sum(axis=0)
+    system.g[wide] += g[:, 1:].sum(axis=0)
+    for frame, sign in ((j, 1), (i, -1)):  # the turn is angle_j - angle_i
+        np.add.at(system.H[:, wide], FIRST + frame, sign * H[:, 0, 1:])
+        np.add.at(system.H.T[:, wide], FIRST + frame, sign * H[:, 0, 1:])
+        np.add.at(system.g, FIRST + frame, sign * g[:, 0])
+        for other, its_sign in ((j, 1), (i, -1)):
+            np.add.at(system.H, (FIRST + frame, FIRST + other), sign * its_sign * H[:, 0, 0])
+        np.add.at(system.squares, frame, sums.squares)
+        np.add.at(system.fitting, frame, sums.fitting)
+        np.add.at(system.visible, frame, sums.visible)
 
 
 def _held(system: _System, angles: Array, settings: LoopSettings) -> NDArray[np.bool_]:
@@ -244,7 +223,7 @@ def _solve(system: _System, angles: Array, settings: LoopSettings) -> Array:
     H = system.H[np.ix_(free, free)]
     H = H + np.diag(np.diag(H) * 1e-6)
     scale = np.sqrt(np.diag(H))
-    step[free] = np.linalg.lstsq(H / np.outer(scale, scale), -system.g[free] / scale, rcond=None)[0] / scale
+    step[free] = solve(H / np.outer(scale, scale), -system.g[free] / scale, assume_a="pos") / scale
     # far jumps come from wrong pairs: take them in parts
     rigid = np.delete(step, np.arange(SHARED, FIRST))
     return step * min(1.0, 0.1 / max(float(np.abs(rigid).max()), 1e-12))

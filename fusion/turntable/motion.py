@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.turntable.axis import Axis
+from fusion.turntable.edges import Stack, stack
 from fusion.turntable.loop import Loop, LoopSettings, choose_edges, close_loop
 from fusion.turntable.plate import above, plate_height
 from fusion.turntable.selfcheck import SelfCheck
@@ -140,12 +141,13 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     Returns:
         The motion for the stated camera, and the fit in which the camera alone was free.
     """
-    middle, edges, camera_fit = together(shown, axis, angles)
+    seen = stack(shown)
+    middle, edges, camera_fit = together(seen, axis, angles)
     fits = []
     for free in ((), ("focal",), DEPTH_ERRORS):
         passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free)
         fits.append(
-            (free, close_loop(shown, (middle.axis, middle.angles), edges, passes, middle.check if free else None))
+            (free, close_loop(seen, (middle.axis, middle.angles), edges, passes, middle.check if free else None))
         )
     chosen, best = fits[0]
     for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
@@ -155,19 +157,20 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     if chosen:
         many = choose_edges(best.angles, WIDEST, 10)
         passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen)
-        best = close_loop(fine, (best.axis, best.angles), many, passes, best.check)
+        seen = stack(fine)
+        best = close_loop(seen, (best.axis, best.angles), many, passes, best.check)
         # the volume is filled through the camera as it is stated: the axis must stand where that sees it
         stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
-        fit = close_loop(fine, (best.axis, best.angles), edges, stated)
+        fit = close_loop(seen, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
 
 
-def together(shown: list[View], axis: Axis, angles: Array) -> tuple[Loop, list[tuple[int, int]], Loop]:
+def together(shown: Stack, axis: Axis, angles: Array) -> tuple[Loop, list[tuple[int, int]], Loop]:
     """All turns brought together with the focal length free, their edges, and the fit with the camera alone free."""
     coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
     local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
     first = close_loop(shown, (axis, angles), local, coarse)
-    angles = _close_turns([first.check.view(v) for v in shown], first.axis, first.angles)
+    angles = _close_turns([first.check.view(v) for v in shown.views], first.axis, first.angles)
     edges = choose_edges(angles, WIDEST, 4)
     middle = close_loop(shown, (first.axis, angles), edges, coarse, first.check)
     edges = choose_edges(middle.angles, WIDEST, 4)

@@ -46,16 +46,6 @@ class SelfCheck:
         """These errors alone, the others taken as nuisance: zero."""
         return replace(self, values=self.values * np.isin(NAMES, names))
 
-    def along(self, points: Array, directions: Array, camera: Camera) -> Array:
-        """Change (n, 10) of points (n, 3) [m] along directions (n, 3), per unit of each parameter."""
-        z = points[:, 2]
-        out = np.empty((len(points), len(NAMES)))
-        out[:, 0] = -(directions[:, 0] * points[:, 0] + directions[:, 1] * points[:, 1])
-        out[:, 1] = -directions[:, 0] * z / camera.fx
-        out[:, 2] = -directions[:, 1] * z / camera.fy
-        out[:, 3:] = (np.einsum("ij,ij->i", directions, points) / z)[:, None] * self._depth_terms(points)
-        return out
-
     def _depth_terms(self, points: Array) -> Array:
         """Depth errors (n, 7) at points (n, 3) per unit of offset, radial, bend2 to bend6."""
         z = points[:, 2]

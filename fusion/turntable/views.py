@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.tracking.pairs import Pairs, find_pairs
+from fusion.tracking.pairs import find_pairs
 from fusion.turntable.axis import Axis
 
 Array = NDArray[np.float64]
@@ -129,8 +129,3 @@ def misfit(source: View, model: View, axis: Axis, angle_rad: float, reach: float
         return 1.0
     wrong = np.minimum((pairs.residual / (0.5 * reach)) ** 2, 1).sum() + pairs.visible - len(pairs.index)
     return float(wrong / pairs.visible)
-
-
-def pairs_of(source: View, model: View, axis: Axis, angle_rad: float, reach: float) -> Pairs:
-    """Point-to-plane pairs of two views at a turn."""
-    return find_pairs(source.sampled, axis.turn(angle_rad), model.map, reach, 0.7)

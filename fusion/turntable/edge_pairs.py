@@ -1,0 +1,109 @@
+# mypy: ignore-errors
+"""All edges of a joint fit in one Taichi kernel: pairs, residuals and derivatives, errors of the camera included."""
+
+import taichi as ti
+
+from fusion.tracking.association import project
+
+vec3 = ti.types.vector(3, ti.f32)
+vec7 = ti.types.vector(7, ti.f32)
+HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
+
+
+@ti.func
+def _depth_terms(p: ti.template(), span: ti.template()):
+    """Depth errors at a point per unit of offset, radial, bend2 to bend6 (see `SelfCheck`)."""
+    s = ti.math.clamp((2.0 * p[2] - span[0] - span[1]) / (span[1] - span[0]), -1.0, 1.0)
+    rho2 = (p[0] * p[0] + p[1] * p[1]) / (p[2] * p[2])
+    if span[2] > 0.0:
+        rho2 *= (2.0 * p[2] / (span[0] + span[1])) ** 2
+    terms = vec7(1.0, rho2, 0.0, 0.0, 0.0, 0.0, 0.0)
+    before, now = 1.0, s
+    for k in ti.static(range(1, 6)):  # Bonnet's recursion
+        after = ((2.0 * k + 1.0) * s * now - k * before) / (k + 1.0)
+        terms[k + 1] = after
+        before, now = now, after
+    return terms
+
+
+@ti.func
+def _corrected(p: ti.template(), check: ti.template(), span: ti.template(), old: ti.template(), camera: ti.template()):
+    """A point with the errors of camera and depth taken out."""
+    terms = _depth_terms(p, span)
+    z = p[2]
+    for k in ti.static(range(7)):
+        z += terms[k] * check[3 + k]
+    x = (p[0] / p[2] * old[0] - check[1]) / camera[0] * z
+    y = (p[1] / p[2] * old[1] - check[2]) / camera[1] * z
+    return vec3(x, y, z)
+
+
+@ti.func
+def _along(
+    out: ti.template(), e, k, sign, p: ti.template(), d: ti.template(), span: ti.template(), camera: ti.template()
+):
+    """Add the change of a point along a direction per unit of each error to the columns of the camera."""
+    terms = _depth_terms(p, span)
+    out[e, k, 7] += sign * -(d[0] * p[0] + d[1] * p[1])
+    out[e, k, 8] += sign * -d[0] * p[2] / camera[0]
+    out[e, k, 9] += sign * -d[1] * p[2] / camera[1]
+    for t in ti.static(range(7)):
+        out[e, k, 10 + t] += sign * d.dot(p) / p[2] * terms[t]
+
+
+@ti.kernel
+def pair_edges(
+    edges: ti.types.ndarray(dtype=ti.i32, ndim=2),  # (m, 2) source and model view
+    poses: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, 4, 4) the turn from source to model
+    first: ti.types.ndarray(dtype=ti.i32, ndim=1),  # (n + 1,) where the points of each view start
+    sources: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (all, 7) point, normal, sigma
+    maps: ti.types.ndarray(dtype=ti.f32, ndim=4),  # (n, h, w, 7) the same of every view's pixels
+    lens: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (12,) the corrected camera, see `association`
+    stated: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (2,) fx, fy as stated
+    check: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (10,) errors of camera and depth
+    span: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (3,) near, far [m], 1 for triangulation
+    axis: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (4, 3) point, direction, the two across
+    limits: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (3,) reach [m], least cosine, pixels between those of `maps`
+    code: ti.types.ndarray(dtype=ti.i8, ndim=2),  # (m, most) out
+    out: ti.types.ndarray(dtype=ti.f64, ndim=3),  # (m, most, 7 or 17) zeros, out: residual, sigma, derivatives
+):
+    for e, k in ti.ndrange(edges.shape[0], code.shape[1]):
+        i, j = edges[e, 0], edges[e, 1]
+        at = first[i] + k
+        code[e, k] = ti.cast(HIDDEN, ti.i8)
+        if at < first[i + 1]:
+            p = _corrected(vec3(sources[at, 0], sources[at, 1], sources[at, 2]), check, span, stated, lens)
+            normal = vec3(sources[at, 3], sources[at, 4], sources[at, 5])
+            q, m = vec3(poses[e, 0, 3], poses[e, 1, 3], poses[e, 2, 3]), vec3(0.0)
+            for r, c in ti.static(ti.ndrange(3, 3)):
+                q[r] += poses[e, r, c] * p[c]
+                m[r] += poses[e, r, c] * normal[c]
+            x, y = project(q[0] / q[2], q[1] / q[2], lens, True)
+            u = ti.floor(x / limits[2] + 0.5, ti.i32)
+            v = ti.floor(y / limits[2] + 0.5, ti.i32)
+            if q[2] > 0.05 and 0 <= u < maps.shape[2] and 0 <= v < maps.shape[1] and maps[j, v, u, 2] > 0.0:
+                code[e, k] = ti.cast(SEEN, ti.i8)
+                there = _corrected(
+                    vec3(maps[j, v, u, 0], maps[j, v, u, 1], maps[j, v, u, 2]), check, span, stated, lens
+                )
+                n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
+                if (q - there).norm() < limits[0] and m.dot(n) > limits[1]:  # a NaN normal compares false
+                    code[e, k] = ti.cast(PAIRED, ti.i8)
+                    wide = ti.math.isnan(maps[j, v, u, 6])
+                    spread = sources[at, 6] ** 2 + (0.0 if wide else maps[j, v, u, 6] ** 2)
+                    # depth noise acts along the line of sight: seen along the normal it shrinks by the cosine
+                    out[e, k, 0] = n.dot(q - there)
+                    out[e, k, 1] = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
+                    arm = q - vec3(axis[0, 0], axis[0, 1], axis[0, 2])
+                    before, turned = vec3(0.0), vec3(0.0)  # arm and normal before the turn
+                    for r, c in ti.static(ti.ndrange(3, 3)):
+                        before[r] += poses[e, c, r] * arm[c]
+                        turned[r] += poses[e, c, r] * n[c]
+                    out[e, k, 2] = n.dot(vec3(axis[1, 0], axis[1, 1], axis[1, 2]).cross(arm))
+                    for s in ti.static(range(2)):
+                        across = vec3(axis[2 + s, 0], axis[2 + s, 1], axis[2 + s, 2])
+                        out[e, k, 3 + s] = n.dot(across.cross(arm)) - turned.dot(across.cross(before))
+                        out[e, k, 5 + s] = (n - turned).dot(across)
+                    if out.shape[2] > 7:
+                        _along(out, e, k, 1.0, p, turned, span, lens)
+                        _along(out, e, k, -1.0, there, n, span, lens)

@@ -1,0 +1,143 @@
+"""The point-to-plane equations of all edges of a joint fit, shrunk to one small normal matrix per edge."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion import compute
+from fusion.tracking.pairs import tukey
+from fusion.turntable.axis import Axis
+from fusion.turntable.selfcheck import SelfCheck
+from fusion.turntable.views import View
+
+Array = NDArray[np.float64]
+Edges = list[tuple[int, int]]
+
+LEAST_PAIRS = 30  # an edge with fewer says nothing
+LEAST_COSINE = 0.7  # between the normals of a pair
+MOST_BYTES = 400e6  # of the stacked maps; beyond that every second pixel (third, ...) of them serves
+PART = 3_000_000  # pairs at a time
+
+
+@dataclass(frozen=True)
+class Stack:
+    """The views of a scan in arrays that one kernel can reach.
+
+    Attributes:
+        first: (n + 1,) where each view's points start.
+        points: (all, 7) of the sampled surface: point [m], normal, sigma [m].
+        maps: (n, h, w, 7) the same of the pixels, every `stride`-th of them.
+    """
+
+    views: Sequence[View]
+    first: NDArray[np.int32]
+    points: NDArray[np.float32]
+    maps: NDArray[np.float32]
+    stride: int
+
+
+@dataclass(frozen=True)
+class Sums:
+    """What each of m edges adds: normal matrices (m, k, k) and vectors (m, k) in [turn, axis (4), camera (0 or 10)],
+    sums of squares (m,) [m^2], numbers of fitting and of visible points (m,)."""
+
+    H: Array
+    g: Array
+    squares: Array
+    fitting: NDArray[np.int64]
+    visible: NDArray[np.int64]
+
+
+def stack(views: Sequence[View]) -> Stack:
+    """Put views (n), all of one window, together."""
+    first = np.concatenate([[0], np.cumsum([len(v.points) for v in views])]).astype(np.int32)
+    points = np.concatenate([np.column_stack([v.points, v.normals, v.sigma]) for v in views]).astype(np.float32)
+    stride = max(1, int(np.ceil(np.sqrt(len(views) * views[0].map.sigma.size * 28 / MOST_BYTES))))
+    thin = [v.map.points[::stride, ::stride] for v in views]
+    maps = np.empty((len(views), *thin[0].shape[:2], 7), np.float32)
+    for i, v in enumerate(views):
+        maps[i, ..., :3] = thin[i]
+        maps[i, ..., 3:6] = v.map.normals[::stride, ::stride]
+        maps[i, ..., 6] = v.map.sigma[::stride, ::stride]
+    return Stack(views, first, points, maps, stride)
+
+
+def edge_sums(
+    seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]
+) -> Sums:
+    """Equations of all edges.
+
+    Args:
+        seen: the views as the camera file has them.
+        motion: axis and angles (n,) [rad].
+        edges: m pairs of views.
+        reach: largest distance of a pair [m].
+        check: errors of camera and depth, and whether they have columns too.
+    """
+    most = int(np.max(np.diff(seen.first)))
+    part = max(1, PART // max(most, 1))
+    parts = [_some(seen, motion, edges[k : k + part], reach, check) for k in range(0, len(edges), part)]
+    return Sums(*(np.concatenate([getattr(p, name) for p in parts]) for name in Sums.__dataclass_fields__))
+
+
+def _some(seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]) -> Sums:
+    code, out = paired(seen, motion, edges, reach, check)
+    pair = code == 2
+    fitting = pair.sum(axis=1)
+    enough = fitting >= LEAST_PAIRS
+    pair &= enough[:, None]
+    residual, J = out[..., 0], out[..., 2:]
+    sigma = np.where(pair, out[..., 1], 1)
+    spread = _scale(np.where(pair, np.abs(residual) / sigma, np.inf), pair.sum(axis=1))[:, None] * sigma
+    shape = np.where(pair, tukey(residual / spread), 0)
+    weighted = np.swapaxes(J * (shape / spread**2)[..., None], 1, 2)
+    kept = shape > 0
+    return Sums(
+        H=weighted @ J,
+        g=(weighted @ residual[..., None])[..., 0],
+        squares=np.sum(np.where(kept, residual**2, 0), axis=1),
+        fitting=kept.sum(axis=1),
+        visible=np.where(enough, (code >= 1).sum(axis=1), 0),
+    )
+
+
+def _scale(ratio: Array, count: NDArray[np.int64]) -> Array:
+    """Observed over declared spread (m,), at least 1, from the medians of the first `count` of sorted ratios (m, k)."""
+    ordered = np.sort(ratio, axis=1)
+    rows, last = np.arange(len(ratio)), np.maximum(count, 1)
+    middle = (ordered[rows, (last - 1) // 2] + ordered[rows, last // 2]) / 2
+    return np.maximum(1.0, 1.4826 * np.where(count > 0, middle, 0))
+
+
+def paired(
+    seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]
+) -> tuple[NDArray[np.int8], Array]:
+    """What became of every source point of every edge (see `edge_pairs`), and residual, sigma and derivatives."""
+    from fusion.turntable.edge_pairs import pair_edges  # starts Taichi
+
+    compute.start()
+    (axis, angles), (errors, free) = motion, check
+    pairs = np.array(edges, np.int32)
+    turns = axis.turns(angles[pairs[:, 1]] - angles[pairs[:, 0]])
+    camera = seen.views[0].map.camera
+    most = int(np.max(np.diff(seen.first)))
+    code = np.empty((len(edges), most), np.int8)
+    out = np.zeros((len(edges), most, 17 if free else 7))
+    pair_edges(
+        pairs,
+        turns.astype(np.float32),
+        seen.first,
+        seen.points,
+        seen.maps,
+        errors.camera(camera).parameters,
+        np.array([camera.fx, camera.fy], np.float32),
+        errors.values.astype(np.float32),
+        np.array([errors.near, errors.far, errors.triangulation], np.float32),
+        np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
+        np.array([reach, LEAST_COSINE, seen.stride], np.float32),
+        code,
+        out,
+    )
+    return code, out

@@ -1,0 +1,65 @@
+"""The equations of edges: their derivatives are those of the residuals, and pairs are those of the views."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fusion.tracking.pairs import find_pairs
+from fusion.turntable.edges import edge_sums, paired, stack
+from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
+
+EDGE, REACH = [(0, 1)], 0.02
+
+
+@pytest.fixture(scope="module")
+def views(owl_scene):
+    return owl_scene.views()[:2]
+
+
+def residuals(views, motion, check):
+    code, out = paired(stack(views), motion, EDGE, REACH, (check, True))
+    return np.where(code[0] == 2, out[0, :, 0], np.nan), out[0, :, 2:]
+
+
+@pytest.mark.parametrize("triangulation", [False, True])
+def test_derivatives_are_the_finite_differences(owl_scene, views, triangulation):
+    axis, angles = owl_scene.axis, owl_scene.angles[:2] + np.array([0.0, 0.01])
+    z = views[0].points[:, 2]
+    none = SelfCheck(np.zeros(len(NAMES)), float(z.min()), float(z.max()), triangulation)
+    J = residuals(views, (axis, angles), none)[1]
+    for k, h in enumerate([1e-3, 1e-3, 1e-3, 1e-4, 1e-4, *(PRIOR / 30)]):
+        unit = h * np.eye(5 + len(NAMES))[k]
+
+        def at(sign, unit=unit):
+            step = sign * unit
+            moved = axis.moved(step[1:5])
+            return residuals(views, (moved, angles + np.array([0, step[0]])), replace(none, values=step[5:]))[0]
+
+        change = (at(1) - at(-1)) / (2 * h)
+        # some points fall on another pixel on the way: the middle of all tells; 1e-7 m of float32 over the step
+        wrong = np.nanmedian(np.abs(change - J[:, k]))
+        assert wrong < 0.02 * np.nanmedian(np.abs(change)) + 1e-7 / h, k
+
+
+def test_pairs_are_those_of_the_views(owl_scene, views):
+    turn = float(owl_scene.angles[1] - owl_scene.angles[0])
+    values = np.array([0.02, 1.0, -1.0, 0.004, 0.01, 0.001, -0.001, 0.0, 0.0, 0.001])
+    check = SelfCheck(values, 0.5, 0.9)
+    there, back = check.view(views[0]), check.view(views[1])
+    expected = find_pairs(there.sampled, owl_scene.axis.turn(turn), back.map, REACH, 0.7)
+    code, out = paired(stack(views), (owl_scene.axis, np.array([0.0, turn])), EDGE, REACH, (check, False))
+    both = np.intersect1d(np.flatnonzero(code[0] == 2), expected.index)
+    # a point on the border of two pixels may take the other one
+    assert len(both) > 0.999 * len(expected.index)
+    found = out[0, expected.index]
+    assert np.median(np.abs(found[:, 0] - expected.residual)) < 2e-7
+    assert np.median(np.abs(found[:, 1] / expected.sigma - 1)) < 1e-5
+    assert abs(int((code[0] >= 1).sum()) - expected.visible) <= 0.001 * expected.visible
+
+
+def test_an_edge_with_few_pairs_says_nothing(owl_scene, views):
+    check = SelfCheck(np.zeros(len(NAMES)), 0.5, 0.9)
+    far = (owl_scene.axis.moved(np.array([0, 0, 0.5, 0.5])), np.array([0.0, 1.5]))
+    sums = edge_sums(stack(views), far, EDGE, 0.002, (check, True))
+    assert not sums.H.any() and not sums.visible.any()
