@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError, RecordingError
 from fusion.recording.load_frame import load_depth
+from fusion.recording.moved import unmoved_parts
 from fusion.recording.recording import Recording
 from fusion.recording.sample import spread
 
@@ -15,8 +16,6 @@ LOOKS = 32  # frames compared with each other
 GRID = 4  # [px] between the pixels compared
 CHANGE = 0.02  # share of the depth: more is a change of a pixel
 CHANGED = 0.5  # share of the pixels: more is a camera that was moved; people and turntables leave more unchanged
-STEP_M, STEP_RAD = 0.005, 0.005  # stated poses that differ by less are one
-SIGMAS = 5.0  # or by as many of their stated standard deviations
 
 
 @dataclass(frozen=True)
@@ -52,8 +51,7 @@ def still_stretches(recording: Recording) -> list[Stretch]:
     """
     if not len(recording):
         raise RecordingError("the recording has no frames", recording.path, 0, "still frames, better 100")
-    bounds = [0, *np.flatnonzero(_stated_changes(recording)) + 1, len(recording)]
-    parts = [part for first, last in pairwise(bounds) for part in _without_change(recording, int(first), int(last))]
+    parts = [part for still in unmoved_parts(recording) for part in _without_change(recording, still.start, still.stop)]
     if not parts:
         raise FusionError(
             "nothing stands still in the recording",
@@ -66,36 +64,6 @@ def still_stretches(recording: Recording) -> list[Stretch]:
     if len(parts) == 1:
         return [Stretch(name, recording, parts[0])]
     return [Stretch(f"{name} [{a}:{b}]", recording, (a, b)) for a, b in parts]
-
-
-def _stated_changes(recording: Recording) -> NDArray[np.bool_]:
-    """(n - 1,) True where log or poses say that something was moved between two frames."""
-    changed = np.zeros(len(recording) - 1, bool)
-    distance = recording.telemetry_at_frames("distance_m")
-    if distance is not None:
-        changed |= np.abs(np.diff(distance)) > 1e-6
-    if recording.poses is not None and len(recording.poses):
-        changed |= _pose_steps(recording)
-    return changed
-
-
-def _pose_steps(recording: Recording) -> NDArray[np.bool_]:
-    """(n - 1,) True where the stated pose nearest in time is another one."""
-    assert recording.poses is not None
-    stated = recording.scene.get("poses")
-    about = stated if isinstance(stated, dict) else {}
-    sigmas = [about.get(key) for key in ("sigma_m", "sigma_rad")]
-    far, turn = (
-        max(least, SIGMAS * float(s) if isinstance(s, int | float) else 0.0)
-        for least, s in zip((STEP_M, STEP_RAD), sigmas, strict=True)
-    )
-    stamps = recording.poses.timestamps
-    nearest = np.abs(recording.timestamps[:, None] - stamps[None, :]).argmin(axis=1)
-    T = np.where(recording.poses.valid[nearest, None, None], recording.poses.poses[nearest], np.nan)
-    moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
-    # |R1 - R2| = 2 sqrt(2) sin(angle / 2), which is 1.41 angles where they are small
-    turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2)
-    return np.asarray((moved > far) | (turned > turn))
 
 
 def _without_change(recording: Recording, first: int, last: int) -> list[tuple[int, int]]:

@@ -353,3 +353,15 @@ def test_a_curve_whose_last_nodes_nobody_saw_is_a_table_of_the_others():
     numbers = Numbers(value, dict.fromkeys(value, 1e-4), nodes=(0.5, 1.0, 1.5))
     table = with_law(Sensor(principle="itof"), TOF, numbers).effect("tabulated")
     assert table.grid == ((0.5, 1.0),)
+
+
+def test_walls_one_after_the_other_in_one_recording_are_so_many_walls(tmp_path):
+    rng = np.random.default_rng(0)
+    far = np.repeat([0.8, 1.2, 1.6], 3)
+    depths = [seen(SL, (), Plane(float(z), 0.02, 0.01), rng).astype(np.float32) for z in far]
+    frames = (Frame(i, float(i), depth) for i, depth in enumerate(depths))
+    stated = {"timestamp": list(map(float, range(len(far)))), "distance_m": list(map(float, far))}
+    write_recording(tmp_path / "walls", SL, frames, telemetry=stated)
+    found = calibrate_depth([open_recording(tmp_path / "walls")], DepthSettings(surface=False))
+    assert [wall.distance for wall in found.walls] == pytest.approx([0.8, 1.2, 1.6])
+    assert [wall.name for wall in found.walls] == ["walls [0:3]", "walls [3:6]", "walls [6:9]"]

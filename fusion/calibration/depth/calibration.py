@@ -21,7 +21,7 @@ from fusion.calibration.depth.surface_sensor import with_surface
 from fusion.calibration.depth.terms import Term
 from fusion.calibration.depth.variance import spread_of, with_variance
 from fusion.calibration.depth.visibility import Visibility, visibilities
-from fusion.calibration.depth.wall import Wall, read_wall
+from fusion.calibration.depth.wall import Wall, read_walls
 from fusion.calibration.lens.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
@@ -43,7 +43,7 @@ class DepthSettings:
         sensor: what is already known of the sensor.
         distance_std: standard deviation of the stated distances [m].
         surface: False leaves maps and stacks out.
-        board: each picture that shows it is a wall; a recording without one is one wall, as all are when None.
+        board: each picture that shows it is a wall; recordings without one are walls, as all are when None.
         force: take recordings or models of another camera.
         radial_limit: distance [px] from the principal point beyond which no pixel is used; None uses all.
     """
@@ -169,11 +169,11 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
 
 
 def walls_of(recording: Recording, begin: Start, settings: DepthSettings) -> list[Wall]:
-    """Every picture of a recording that shows the board, or the one wall that it shows; inside the radial limit."""
+    """Every picture of a recording that shows the board, or the walls that it shows; inside the radial limit."""
     found: list[Wall] = []
     if settings.board is not None:
         found = board_walls(recording, begin.camera, begin.known, settings.board)
-    found = found or [read_wall(recording, begin.camera, begin.known, settings.distance_std)]
+    found = found or read_walls(recording, begin.camera, begin.known, settings.distance_std)
     if settings.radial_limit is None:
         return found
     inside = within(begin.camera, settings.radial_limit)

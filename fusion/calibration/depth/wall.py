@@ -10,6 +10,7 @@ from fusion.calibration.depth.plane import Plane, find_wall
 from fusion.calibration.series import PixelSeries
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
+from fusion.recording.moved import unmoved_parts
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
@@ -93,11 +94,11 @@ class Means:
     ir_everywhere: bool = False
 
 
-def frame_means(recording: Recording) -> Means:
-    """Per-pixel means of a recording, one frame in memory at a time. RecordingError when no frame can be read."""
+def frame_means(recording: Recording, frames: range) -> Means:
+    """Per-pixel means of some frames, one in memory at a time. RecordingError when none can be read."""
     depth, ir = PixelSeries(recording.camera.shape), PixelSeries(recording.camera.shape)
     failed: RecordingError | None = None
-    for index in tqdm(range(len(recording)), desc=recording.path.name, unit="frame", disable=None, leave=False):
+    for index in tqdm(frames, desc=recording.path.name, unit="frame", disable=None, leave=False):
         try:
             frame = recording[index]
         except RecordingError as error:  # one broken file is no reason to lose the others
@@ -112,8 +113,8 @@ def frame_means(recording: Recording) -> Means:
     return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None, ir.frames == depth.frames)
 
 
-def read_wall(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> Wall:
-    """Reduce a recording of a wall.
+def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> list[Wall]:
+    """Reduce a recording of a wall, or of one wall after the other where the log or the poses say so.
 
     Args:
         recording: its telemetry's `distance_m`, where there is one, is the distance along the optical axis.
@@ -123,10 +124,13 @@ def read_wall(recording: Recording, camera: Camera, known: Sensor, distance_std:
     Raises:
         FusionError: no frames, no plane, or a plane far from the stated distance.
     """
-    means = frame_means(recording)
-    column = recording.telemetry_at_frames("distance_m")
-    distance = float(np.mean(column)) if column is not None else float("nan")
-    return wall_of(means, camera, known, (recording.path.name, distance, distance_std), _moment(recording))
+    column, parts, walls = recording.telemetry_at_frames("distance_m"), unmoved_parts(recording), []
+    for part in parts:
+        means, frames = frame_means(recording, part), slice(part.start, part.stop)
+        distance = float(np.mean(column[frames])) if column is not None else float("nan")
+        name = recording.path.name if len(parts) == 1 else f"{recording.path.name} [{part.start}:{part.stop}]"
+        walls.append(wall_of(means, camera, known, (name, distance, distance_std), _moment(recording, frames)))
+    return walls
 
 
 def wall_of(
@@ -174,9 +178,9 @@ def wall_of(
     )
 
 
-def _moment(recording: Recording) -> Moment:
+def _moment(recording: Recording, frames: slice) -> Moment:
     temperature = recording.telemetry_at_frames("temperature_c")
     return Moment(
-        time=float(np.mean(recording.timestamps)),
-        temperature=float("nan") if temperature is None else float(np.mean(temperature)),
+        time=float(np.mean(recording.timestamps[frames])),
+        temperature=float("nan") if temperature is None else float(np.mean(temperature[frames])),
     )

@@ -6,37 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.geometry.pose import angle, inverse
+from fusion.recording.moved import unmoved_parts
 from fusion.recording.recording import Recording
 
 LEAST = 10  # frames: fewer say little about a noise, and are what a moved target leaves
 BLOCK = 8  # [px] images are compared by medians over such squares
 MOVED, MOVED_SHARE = 0.03, 0.02  # share of the depth; share of the blocks that change by more when a target is moved
-STATED_M, STATED_RAD = 0.003, 0.003  # stated poses scatter by less where nothing moves
 
 
 def still_parts(recording: Recording) -> list[range]:
     """Frame numbers of each part; one that is shorter than 10 frames is dropped, unless the recording itself is."""
-    cuts = [0, *np.flatnonzero(_stated(recording)) + 1, len(recording)]
-    parts = [part for a, b in pairwise(cuts) for part in _seen(recording, int(a), int(b))]
+    parts = [part for unmoved in unmoved_parts(recording) for part in _seen(recording, unmoved.start, unmoved.stop)]
     least = min(LEAST, len(recording))
     return [part for part in parts if len(part) >= least]
-
-
-def _stated(recording: Recording) -> NDArray[np.bool_]:
-    """(n - 1,) True where something was moved between two frames by the log or the poses."""
-    moved = np.zeros(max(len(recording) - 1, 0), bool)
-    for column in ("distance_m", "turntable_deg"):
-        values = recording.telemetry_at_frames(column)
-        if values is not None:
-            moved |= np.abs(np.diff(values)) > (1e-4 if column == "distance_m" else 0.05)
-    poses = recording.poses
-    if poses is not None and len(poses.timestamps) == len(recording) and poses.valid.all():
-        T = poses.poses
-        away = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
-        turned = np.array([angle(step) for step in inverse(T[:-1]) @ T[1:]])
-        moved |= (away > STATED_M) | (turned > STATED_RAD)
-    return moved
 
 
 def _seen(recording: Recording, first: int, last: int) -> list[range]:
