@@ -12,11 +12,11 @@ from fusion.discrepancy.held_out import before_and_after, held_out_of
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
-from fusion.discrepancy.naming.part import is_field
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.scatter import scatter_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
+from fusion.discrepancy.unknown.in_place import explains_more, is_asked
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
 from fusion.discrepancy.unknown.unrestricted import Found, Group, covariates, explained, groups_of
 from fusion.errors import FusionError
@@ -26,7 +26,6 @@ from fusion.sensor.sensor import Sensor
 Vector = NDArray[np.float64]
 
 UNKNOWN_GAIN = 40.0  # beyond what the columns cost: below, it may be chance
-IN_PLACE = 1.05  # times what laws with their own names explain: a formula must explain more than a matter of their form
 # of all that could be explained: a leftover of less is the form of a named effect, of more: the names are not right
 UNKNOWN_SHARE = 0.3
 
@@ -133,12 +132,12 @@ def explained_looks(
     if named.steps and held.contradicts(named.sensor):
         named = unconfirmed(named, before, white)
     beyond = None
-    if _is_loose(named):
-        progress("asking whether one formula stands behind fields or several names")
-        formula = unknown_of(white, (before, gauge), possible, candidates, groups)
-        if formula.law.simple and formula.law.replicated and formula.law.score > _score(named, white):
-            named, beyond = unconfirmed(named, before, white), formula
     left = explained(named.white, groups, nothing)
+    if is_asked(named, left):
+        progress("asking whether one formula stands behind the names")
+        formula = unknown_of(white, (before, gauge), possible, candidates, groups)
+        if explains_more(formula.law, named, white):
+            named, beyond, left = unconfirmed(named, before, white), formula, possible
     if named.steps and _is_much(left, named, possible):
         # the names explain too little of what could be explained: they are the nearest, not the right ones
         named, left = unconfirmed(named, before, white), possible
@@ -174,21 +173,6 @@ def _is_much(left: Found, named: Named, possible: Found) -> bool:
 
 def _gain(named: Named) -> float:
     return sum(step.gain for step in named.steps)
-
-
-def _is_loose(named: Named) -> bool:
-    """True where names have so much freedom that they could follow another law: a field, or several names."""
-    return _has_field(named) or len({step.effect.name for step in named.steps}) > 1
-
-
-def _has_field(named: Named) -> bool:
-    return any(is_field(step.candidate) for step in named.steps)
-
-
-def _score(named: Named, white: Vector) -> float:
-    """What all names explain, less what the freedom of each costs: what the score of a formula must exceed."""
-    gain = float(white @ white - named.white @ named.white)
-    return (1.0 if _has_field(named) else IN_PLACE) * (gain - sum(step.price for step in named.steps))
 
 
 def _extended(named: Named, beyond: Unknown | None) -> Sensor:

@@ -1,6 +1,7 @@
 """Planted effects are named, nothing is named where nothing is, and what no entry explains is called unknown."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
@@ -9,12 +10,14 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.naming.judged import _parted
 from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import best_part
+from fusion.discrepancy.naming.step import _prior, best_part
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.unknown.unrestricted import covariates, explained, groups_of
 from fusion.sensor.effect import Effect
+from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
@@ -172,3 +175,21 @@ def test_covariates_are_those_of_the_verdict():
     assert {"depth", "u", "v", "radius", "time", "incidence", "amplitude", "temperature"} == set(
         covariates(observations)
     )
+
+
+def test_of_laws_that_fit_alike_the_one_that_depends_on_less_comes_first():
+    kinds = {kind.name: kind for kind in EFFECTS}
+    prior = {name: _prior(SimpleNamespace(form=SimpleNamespace(kind=kinds[name]), name=name), set()) for name in kinds}
+    assert prior["depth_offset"] > prior["disparity_offset"] > prior["temperature_drift"]
+    assert prior["depth_offset"] > prior["subsurface_scattering"]
+
+
+@pytest.mark.parametrize(("missed", "parted"), [(0.2, False), (0.8, True)])
+def test_look_alikes_part_where_one_recording_alone_contradicts_one_of_them(missed, parted):
+    """Ten recordings alike to a tenth; in a small one they differ by more, clearly and by much of what is there."""
+    place = np.repeat(np.arange(11), 100)
+    fitted = np.where(place < 10, 4.0, 1.0)
+    rival = np.where(place < 10, 0.9, 1 - missed) * fitted
+    assert (fitted @ rival) ** 2 > 0.95**2 * (fitted @ fitted) * (rival @ rival)
+    fit = SimpleNamespace(observations=SimpleNamespace(place=place))
+    assert _parted(fit, fitted, rival) == parted

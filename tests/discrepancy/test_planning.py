@@ -99,4 +99,4 @@ def test_whichever_of_three_is_true_the_proposal_parts_them():
     own = rivals_of(["temperature_drift"], candidates)["temperature_drift"]
     found = plans.to_part(Claimed(drift, white), rivals, own)
     assert found.proposal is not None and found.proposal.sigma > 5
-    assert found.proposal.choice.name in ("step", "rail", "distance", "time")
+    assert found.proposal.choice.name in ("step", "rail", "warm rail", "distance", "time")

@@ -13,6 +13,7 @@ from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.unknown.families import Shape
+from fusion.discrepancy.unknown.in_place import explains_more
 from fusion.discrepancy.unknown.law import law_of
 from fusion.discrepancy.unknown.table import joined
 from fusion.discrepancy.unknown.terms import Term, _plainest
@@ -114,3 +115,15 @@ def test_rings_finer_than_two_tiles_are_found_and_score_more_than_a_map(found):
     assert law.gain - 60 < law.score < law.gain
     field = next(c for c in candidates_of(before, found.gauge) if c.name == "fixed_pattern")
     assert law.score > scored(field, field.white, white).score
+
+
+def test_a_formula_takes_the_place_of_names_that_explain_clearly_less():
+    def named(left: float, columns: int) -> SimpleNamespace:
+        step = SimpleNamespace(candidate=SimpleNamespace(columns=np.zeros((1, columns))), gain=100 - left**2, price=0.0)
+        return SimpleNamespace(steps=(step,), white=np.array([left]))
+
+    white, law = np.array([10.0]), SimpleNamespace(simple=True, replicated=True, score=99.0)
+    # a law that explains 75 of 100 is not the one, one that explains 96 is, a field of 200 weights never where less do
+    assert explains_more(law, named(5.0, 1), white)
+    assert not explains_more(law, named(2.0, 1), white)
+    assert explains_more(law, named(2.0, 200), white)

@@ -30,6 +30,7 @@ def amplitude_error(rng: Rng) -> Law:
         lambda p: 1e-3 * (1000.0 / np.maximum(p.amplitude, 20.0)) ** power,
         ("amplitude", "reflectance"),
         shifted=power != 1.0,
+        parameter=("coefficient", 1e-3) if power == 1.0 else None,
     )
 
 
@@ -70,7 +71,8 @@ def stray_light(rng: Rng) -> Law:
                 out[i] += share * (_spread(one.real, width) + 1j * _spread(one.imag, width))
         return 0.01 * out
 
-    return Law("stray_light", "light", acts, ("amplitude", "neighbours"), shifted=shifted)
+    known = None if shifted else ("fraction", 0.01)
+    return Law("stray_light", "light", acts, ("amplitude", "neighbours"), shifted=shifted, parameter=known)
 
 
 def _spread(image: Array, width: float) -> Array:

@@ -2,6 +2,7 @@
 
 # words of an answer, in the order in which they decide when they stand at the same place
 WORDS = {
+    "warm rail": ("warm-up rail",),
     "time": ("warm-up", "temperature", "warm", "cold", "time"),
     "light": ("amplitude switch", "exposure", "lamp"),
     "card": ("near card", "white card"),

@@ -21,6 +21,7 @@ from trial.sealing import sealed
 Result = dict[str, Any]
 
 SURE = 4.0  # sigma at which the oracle says so
+LOGGED = ("time", "warm rail")  # recordings with temperatures, whatever the others have
 FIRST = 20  # number of the first recording that was asked for
 
 
@@ -104,7 +105,7 @@ def _asked(order: Order, case: Path, made: Made, verdict: Result) -> Result:
     if kind is None:
         return {"asked": "nothing that can be made", "solved": False}
     rng = np.random.default_rng([*order.seed, 98])
-    write_recordings(made.plan, asked_shots(rng, kind, made.plan.shots), case, rng, FIRST, kind == "time")
+    write_recordings(made.plan, asked_shots(rng, kind, made.plan.shots), case, rng, FIRST, kind in LOGGED)
     again, _, complaint = explained(case, order.output / f"{order.name}_again")
     claims = (again or {}).get("missing", [])
     truth = made.label["missing"][0]

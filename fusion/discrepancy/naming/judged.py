@@ -22,6 +22,8 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
+# unless in one recording the nearest that the other can be misses so many standard deviations and such a share
+CLEAR, APART = 6.0, 0.45
 
 
 @dataclass(frozen=True)
@@ -145,10 +147,20 @@ def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) 
         if other.name in taken or other.name in out or other.columns.shape[1] > most:
             continue
         white = fit.gauge.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
-        found = scored(other, space.of(white), fitted)
-        if found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score) and _alike_everywhere(whole, other, space):
+        seen = space.of(white)
+        found = scored(other, seen, fitted)
+        near = found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score)
+        if near and _alike_everywhere(whole, other, space) and not _parted(fit, fitted, seen @ found.weights):
             out[other.name] = None
     return tuple(out)
+
+
+def _parted(fit: Fit, fitted: Vector, rival: Vector) -> bool:
+    """True when one recording alone tells two footprints (n,) apart, however alike they are in all others."""
+    place = fit.observations.place
+    own = np.sqrt(np.bincount(place, fitted**2))
+    missed = np.sqrt(np.bincount(place, (fitted - rival) ** 2))
+    return bool(np.any((missed > CLEAR) & (missed > APART * own)))
 
 
 def _whole(fit: Fit, part: Part, space: Space) -> Vector | None:

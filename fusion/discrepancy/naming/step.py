@@ -28,6 +28,7 @@ REGION_LEAST = 12.0
 OF_TIME = ("time", "temperature")
 LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
 KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
+SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
 
 
@@ -63,7 +64,7 @@ def best_part(
         return None
     all_scored = scores(candidates, space, target)
     held = {effect.name for effect in observations.sensor.effects}
-    likely = [s.score + (KNOWN if c.name in held else 0.0) for c, s in zip(candidates, all_scored, strict=True)]
+    likely = [s.score + _prior(c, held) for c, s in zip(candidates, all_scored, strict=True)]
     best = int(np.argmax(likely))
     if not np.isfinite(all_scored[best].score):
         return None
@@ -88,6 +89,11 @@ def best_part(
     if candidate.name in held:
         held_out = result.gain * replicated_share(candidate, observations.place, gauge, target)
     return Found(part, result.gain, result.score, held_out, probability)
+
+
+def _prior(candidate: Candidate, held: set[str]) -> float:
+    """What tips the balance between laws that fit alike: known ones first, then those that depend on less."""
+    return (KNOWN if candidate.name in held else 0.0) - SIMPLER * len(candidate.form.kind.variables)
 
 
 def scores(candidates: Sequence[Candidate], space: Space, target: Vector) -> list[Scored]:

@@ -1,7 +1,7 @@
 """The menu: recordings that a person with a wall, a board, some paper and an hour can make."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from fusion.simulation.course import looking_at
 from fusion.simulation.scene import Scene
 from fusion.simulation.scenes.corner import corner
 from fusion.simulation.scenes.near_card import near_card
-from fusion.simulation.scenes.panel import before
+from fusion.simulation.scenes.panel import before, upright
 from fusion.simulation.scenes.patches import patches
 from fusion.simulation.scenes.step import step
 from fusion.simulation.scenes.wall import wall
@@ -18,6 +18,7 @@ from fusion.simulation.scenes.wall import wall
 COLD_S, WARM_S = 30.0, 6000.0  # a few seconds after switching on, and long after all is warm
 COLD_C, WARM_C = 24.0, 38.0  # guess: of a closed camera of 5 to 15 W
 GREYS = (0.05, 0.25, 0.8)
+ROOM_WALL = (-2.0, 2.0), (-1.2, 1.2)  # [m] guess: to both sides, down and up, of a room's wall from its middle
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,25 @@ class Choice:
     setups: Callable[[], list[Setup]]
 
 
+def _room() -> Scene:
+    """A wall as people have it: from far away or at an angle it does not fill the image."""
+    return replace(wall(), parts=(upright(*ROOM_WALL, 0.0, 0.8),))
+
+
 def _walls(distances: tuple[float, ...], tilts: tuple[float, ...] = (0.0,), together: bool = False) -> list[Setup]:
     poses = [before(d, t) for d in distances for t in tilts]
-    return [Setup(wall(), pose, 0 if together else k) for k, pose in enumerate(poses)]
+    scene = _room()
+    return [Setup(scene, pose, 0 if together else k) for k, pose in enumerate(poses)]
+
+
+def _warming_rail() -> list[Setup]:
+    """The same walls soon after switching on, while it warms up, and warm."""
+    distances = (0.5, 1.0, 2.0, 3.0, 4.0)
+    cold = [
+        replace(s, time=COLD_S + 30.0 * k, celsius=COLD_C + 0.5 * k)
+        for k, s in enumerate(_walls(distances, together=True))
+    ]
+    return [*cold, *_walls(distances, together=True)]
 
 
 def _patches() -> list[Setup]:
@@ -77,7 +94,8 @@ def _step() -> list[Setup]:
 
 def _rolled() -> list[Setup]:
     eye = np.array([1.2, 0.0, 0.0])
-    return [Setup(wall(), looking_at(eye, np.zeros(3), roll), k) for k, roll in enumerate((0.0, np.pi / 2))]
+    scene = _room()
+    return [Setup(scene, looking_at(eye, np.zeros(3), roll), k) for k, roll in enumerate((0.0, np.pi / 2))]
 
 
 def _warming() -> list[Setup]:
@@ -127,6 +145,10 @@ MENU = (
     Choice(
         "rail", "rail: a flat wall from distances known against each other, 0.5 to 4 m on a rail or by laser",
         20.0, False, lambda: _walls((0.5, 1.0, 2.0, 3.0, 4.0), together=True),
+    ),
+    Choice(
+        "warm rail", "warm-up rail: a flat wall from distances known against each other, 0.5 to 4 m on a rail or by "
+        "laser, within 3 minutes of switching on and again after 100 minutes", 100.0, False, _warming_rail,
     ),
     Choice(
         "distance", "distances: a flat wall from 0.5, 1, 2 and 4 m, set up anew each time",

@@ -87,9 +87,14 @@ def _parameters(effect: Effect, step: Step) -> dict[str, Any]:
     """Fitted values with standard deviation and unit; maps and long lists by what is typical of them."""
     out: dict[str, Any] = {}
     summary = effect.summary(_entry_spread(step))
-    for about in parameters(effect).values():
+    about_all = parameters(effect)
+    sizes = {name for atom in step.candidate.form.atoms for name in atom}
+    groups = {about_all[name].group for name in sizes}
+    for about in about_all.values():
         value = np.asarray(getattr(effect, about.name), float)
-        if not np.any(value != about.neutral):
+        # what a size refers to is told too: a coefficient without its reference says nothing
+        refers = about.neutral != 0 and about.kind in ("number", "scalar") and about.group in groups
+        if not np.any(value != about.neutral) and not refers:
             continue
         if about.kind == "map":
             out["rms"] = _value(float(np.sqrt(np.mean(value**2))), step.std, about.unit)

@@ -1,0 +1,39 @@
+"""In place: whether one formula of an unknown law explains more than the names found, and takes their place."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.naming.naming import Named
+from fusion.discrepancy.naming.part import is_field
+from fusion.discrepancy.unknown.law import Law
+from fusion.discrepancy.unknown.unrestricted import Found
+
+Vector = NDArray[np.float64]
+
+# times what names explain that a formula must: fields follow anything, so that less freedom decides; several names or
+# waves follow much; what one law lacks of a fifth more is a matter of its form
+FIELD, SEVERAL, ONE = 1.0, 1.05, 1.2
+
+
+def is_asked(named: Named, left: Found) -> bool:
+    """True where a formula could explain enough more than the names, of which `left` is left."""
+    if not named.steps:
+        return False
+    return _margin(named) < ONE or left.gain > (ONE - 1.0) * sum(step.gain for step in named.steps)
+
+
+def explains_more(law: Law, named: Named, white: Vector) -> bool:
+    """True where a formula that new recordings show explains more than all names, each less what its freedom costs.
+
+    Args:
+        white: (n,) what both had to explain, in units of the gauge.
+    """
+    gain = float(white @ white - named.white @ named.white)
+    score = gain - sum(step.price for step in named.steps)
+    return law.simple and law.replicated and law.score > _margin(named) * score
+
+
+def _margin(named: Named) -> float:
+    if any(is_field(step.candidate) for step in named.steps):
+        return FIELD
+    return SEVERAL if len(named.steps) > 1 else ONE
