@@ -153,32 +153,31 @@ def _refine(
 @ti.kernel
 def cast(
     step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32,
-    rays: F32_3, pose: F32, first: F32_2, last: F32_2, voxel: ti.f32, focal: ti.f32, depth: F32_2,
+    rays: F32_3, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32, focal: ti.f32,
+    depth: F32_2,
 ):  # fmt: skip
     """Fills in the depths (NaN before) of every step-th pixel in both directions; those at twice the step are taken as
     done, unless the step is COARSE. What two such rays enclose is less than two voxels wide, or else
     every ray is followed from its start: nothing that voxels can hold fits between them."""
     height, width = depth.shape[0], depth.shape[1]
-    for tile in range(first.shape[0] * first.shape[1]):
+    side = TILE // step
+    for ray in range(count * side * side):  # one by one: the CPU pool never splits below 512 iterations
+        tile = tiles[ray // (side * side)]
         tv, tu = tile // first.shape[1], tile % first.shape[1]
-        start, end = first[tv, tu], last[tv, tu]
-        if end > 0.0:
+        v = tv * TILE + ray // side % side * step
+        u = tu * TILE + ray % side * step
+        done = step != COARSE and (v | u) & (2 * step - 1) == 0
+        if v < height and u < width and not done:
+            start, end = first[tv, tu], last[tv, tu]
             R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
             origin = ti.Vector([pose[3], pose[7], pose[11]]) / voxel
-            for n in range((TILE // step) * (TILE // step)):
-                v = tv * TILE + n // (TILE // step) * step
-                u = tu * TILE + n % (TILE // step) * step
-                done = step != COARSE and (v | u) & (2 * step - 1) == 0
-                if v < height and u < width and not done:
-                    d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel  # [voxels per metre of depth]
-                    hit = -1.0
-                    if step != COARSE:
-                        z, difference = _expected(depth, v, u, step)
-                        if z > 0.0 and step * z < voxel * focal and difference < 8.0 * voxel:
-                            hit = _refine(origin, d, z, keys, ids, low, size, grid, neighbours, voxels, voxel)
-                    if hit < 0.0:
-                        hit = _march(
-                            origin, d, start, end, keys, ids, low, size, grid, solid, neighbours, voxels, voxel
-                        )  # fmt: skip
-                    if hit > 0.0 and hit < end:
-                        depth[v, u] = hit
+            d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel  # [voxels per metre of depth]
+            hit = -1.0
+            if step != COARSE:
+                z, difference = _expected(depth, v, u, step)
+                if z > 0.0 and step * z < voxel * focal and difference < 8.0 * voxel:
+                    hit = _refine(origin, d, z, keys, ids, low, size, grid, neighbours, voxels, voxel)
+            if hit < 0.0:
+                hit = _march(origin, d, start, end, keys, ids, low, size, grid, solid, neighbours, voxels, voxel)
+            if hit > 0.0 and hit < end:
+                depth[v, u] = hit

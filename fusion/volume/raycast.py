@@ -16,7 +16,7 @@ from fusion.volume.sample import corners, place, slope, smooth
 from fusion.volume.window import find, window
 
 SPAN = 1.5  # voxels to either side over which a normal is taken from the depth image
-BEND = 0.5  # voxels that its ends may lie beside the tangent
+BEND = 1.0  # voxels that its ends may lie beside the tangent
 
 
 @dataclass(frozen=True)
@@ -40,14 +40,15 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
     """The surface seen by a camera at a pose (4, 4), between two depths `reach` = (near, far) [m]."""
     h, w = camera.shape
     depth = np.full((h, w), np.nan, np.float32)
-    points, normals = np.full((h, w, 3), np.nan, np.float32), np.full((h, w, 3), np.nan, np.float32)
+    points, normals = np.empty((h, w, 3), np.float32), np.empty((h, w, 3), np.float32)
     colored = blocks.settings.color
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     seen = window(blocks, camera, T_world_camera, (max(reach[0], 1e-4), reach[1]))
     table = (blocks.keys, blocks.ids, seen.low, seen.size, seen.grid, blocks.solid, blocks.neighbours, blocks.flat)
     T, voxel = rows(T_world_camera), blocks.settings.voxel
+    tiles = np.flatnonzero(seen.last).astype(np.int32)
     for step in (COARSE, 2, 1):
-        cast(step, *table, camera.rays(), T, seen.first, seen.last, voxel, camera.fx, depth)
+        cast(step, *table, camera.rays(), T, seen.first, seen.last, tiles, len(tiles), voxel, camera.fx, depth)
     _shade(*table, blocks.colors, camera.rays(), T, voxel, camera.fx, depth, points, normals, colors, colored)
     return Raycast(depth, points, normals, colors if colored else None)
 
@@ -80,6 +81,7 @@ def _shade(
     """Points, normals and colours where rays end."""
     for row, col in depth:
         hit = depth[row, col]
+        point, g = ti.Vector([ti.math.nan] * 3), ti.Vector([ti.math.nan] * 3)
         if hit > 0.0:
             R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
             ray = ti.Vector([rays[row, col, 0], rays[row, col, 1], 1.0])
@@ -93,9 +95,9 @@ def _shade(
                 n = find(base >> 3, low, size, grid, keys, ids)
                 cell = base & 7
                 if n >= 0 and not known:
-                    g = smooth(n, cell, p - base, neighbours, voxels)
+                    f, _lowest = corners(n, cell[0], cell[1], cell[2], neighbours, voxels)
+                    g = smooth(n, cell, p - base, f, neighbours, voxels)
                     if g.dot(d) >= 0.0:  # unknown, or turned away by what lies behind
-                        f, _lowest = corners(n, cell[0], cell[1], cell[2], neighbours, voxels)
                         g = slope(f, p - base)
                     g = R.transpose() @ g
                     known = g.dot(ray) < 0.0
@@ -106,7 +108,8 @@ def _shade(
                         if b >= 0 and colors[b, o, 3] > 0.0:
                             for a in ti.static(range(3)):
                                 image[row, col, a] = ti.cast(colors[b, o, a] / colors[b, o, 3] + 0.5, ti.u8)
-            g = g / g.norm()
-            for a in ti.static(range(3)):
-                points[row, col, a] = ray[a] * hit
-                normals[row, col, a] = g[a] if known else ti.math.nan
+            point = ray * hit
+            g = ti.select(known, g / g.norm(), ti.math.nan)
+        for a in ti.static(range(3)):
+            points[row, col, a] = point[a]
+            normals[row, col, a] = g[a]

@@ -106,37 +106,36 @@ def slope(f: ti.template(), a: ti.template()):
 
 
 @ti.func
-def central(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(), voxels: ti.template()):
-    """Central difference (3,) [m per voxel] at voxel (i, j, k) and 1.0, or 0.0 where a neighbour was never seen."""
-    g = ti.Vector([0.0, 0.0, 0.0])
-    known = 1.0
-    for a in ti.static(range(3)):
-        step = ti.Vector([a == 0, a == 1, a == 2])
-        after, w1 = value(n, i + step[0], j + step[1], k + step[2], neighbours, voxels)
-        before, w0 = value(n, i - step[0], j - step[1], k - step[2], neighbours, voxels)
-        g[a] = 0.5 * (after - before)
-        if ti.min(w0, w1) <= 0.0:
-            known = 0.0
-    return g, known
-
-
-@ti.func
-def smooth(n: ti.i32, cell: ti.template(), a: ti.template(), neighbours: ti.template(), voxels: ti.template()):
-    """Gradient (3,) at a (3,), 0 to 1, of a cell (3,), blended from central differences at its corners.
+def smooth(
+    n: ti.i32, cell: ti.template(), a: ti.template(), f: ti.template(), neighbours: ti.template(),
+    voxels: ti.template(),
+):  # fmt: skip
+    """Gradient (3,) [m per voxel] at a (3,), 0 to 1, of a cell (3,) with the corner values f (8,), blended from
+    central differences at its corners.
 
     Half as noisy as the slope within the cell and continuous from cell to cell; (0, 0, 0) where a voxel is unknown.
     """
     g = ti.Vector([0.0, 0.0, 0.0])
-    known = 1.0
-    for o in ti.static(range(8)):
-        if known > 0.0:
-            d, known_here = central(n, cell[0] + o // 4, cell[1] + o // 2 % 2, cell[2] + o % 2, neighbours, voxels)
-            wx = a[0] if ti.static(o // 4 == 1) else 1.0 - a[0]
-            wy = a[1] if ti.static(o // 2 % 2 == 1) else 1.0 - a[1]
-            wz = a[2] if ti.static(o % 2 == 1) else 1.0 - a[2]
-            g += d * (wx * wy * wz)
-            known = known_here
-    return g * known
+    known = True
+    for axis in ti.static(range(3)):
+        for c in ti.static([o for o in range(8) if not o & 4 >> axis]):  # the four edges along the axis
+            before, after = 0.0, 0.0
+            if known:
+                at = ti.Vector([cell[0] + c // 4, cell[1] + c // 2 % 2, cell[2] + c % 2])
+                step = ti.Vector([axis == 0, axis == 1, axis == 2])
+                low, high = at - step, at + 2 * step
+                before, w0 = value(n, low[0], low[1], low[2], neighbours, voxels)
+                after, w1 = value(n, high[0], high[1], high[2], neighbours, voxels)
+                known = ti.min(w0, w1) > 0.0
+            part = 1.0
+            for other in ti.static(range(3)):
+                if ti.static(other != axis):
+                    part *= a[other] if ti.static(c & 4 >> other) else 1.0 - a[other]
+            rise = f[c | (4 >> axis)] - before
+            g[axis] += 0.5 * part * (rise + (after - f[c] - rise) * a[axis])
+    if not known:
+        g = ti.Vector([0.0, 0.0, 0.0])
+    return g
 
 
 @ti.kernel
