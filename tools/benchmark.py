@@ -64,7 +64,7 @@ def _with_sums(tables: list[Table]) -> list[Table]:
     for t in tables:
         parts = [p for p in tables if p.workload == t.workload and p.stage in PARTS]
         if t.stage == "update" and len(parts) == len(PARTS):
-            best = sum(min(r.median for r in p.rows[1:] if r.median == r.median) for p in parts)
+            best = sum(p.best for p in parts)
             peer = Row("sum of the best parts", best, best, best, "not run as one")
             t = Table(t.stage, t.workload, t.unit, (*t.rows, peer), t.asked, t.complaints)
         out.append(t)

@@ -48,6 +48,29 @@ def query(cache: Path) -> Path:
     return path
 
 
+def misses(stage: str, workload: str, peer: Score) -> str:
+    """Why a peer's result does not count as the stage's work, "" where it does.
+
+    The limits leave room for the peers' habits (half a pixel, coarser stops), not for failures: twice a voxel in
+    depth, nine tenths of the pixels; ten times what the best odometry reaches elsewhere (0.15 mm, 0.02 degrees).
+    """
+    depth, seen = peer.value("depth_error"), peer.value("seen")
+    if stage == "raycast" and depth is not None and seen is not None:
+        if not depth < 2 * WORKLOADS[workload].voxel:
+            return f"the depth seen is {depth * 1e3:.1f} mm off"
+        if seen < 0.9:
+            return f"{seen:.0%} of the pixels are seen"
+    if stage == "align":
+        shift, turn = peer.value("shift_mm") or 0.0, peer.value("turn_deg") or 0.0
+        if not (shift < 1.5 and turn < 0.2):
+            return f"{shift:.2f} mm and {turn:.2f} degrees off"
+    if stage == "extract" and peer.arrays:
+        error = surface_errors(workload, peer.arrays)["median"]
+        if not error < 2 * WORKLOADS[workload].voxel * 1e3:
+            return f"the surface is {error:.1f} mm off"
+    return ""
+
+
 def disagreements(stage: str, workload: str, scores: list[Score]) -> list[str]:
     """Sentences about results of fusion that differ from what the work asks for."""
     ours = next(s for s in scores if s.contestant.name == OURS)

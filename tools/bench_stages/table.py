@@ -7,23 +7,28 @@ import numpy as np
 
 from bench_stages.asked import ASKED
 from bench_stages.contest import OURS, Score
-from bench_stages.judge import disagreements, surface_errors
+from bench_stages.judge import disagreements, misses, surface_errors
 
 
 @dataclass(frozen=True)
 class Row:
-    """One contestant in one stage: median, lowest and highest round [ms, MiB]; of errors median and 95 % [mm]."""
+    """One contestant in one stage: median, lowest and highest round [ms, MiB]; of errors median and 95 % [mm].
+
+    `wrong` says why its result does not count as the work done; "" where it does.
+    """
 
     name: str
     median: float
     low: float
     high: float
     note: str = ""
+    wrong: str = ""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A stage on a workload: rows, ours first; the ratio to the fastest peer, the ratio asked for, and complaints."""
+    """A stage on a workload: rows, ours first; the ratio to the fastest peer that does the work right, the ratio asked
+    for, and complaints."""
 
     stage: str
     workload: str
@@ -33,10 +38,15 @@ class Table:
     complaints: tuple[str, ...]
 
     @property
+    def best(self) -> float:
+        """The fastest peer whose result is right; NaN without one."""
+        peers = [row.median for row in self.rows[1:] if np.isfinite(row.median) and not row.wrong]
+        return min(peers, default=float("nan"))
+
+    @property
     def ratio(self) -> float:
-        """Ours over the fastest peer; NaN without a peer."""
-        peers = [row.median for row in self.rows[1:] if np.isfinite(row.median)]
-        return self.rows[0].median / min(peers) if peers else float("nan")
+        """Ours over the best peer."""
+        return self.rows[0].median / self.best
 
 
 def table(stage: str, workload: str, scores: list[Score]) -> Table:
@@ -57,7 +67,8 @@ def _row(stage: str, workload: str, score: Score) -> Row:
         found = surface_errors(workload, score.arrays)
         return Row(name, found["median"], found["median"], found["95 %"], f"mean {found['mean']:.2f} mm")
     values = [a["memory"] for a in score.answers] if stage == "memory" else score.times(stage)
-    return Row(name, float(np.median(values)), min(values), max(values), _note(stage, score))
+    wrong = "" if name == OURS else misses(stage, workload, score)
+    return Row(name, float(np.median(values)), min(values), max(values), _note(stage, score), wrong)
 
 
 def _note(stage: str, score: Score) -> str:
@@ -76,8 +87,12 @@ def text(t: Table) -> str:
     """A table for the terminal."""
     verdict = "" if np.isnan(t.ratio) else f"ratio {t.ratio:.2f}, asked {t.asked:g}"
     lines = [f"{t.stage}, {t.workload}: {verdict}"]
-    lines += [f"  {r.name:26s}{r.median:10.2f} {t.unit}  ({r.low:.2f} to {r.high:.2f})  {r.note}" for r in t.rows]
+    lines += [f"  {r.name:26s}{r.median:10.2f} {t.unit}  ({r.low:.2f} to {r.high:.2f})  {_said(r)}" for r in t.rows]
     return "\n".join(lines + [f"  WRONG: {c}" for c in t.complaints])
+
+
+def _said(row: Row) -> str:
+    return f"{row.note}; does not count: {row.wrong}" if row.wrong else row.note
 
 
 def draw(tables: list[Table], path: Path) -> None:
@@ -95,11 +110,11 @@ def draw(tables: list[Table], path: Path) -> None:
             spread = [[r.median - r.low for r in rows], [r.high - r.median for r in rows]]
             colors = [palette.BLUE if r.name == OURS else palette.GREY for r in rows]
             ax.barh(at, [r.median for r in rows], xerr=spread, color=colors, height=0.6)
-            if len(rows) > 1:
-                goal = t.asked * min(r.median for r in rows[1:])
+            if np.isfinite(t.ratio):
+                goal = t.asked * t.best
                 ax.axvline(goal, color=palette.ORANGE)
                 ax.text(goal, len(rows) - 0.55, " asked", color=palette.ORANGE, fontsize=8, va="bottom")
-            ax.set_yticks(at, [f"{r.name}  {r.median:.3g}" for r in rows])
+            ax.set_yticks(at, [f"{r.name}{' (wrong)' if r.wrong else ''}  {r.median:.3g}" for r in rows])
             ax.invert_yaxis()
             ax.set_title(f"{t.stage}, {t.workload} [{t.unit}]")
         figure.savefig(path, facecolor="white", dpi=110)
