@@ -47,9 +47,9 @@ def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002) -> Poi
     """
     from fusion.geometry.relief import relief  # Taichi starts with the first image
 
-    spread = np.broadcast_to(np.asarray(sigma, np.float32), depth.shape).astype(np.float32)
+    spread = np.ascontiguousarray(np.broadcast_to(np.asarray(sigma, np.float32), depth.shape))
     some = spread[:1, :1] if np.ndim(sigma) == 0 else spread[::4, ::4]
     some = some[np.isfinite(some)]
     step = max(6 * float(np.median(some)), 1e-4) if len(some) else 0.01
     points, normals = relief(depth, camera, spread, step)
-    return PointMap(camera, points, normals, spread)
+    return PointMap(camera, points, normals, np.where(np.isfinite(depth), spread, np.float32(np.nan)))

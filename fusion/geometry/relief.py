@@ -25,7 +25,8 @@ STEEP = 5.7  # a surface seen at 80 degrees changes its depth by as many pixel w
 NOTHING = -1e3  # stands for a missing depth: far from every other
 F32 = ti.types.ndarray(dtype=ti.f32, ndim=1)
 
-Flat = NDArray[np.float32]
+# planes: x/z and y/z of the pixels, the measured depth, its average along rows, and along columns too
+X, Y, DEPTH, ALONG, SMOOTH = range(5)
 
 
 @dataclass(frozen=True)
@@ -33,32 +34,25 @@ class _Planes:
     """Flat images with a margin: pixel (v, u) is entry (v + RADIUS) * stride + LANES + u.
 
     Attributes:
-        stride: entries per row, a multiple of LANES.
-        x, y: x/z and y/z of every pixel.
-        depth, along, smooth: what was measured, averaged along rows, and along columns too [m].
+        flat: all five, one behind the other, as kernels take them: X, Y, DEPTH, ALONG and SMOOTH.
+        images: (5, h, w) views of what lies within the margins.
+        across: groups of eight pixels per row.
     """
 
-    stride: int
-    x: Flat
-    y: Flat
-    depth: Flat
-    along: Flat
-    smooth: Flat
-
-    def inside(self, plane: Flat, camera: Camera) -> NDArray[np.float32]:
-        """The image (h, w) within a plane."""
-        return plane.reshape(-1, self.stride)[RADIUS : RADIUS + camera.height, LANES : LANES + camera.width]
+    flat: NDArray[np.float32]
+    images: NDArray[np.float32]
+    across: int
 
 
 @lru_cache(maxsize=4)
 def _planes(camera: Camera) -> _Planes:
     """Kept for the next frame: fresh memory would cost more than filling it."""
-    stride = (camera.width + 3 * LANES - 1) // LANES * LANES
-    size = stride * (camera.height + 2 * RADIUS)
-    planes = _Planes(stride, *(np.full(size, value, np.float32) for value in (0, 0, np.nan, NOTHING, np.nan)))
-    rays = camera.rays()
-    planes.inside(planes.x, camera)[:], planes.inside(planes.y, camera)[:] = rays[..., 0], rays[..., 1]
-    return planes
+    across = -(-camera.width // LANES) + 2
+    planes = np.empty((5, camera.height + 2 * RADIUS, across * LANES), np.float32)
+    planes[:] = np.array([0, 0, np.nan, NOTHING, np.nan], np.float32)[:, None, None]
+    images = planes[:, RADIUS:-RADIUS, LANES : LANES + camera.width]
+    images[X], images[Y] = camera.rays()[..., 0], camera.rays()[..., 1]
+    return _Planes(planes.reshape(-1), images, across)
 
 
 def relief(
@@ -71,20 +65,16 @@ def relief(
     Args:
         depth: NaN where missing.
         camera: its camera.
-        sigma: (h, w) standard deviation of the depth [m]; set to NaN where the depth is missing.
+        sigma: (h, w) standard deviation of the depth [m].
         step: differences of depth above about this are steps, not noise [m].
     """
     compute.start()
     planes = _planes(camera)
-    planes.inside(planes.depth, camera)[:] = depth
-    points, normals = np.empty((2, *camera.shape, 3), np.float32)
-    across = planes.stride // LANES
-    _smooth(planes.depth, planes.along, planes.smooth, across, camera.height, 1 / (NEIGHBOURS * step))
-    _differentiate(
-        planes.x, planes.y, planes.depth, planes.smooth, across, *camera.shape, STEEP / camera.fx, sigma.reshape(-1),
-        points.reshape(-1), normals.reshape(-1),
-    )  # fmt: skip
-    return points, normals
+    planes.images[DEPTH] = depth
+    both = np.full((2, *camera.shape, 3), np.nan, np.float32)
+    _smooth(planes.flat, planes.across, camera.height, 1 / (NEIGHBOURS * step))
+    _differentiate(planes.flat, planes.across, *camera.shape, STEEP / camera.fx, sigma.reshape(-1), both.reshape(-1))
+    return both[0], both[1]
 
 
 def incidence(points: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -121,6 +111,13 @@ def _shifted(before: ti.template(), here: ti.template(), after: ti.template(), b
 
 
 @ti.func
+def _beside(image: ti.template(), g: ti.i32, here: ti.template(), by: ti.template()):
+    """The pixels `by` to the left and to the right of group g, whose own are `here`."""
+    before, after = _eight(image, g - 1), _eight(image, g + 1)
+    return _shifted(before, here, after, -by), _shifted(before, here, after, by)
+
+
+@ti.func
 def _alike(other: ti.template(), here: ti.template(), gain: ti.f32):
     """Weights from 1 to 0 (Tukey's biweight) of pixels by the difference of their depth."""
     t = (other - here) * gain
@@ -129,13 +126,14 @@ def _alike(other: ti.template(), here: ti.template(), gain: ti.f32):
 
 
 @ti.kernel
-def _smooth(depth: F32, along: F32, smooth: F32, across: ti.i32, height: ti.i32, gain: ti.f32):
+def _smooth(planes: F32, across: ti.i32, height: ti.i32, gain: ti.f32):
+    size = (height + 2 * RADIUS) * across  # of a plane, in groups
     for n in range(height * across):
         g = n + RADIUS * across
-        here = _eight(depth, g)
+        here = _eight(planes, DEPTH * size + g)
         here = ti.select(here > 0.0, here, NOTHING)
         if n % across > 0 and n % across < across - 1 and here.max() > 0.0:
-            before, after = _eight(depth, g - 1), _eight(depth, g + 1)
+            before, after = _eight(planes, DEPTH * size + g - 1), _eight(planes, DEPTH * size + g + 1)
             before, after = ti.select(before > 0.0, before, NOTHING), ti.select(after > 0.0, after, NOTHING)
             weights, total = ti.Vector([1.0] * LANES), here
             for k in ti.static(TAPS):
@@ -145,63 +143,54 @@ def _smooth(depth: F32, along: F32, smooth: F32, across: ti.i32, height: ti.i32,
                 total += w * other
             here = total / weights
         for e in ti.static(range(LANES)):
-            along[(g << 3) | e] = here[e]
+            planes[((ALONG * size + g) << 3) | e] = here[e]
     for n in range(height * across):
         g = n + RADIUS * across
-        here = _eight(along, g)
+        here = _eight(planes, ALONG * size + g)
         if here.max() > 0.0:
             weights, total = ti.Vector([1.0] * LANES), here
             for k in ti.static(TAPS):
-                other = _eight(along, g + k * across)
+                other = _eight(planes, ALONG * size + g + k * across)
                 w = _alike(other, here, gain) * GAUSS[abs(k)]
                 weights += w
                 total += w * other
             here = total / weights
         here = ti.select(here > 0.0, here, ti.math.nan)
         for e in ti.static(range(LANES)):
-            smooth[(g << 3) | e] = here[e]
+            planes[((SMOOTH * size + g) << 3) | e] = here[e]
 
 
 @ti.kernel
-def _differentiate(
-    x: F32, y: F32, depth: F32, smooth: F32, across: ti.i32, height: ti.i32, width: ti.i32, steep: ti.f32, sigma: F32,
-    points: F32, normals: F32,
-):  # fmt: skip
+def _differentiate(planes: F32, across: ti.i32, height: ti.i32, width: ti.i32, steep: ti.f32, sigma: F32, both: F32):
+    size = (height + 2 * RADIUS) * across
     for n in range(height * across):
         g = n + RADIUS * across
         v, u = n // across, n % across * LANES - LANES
-        if 0 <= u < width:
-            here, px, py = _eight(depth, g), _eight(x, g), _eight(y, g)
+        z = _eight(planes, DEPTH * size + g)
+        if 0 <= u < width and z.max() > 0.0:
             o = v * width + u
             s = ti.Vector([sigma[ti.min(o + e, height * width - 1)] for e in ti.static(range(LANES))])
-            nx, ny, nz = here, here, here
-            if here.max() > 0.0:
-                za, zb, zc = _eight(smooth, g - 1), _eight(smooth, g), _eight(smooth, g + 1)
-                z0, z1 = _shifted(za, zb, zc, -REACH), _shifted(za, zb, zc, REACH)
-                xa, xc, ya, yc = _eight(x, g - 1), _eight(x, g + 1), _eight(y, g - 1), _eight(y, g + 1)
-                ax = _shifted(xa, px, xc, REACH) * z1 - _shifted(xa, px, xc, -REACH) * z0
-                ay = _shifted(ya, py, yc, REACH) * z1 - _shifted(ya, py, yc, -REACH) * z0
-                az = z1 - z0
-                up, down = g - REACH * across, g + REACH * across
-                z0, z1 = _eight(smooth, up), _eight(smooth, down)
-                bx, by, bz = (
-                    _eight(x, down) * z1 - _eight(x, up) * z0, _eight(y, down) * z1 - _eight(y, up) * z0, z1 - z0,
-                )  # fmt: skip
-                nx, ny, nz = by * az - bz * ay, bz * ax - bx * az, bx * ay - by * ax
-                length = 1.0 / ti.sqrt(nx * nx + ny * ny + nz * nz)
-                # beside a hole or a step there is no normal; of NaN no comparison is true
-                limit = steep * here + 3.0 * s
-                da, dc = _eight(depth, g - 1), _eight(depth, g + 1)
-                left, right = ti.abs(_shifted(da, here, dc, -1) - here), ti.abs(_shifted(da, here, dc, 1) - here)
-                over, under = ti.abs(_eight(depth, g - across) - here), ti.abs(_eight(depth, g + across) - here)
-                length = ti.select(left < limit, length, ti.math.nan)
-                length = ti.select(right < limit, length, ti.math.nan)
-                length = ti.select(over < limit, length, ti.math.nan)
-                length = ti.select(under < limit, length, ti.math.nan)
-                nx, ny, nz = nx * length, ny * length, nz * length
+            x, y = _eight(planes, X * size + g), _eight(planes, Y * size + g)
+            x0, x1 = _beside(planes, X * size + g, x, REACH)
+            y0, y1 = _beside(planes, Y * size + g, y, REACH)
+            z0, z1 = _beside(planes, SMOOTH * size + g, _eight(planes, SMOOTH * size + g), REACH)
+            ax, ay, az = x1 * z1 - x0 * z0, y1 * z1 - y0 * z0, z1 - z0
+            up, down = g - REACH * across, g + REACH * across
+            z0, z1 = _eight(planes, SMOOTH * size + up), _eight(planes, SMOOTH * size + down)
+            bx = _eight(planes, X * size + down) * z1 - _eight(planes, X * size + up) * z0
+            by = _eight(planes, Y * size + down) * z1 - _eight(planes, Y * size + up) * z0
+            bz = z1 - z0
+            nx, ny, nz = by * az - bz * ay, bz * ax - bx * az, bx * ay - by * ax
+            length = 1.0 / ti.sqrt(nx * nx + ny * ny + nz * nz)
+            # beside a hole or a step there is no normal; of NaN no comparison is true
+            limit = steep * z + 3.0 * s
+            left, right = _beside(planes, DEPTH * size + g, z, 1)
+            length = ti.select(ti.abs(left - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(right - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(_eight(planes, DEPTH * size + g - across) - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(_eight(planes, DEPTH * size + g + across) - z) < limit, length, ti.math.nan)
             for e in ti.static(range(LANES)):
                 if u + e < width:
-                    q = (o + e) * 3
-                    points[q], points[q + 1], points[q + 2] = px[e] * here[e], py[e] * here[e], here[e]
-                    normals[q], normals[q + 1], normals[q + 2] = nx[e], ny[e], nz[e]
-                    sigma[o + e] = s[e] if here[e] > 0.0 else ti.math.nan
+                    p, q = (o + e) * 3, (height * width + o + e) * 3  # points first, then normals
+                    both[p], both[p + 1], both[p + 2] = x[e] * z[e], y[e] * z[e], z[e]
+                    both[q], both[q + 1], both[q + 2] = nx[e] * length[e], ny[e] * length[e], nz[e] * length[e]

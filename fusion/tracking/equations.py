@@ -183,17 +183,17 @@ def _gather(
             u = stride // 2
             while u < width:
                 at = v * width + u
-                s = sigma[at]
-                x, y, z = points[at * 3], points[at * 3 + 1], points[at * 3 + 2]
-                # of NaN it is not true
-                if s >= 0.0 and z > 0.0 and normals[at * 3] < 2.0:
-                    o = (count >> 3) * 56 + (count & 7)
-                    lanes[o], lanes[o + 8], lanes[o + 16] = x, y, z
-                    for k in ti.static(range(3)):
-                        lanes[o + 24 + 8 * k] = normals[at * 3 + k]
-                    lanes[o + 48] = s
-                    total += ti.Vector([x, y, z, x * x + y * y + z * z])
-                    count += 1
+                if normals[at * 3] < 2.0:  # of NaN it is not true
+                    s = sigma[at]
+                    x, y, z = points[at * 3], points[at * 3 + 1], points[at * 3 + 2]
+                    if s >= 0.0 and z > 0.0:
+                        o = (count >> 3) * 56 + (count & 7)
+                        lanes[o], lanes[o + 8], lanes[o + 16] = x, y, z
+                        for k in ti.static(range(3)):
+                            lanes[o + 24 + 8 * k] = normals[at * 3 + k]
+                        lanes[o + 48] = s
+                        total += ti.Vector([x, y, z, x * x + y * y + z * z])
+                        count += 1
                 u += stride
             v += stride
         moments[0] = count

@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 FEWEST = 30  # pairs for six unknowns (guess)
 # rms error of normals from noisy depth [rad]: what a plane shows of it must not count as relief (guess)
 NORMAL_NOISE = 0.03
-SETTLED = 2e-5  # steps below end the last pass [rad], [m]: far below what a pixel shows
-NEAR = 0.01  # steps below this share of its reach end a pass before (guess)
+SETTLED = 1e-4  # steps below end the last pass [rad], [m]: the next would be a fifth of it, below what a pixel shows
+NEAR = 0.02  # steps below this share of its reach end a pass before (guess)
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class IcpSettings:
         max_residual: rms point-to-plane distance [m] above which the alignment has failed.
     """
 
-    points: tuple[int, ...] = (2000, 2000, 4000, 40000)
-    reaches: tuple[float, ...] = (0.20, 0.10, 0.05, 0.02)
-    iterations: tuple[int, ...] = (8, 8, 6, 6)
+    points: tuple[int, ...] = (2000, 4000, 40000)
+    reaches: tuple[float, ...] = (0.20, 0.05, 0.02)
+    iterations: tuple[int, ...] = (12, 6, 6)
     min_cosine: float = 0.7
     min_inlier_share: float = 0.4
     max_residual: float = 0.05

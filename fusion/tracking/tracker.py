@@ -19,7 +19,7 @@ Model = Callable[[Array], PointMap]  # T_world_camera (4, 4) -> what the model s
 
 FEWEST = 300  # pixels with a normal that a frame needs: a 20 x 15 image of surface (guess)
 # after a loss the pose may be further off than between neighbours: wider reaches, more steps to walk them
-WIDE = IcpSettings(reaches=(0.30, 0.15, 0.06, 0.03), iterations=(20, 15, 10, 6), min_inlier_share=0.5)
+WIDE = IcpSettings(reaches=(0.30, 0.10, 0.03), iterations=(30, 15, 6), min_inlier_share=0.5)
 
 
 @dataclass(frozen=True)
