@@ -27,6 +27,7 @@ FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that br
 MOST_NAMES = 3
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
 FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
+CHANCE = 4.0  # of the chi2 where a part hardly shows: two standard deviations of one number contradict nothing
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 
 
@@ -121,7 +122,7 @@ def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
     fallen: Found | None = None
     while True:
         beyond = extrapolated(fit)
-        bad = [k for k, gain in enumerate(beyond.gains) if gain is not None and gain < 0]
+        bad = [k for k, gain in enumerate(beyond.gains) if gain is not None and gain < -CHANCE]
         bad = bad or [k for k, part in enumerate(fit.parts) if part.at_bound(fit.observations)]
         if not bad:
             return fit, beyond, fallen
