@@ -17,6 +17,8 @@ from fusion.sensor.view import Image, View
 EDGE_PX = 5.0  # nearer to a depth edge a tile would mix two questions
 STEEPEST = np.deg2rad(75.0)
 PRINT_EDGE = 0.25  # relative change of the amplitude to a neighbour: pixels there see two materials
+MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
+LARGEST_PX = 64
 SERIES = 5  # looks of one recording from which on its tiles are larger, to keep the numbers few
 
 
@@ -119,7 +121,10 @@ class Observations:
 def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:
     """Predict every look with a sensor model and cut it into tiles."""
     many = {look.place for look in looks if sum(other.place == look.place for other in looks) > SERIES}
-    return Observations(sensor, tuple(_patch(sensor, look, 2 if look.place in many else 1) for look in looks))
+    patches = [_patch(sensor, look, 2 if look.place in many else 1) for look in looks]
+    while sum(len(patch.tiles) for patch in patches) > MOST_TILES and patches[0].tiles.side < LARGEST_PX:
+        patches = [replace(p, tiles=tiling(p.tiles.label >= 0, 2 * p.tiles.side)) for p in patches]
+    return Observations(sensor, tuple(patches))
 
 
 def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:

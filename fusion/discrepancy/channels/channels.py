@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.dropout import dropout_steps
+from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.channels.noise import noise_steps
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.observations import Observations
@@ -35,7 +36,8 @@ def channels_of(observations: Observations, looks: Sequence[Look]) -> Channels:
         looks: with the frames that take no part in any fit.
     """
     held = [look.held for look in looks if look.held is not None]
-    sensor, noise = noise_steps(observations, held)
+    stepped, lattice = lattice_steps(observations)
+    sensor, noise = noise_steps(observations.under(stepped) if lattice else observations, held)
     # what adds noise may take values away too: the missing ones are asked about under the better noise
     better, dropout = dropout_steps(replace(observations, sensor=sensor))
-    return Channels(better, (*noise, *dropout))
+    return Channels(better, (*lattice, *noise, *dropout))

@@ -10,7 +10,7 @@ from fusion.sensor.parameter import parameters
 
 # a law of the range or of the disparity is one of the depth too
 ALSO = {"range": "depth", "disparity": "depth"}
-OF = {"noise": "the spread of repeated frames", "dropout": "missing values"}
+OF = {"bias": "which depths occur", "noise": "the spread of repeated frames", "dropout": "missing values"}
 
 
 def channel_claim(step: ChannelStep) -> dict[str, Any]:

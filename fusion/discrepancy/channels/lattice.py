@@ -1,0 +1,103 @@
+"""The lattice of the stored depths: which depths occur at all, against the steps that the model has."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.observations import Observations
+from fusion.evaluation.quantization import Quantization, quantization_of
+from fusion.recording.recording import Recording
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
+from fusion.sensor.sensor import Sensor
+
+COARSE = 1.5  # counts of the file: smaller steps are those of the file
+ALIKE = 0.1  # of a step: windows are a dozen levels long, their ends rounded to counts
+NORMAL_90 = 1.645  # half a 90 % interval in standard deviations
+LEAST = 1e-300
+
+
+def lattice_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, ...]]:
+    """The model with the steps in which the depths come, and what was found; nothing where it has them already."""
+    recordings = _recordings(observations)
+    views = [_counts(recording) for recording in recordings]
+    sensor = observations.sensor
+    if not views:
+        return sensor, ()
+    law = quantization_of(views, recordings[0].camera.depth_scale)
+    if law is None or law.law not in ("z^2", "constant") or (law.value < COARSE * law.unit and law.law == "constant"):
+        return sensor, ()
+    focal_baseline = observations.patches[0].view.focal_baseline
+    known = sensor.effect("depth_quantization")
+    if isinstance(known, DepthQuantization) and _same(known, law, focal_baseline):
+        return sensor, ()
+    effect, std = _effect(law, focal_baseline, observations.patches[0].view.time_of_flight)
+    step = ChannelStep(
+        "bias",
+        effect,
+        std,
+        corrected=known is not None,
+        gain=0.0,
+        share=1.0 - law.unit / float(np.median(law.step)),
+        probability=_chance(views),
+        variables=("depth",),
+        text=_said(law, len(views)),
+        established=_again(views, law),
+    )
+    return sensor.having(effect), (step,)
+
+
+def _recordings(observations: Observations) -> list[Recording]:
+    """One for each place; none of those that are planned or made up."""
+    found = {p.look.place: getattr(p.look.stage, "recording", None) for p in observations.patches}
+    return [recording for recording in found.values() if isinstance(recording, Recording)]
+
+
+def _counts(recording: Recording) -> NDArray[np.int64]:
+    """How often each count of the file occurs in the first frame: one is enough."""
+    depth = np.asarray(recording[0].depth, float)
+    stored = np.rint(depth[np.isfinite(depth)] * recording.camera.depth_scale).astype(np.int64)
+    return np.bincount(np.clip(stored, 0, 65535))
+
+
+def _same(known: DepthQuantization, law: Quantization, focal_baseline: float) -> bool:
+    """True where the model's step is the one that is seen, at the distances where it is."""
+    steps = np.hypot(float(np.max(known.step)), float(np.max(known.step_px)) * law.depth**2 / focal_baseline)
+    return bool(abs(np.median(law.step / np.maximum(steps, 1e-9)) - 1.0) < ALIKE)
+
+
+def _effect(law: Quantization, focal_baseline: float, flight: bool) -> tuple[DepthQuantization, dict[str, float]]:
+    deviation = (law.interval[1] - law.interval[0]) / (2 * NORMAL_90)
+    if law.law == "z^2" and not flight:
+        return DepthQuantization(step_px=law.value * focal_baseline), {"step_px": deviation * focal_baseline}
+    return DepthQuantization(step=float(np.median(law.step))), {"step": deviation}
+
+
+def _said(law: Quantization, recordings: int) -> str:
+    grows = f"{1000 * law.value:.3g} mm at 1 m, growing with the square of the distance"
+    how = grows if law.law == "z^2" else f"{1000 * law.value:.3g} mm at every distance"
+    seen = "recording" if recordings == 1 else f"{recordings} recordings"
+    return (
+        f"the depths come in steps of {how}: of the values that the file could hold, those between never occur ({seen})"
+    )
+
+
+def _chance(views: Sequence[NDArray[np.int64]]) -> float:
+    """That values which all may occur are left out like this: each is by exp(-usual count)."""
+    total: NDArray[np.float64] = np.zeros(max(len(view) for view in views))
+    for view in views:
+        total[: len(view)] += view
+    seen = np.flatnonzero(total[1:]) + 1
+    between = total[seen[0] : seen[-1] + 1]
+    usual = float(between.mean())
+    return float(max(np.exp(-min(usual, 50.0) * min(float((between == 0).sum()), 100.0)), LEAST))
+
+
+def _again(views: Sequence[NDArray[np.int64]], law: Quantization) -> bool:
+    """True when two halves of the recordings, each for itself, show the same steps."""
+    halves: list[Any] = [quantization_of(views[k::2], 1.0 / law.unit) for k in (0, 1)]
+    if len(views) < 2 or any(half is None for half in halves):
+        return False
+    return all(half.law == law.law and abs(half.value / law.value - 1.0) < ALIKE for half in halves)

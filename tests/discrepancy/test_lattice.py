@@ -1,0 +1,50 @@
+"""Steps in which depths are stored are found from the values that occur, and only where the model lacks them."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_walls import looks_at, sensor_of
+
+from fusion.discrepancy.channels.lattice import lattice_steps
+from fusion.discrepancy.observations import observe
+from fusion.geometry.camera import Camera
+from fusion.recording.open import open_recording
+from fusion.recording.recording import Frame
+from fusion.recording.write import write_recording
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
+
+CAMERA = Camera(112, 80, 100.0, 100.0, 56.0, 40.0, depth_scale=1000.0, principle="structured_light")
+STEP_PX = 0.05  # 6.7 mm at 1 m with the base of the made-up sensor
+
+
+def observed(folder, step_px, *known):
+    """Five tilted walls, stored in millimetres after their disparity was rounded."""
+    looks = []
+    sensor = sensor_of("structured_light")
+    rng = np.random.default_rng(0)
+    for place, look in enumerate(looks_at(sensor, 1)[:5]):
+        fb = CAMERA.fx * sensor.baseline
+        rows = np.linspace(0.7 + 0.1 * place, 1.6 + 0.2 * place, CAMERA.height)[:, None]
+        depth = np.broadcast_to(rows, CAMERA.shape) + rng.normal(0, 0.003, CAMERA.shape)
+        stored = fb / (np.round(fb / depth / step_px) * step_px) if step_px else depth
+        write_recording(folder / str(place), CAMERA, iter([Frame(0, 0.0, stored.astype(np.float32))]), None)
+        stage = SimpleNamespace(**vars(look.stage), recording=open_recording(folder / str(place)))
+        looks.append(replace(look, stage=stage, view=replace(look.view, camera=CAMERA)))
+    better = sensor
+    for effect in known:
+        better = better.having(effect)
+    return observe(better, looks)
+
+
+def test_steps_of_disparity_are_found(tmp_path):
+    sensor, (step,) = lattice_steps(observed(tmp_path, STEP_PX))
+    assert step.established and step.channel == "bias"
+    # the file's millimetres round steps of 4 to 30 mm
+    assert sensor.effect("depth_quantization").step_px == pytest.approx(STEP_PX, rel=0.05)
+
+
+def test_what_the_model_has_or_nobody_has_is_not_told(tmp_path):
+    assert lattice_steps(observed(tmp_path / "known", STEP_PX, DepthQuantization(step_px=STEP_PX)))[1] == ()
+    assert lattice_steps(observed(tmp_path / "none", 0.0))[1] == ()
