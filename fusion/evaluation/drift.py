@@ -154,10 +154,10 @@ def _verdict(later: Array, tau: Array, asked: tuple[float, float]) -> tuple[str,
     """The verdict and the waiting time; `asked` is the tolerance [m] and how long was recorded [s]."""
     tolerance, long = asked
     far = np.abs(later) > tolerance
+    if long < SHORTEST or max(far.mean(), (~far).mean()) < SURE:
+        return "too short to say", None
     if (~far).mean() >= SURE:
         return "ready", None
-    if far.mean() < SURE or long < SHORTEST:
-        return "too short to say", None
     wait = np.where(far, tau * np.log(np.maximum(np.abs(later) / tolerance, 1.0)), 0.0) / 60
     low, middle, high = np.quantile(wait, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2])
     return "not warmed up", (float(middle), float(low), float(high))

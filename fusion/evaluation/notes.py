@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.evaluation.still import centre_of
+from fusion.recording.checks.depth_values import implausible
 from fusion.recording.recording import Recording
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 FEW = 20  # frames below which a standard deviation of a pixel is worth little
 JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a frame stand out
 SHARED = 0.5  # of the noise of one pixel
+FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
 MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
 
@@ -59,6 +61,13 @@ def _on_look(look: "Look") -> list[Note]:
     if len(still.disturbed):
         notes.append(("warning", _movement(look)))
     notes += _shared_noise(look)
+    with_depth = still.depth.mean[np.isfinite(still.depth.mean)]
+    if with_depth.size and (text := implausible(float(np.median(with_depth)))):
+        notes.append(("bad", f"{text}."))
+    offset, distance = (np.nan, np.nan) if look.bias is None else (look.bias.offset, look.bias.distance)
+    if abs(offset) > FAR_OFF * distance:
+        seen = f"{distance + offset:.3g} m are measured where {distance:.3g} m are stated"
+        notes.append(("bad", f"{seen}: check distance_m, the depth unit and what fills the view."))
     if look.surface.kind == "distance" and not look.valid > 0:
         notes.append(("warning", f"no depth at the stated {look.surface.stated:.2f} m."))
     return notes

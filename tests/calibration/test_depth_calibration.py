@@ -365,3 +365,10 @@ def test_walls_one_after_the_other_in_one_recording_are_so_many_walls(tmp_path):
     found = calibrate_depth([open_recording(tmp_path / "walls")], DepthSettings(surface=False))
     assert [wall.distance for wall in found.walls] == pytest.approx([0.8, 1.2, 1.6])
     assert [wall.name for wall in found.walls] == ["walls [0:3]", "walls [3:6]", "walls [6:9]"]
+
+
+def test_a_single_wall_gets_no_law():
+    begin = start([_Recording(TOF)], None, None)
+    found = calibrate_walls(walls_of(TOF, (DepthOffset(0.02),))[:1], begin)
+    assert found.best is found.before and found.sensor.effects == ()
+    assert any(level == "bad" and "one wall" in text for level, text in found.notes)

@@ -79,3 +79,10 @@ def test_the_numbers_are_json_and_complete():
     assert read["stretches"][0]["depth"]["std_m"]["median"] == pytest.approx(NOISE, rel=0.1)
     assert read["camera"]["serial"] == CAMERA.serial
     assert read["stretches"][0]["pixel"] | {"u": 48, "v": 36} == read["stretches"][0]["pixel"]
+
+
+def test_a_wrong_unit_and_a_wrong_distance_are_grave_notes():
+    tiny = recording(frames(4, 1.2, lambda i, z: z / 1000))
+    assert any(level == "bad" and "depth_scale" in text for level, text in evaluate([tiny]).notes)
+    elsewhere = recording(frames(4, 1.2), telemetry=stated(2.4))
+    assert any(level == "bad" and "distance_m" in text for level, text in evaluate([elsewhere]).notes)

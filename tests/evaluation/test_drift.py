@@ -51,3 +51,9 @@ def test_the_verdict(minutes, size, verdict):
 def test_without_time_nothing_is_said(t):
     found = drift_of(t, np.ones(len(t)))
     assert found.verdict == "too short to say" and np.isnan(found.slope)
+
+
+def test_depths_that_never_change_for_a_moment_are_not_called_warm():
+    t = np.linspace(0, 3, 90)
+    assert drift_of(t, np.zeros(90)).verdict == "too short to say"
+    assert drift_of(20 * t, np.zeros(90)).verdict == "ready"

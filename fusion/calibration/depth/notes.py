@@ -6,6 +6,7 @@ from fusion.calibration.depth.fitted import Fitted
 from fusion.calibration.depth.selection import Judged
 from fusion.calibration.depth.visibility import Visibility
 from fusion.calibration.depth.wall import Wall
+from fusion.recording.checks.depth_values import implausible
 
 MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
 OF_BOARDS = (
@@ -39,10 +40,14 @@ def notes_on(
     if per_tile > MISFIT:
         text = f"on walls left out the law errs {np.sqrt(per_tile):.0f} times as much as their tiles scatter: "
         notes.append(("warning", text + "no candidate describes this camera; was it calibrated (--camera)?"))
-    if len(walls) < 5:
+    if text := implausible(float(np.median([wall.depth_there for wall in walls]))):
+        notes.append(("bad", text))
+    if len(walls) < 2:
+        notes.append(("bad", "one wall only: nothing can be left out to judge a law, so none is written"))
+    elif len(walls) < 5:
         notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
     better = before.error - best.error
-    if best is before:
+    if best is before and len(walls) > 1:
         notes.append(("ok", "no correction holds on walls it has not seen: none is written"))
     elif better < 0:
         notes.append(("warning", "the law is better where the walls are sharp, but not in plain millimetres"))

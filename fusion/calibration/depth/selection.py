@@ -171,8 +171,11 @@ def choose(judged: list[Judged]) -> int:
 
     The error is the weighted one, chi2: a millimetre at 3 m weighs less than one at 0.7 m. A law of which one number
     is smaller than its standard deviation is not taken: it is not established. Nor is one that is clearly worse in
-    plain millimetres than no law at all (the first): it has bought the shape of the walls with their distances.
+    plain millimetres than no law at all (the first): it has bought the shape of the walls with their distances. Of a
+    single wall nothing can be held out: it gets no law.
     """
+    if len(judged[0].rms) < 2:
+        return 0
     totals = np.array([j.chi2.sum() for j in judged])
     most = MUCH_WORSE * judged[0].error
     allowed = [i for i, j in enumerate(judged) if i == 0 or (established(j.law) and j.error <= most)]

@@ -97,7 +97,7 @@ def _check_counts(result: Search, board: Board, final: bool = True) -> None:
         )
     if few and final:
         total = len(result.views) + len(result.missed)
-        found = f"found in {len(result.views)} of {total} pictures"
+        found = f"{len(result.views)} of {total} pictures that show it"
         do = "check columns and rows (inner corners), light and focus; the whole board must be in view"
         raise RecordingError("the board is hardly seen", next(iter(result.pictures.values())).parent, found,
                              f"{board.columns} x {board.rows} inner corners in 3 pictures or more", do)  # fmt: skip

@@ -12,6 +12,7 @@ from fusion.calibration.noise.lateral import LateralLaw, lateral_law
 from fusion.calibration.noise.poses import Pose, read_poses
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.recording.checks.depth_values import implausible
 from fusion.recording.recording import Recording
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
@@ -132,6 +133,8 @@ def _notes(
             notes.append(
                 ("warning", f"axial_noise.{name} is not established: {value:.2g} with a deviation of {std:.2g}")
             )
+    if text := implausible(float(np.median([pose.seen.depth for pose in poses]))):
+        notes.append(("bad", text))
     if len(poses) < FEW_POSES:
         count = "one pose" if len(poses) == 1 else f"{len(poses)} poses"
         notes.append(("warning", f"{count}: intervals are wide; 9 distances at 6 angles each are usual"))

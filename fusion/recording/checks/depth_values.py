@@ -25,6 +25,13 @@ def check_depth_values(sample: Sample) -> list[Finding]:
     return _codes(sample) + _scale(sample)
 
 
+def implausible(median: float) -> str:
+    """What is to be said of a median depth [m] that no room holds; empty where it is usual."""
+    if not np.isfinite(median) or PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
+        return ""
+    return f"depths of about {median:.3g} m: is depth_scale in camera.json right? `fusion info` says what fits"
+
+
 def shares(sample: Sample) -> dict[str, float]:
     """Share of pixels that are 0, 65535 and valid in the sampled frames; empty when frames are no files."""
     total = sample.counts.sum()

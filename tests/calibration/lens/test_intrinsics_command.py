@@ -152,7 +152,7 @@ def test_blank_pictures_are_told_in_one_line(tmp_path, capsys):
     ]
     assert main(arguments) == 1
     told = capsys.readouterr().err
-    assert "found in 0 of 3 pictures" in told
+    assert "found 0 of 3 pictures that show it" in told
     assert told.count("\n") == 1
 
 
