@@ -160,6 +160,8 @@ def claims_of(found: Explanation, verdict: dict[str, Any]) -> list[Claim]:
         if entry["channel"] != "bias":
             continue
         own = [step.footprint for step in found.named.steps if step.effect.name == entry["effect"]]
+        if not own and entry["effect"] != "unknown":
+            continue  # steps of the stored depths: tiles do not show them
         white = beyond if entry["effect"] == "unknown" else np.sum([np.zeros_like(left), *own], axis=0)
         out.append(Claim(number, entry, white, left))
     return out

@@ -14,6 +14,7 @@ from fusion.report.claims import chance, claim_section, plain
 from fusion.report.evidence import Compared, claims_of, compared, recording_names
 from fusion.report.figures.explanation import DISPARITY, LENGTH, Unit
 from fusion.report.judgement import level
+from fusion.report.lattice_claim import lattice_section
 from fusion.report.mismatch import fit_section, maps_section, said_misfit, short
 from fusion.report.missing_values import missing_of, missing_section
 from fusion.report.noise_claim import noise_mask, noise_of, noise_section
@@ -65,8 +66,12 @@ def explanation_report(folder: Path, found: Explanation, verdict: dict[str, Any]
 def _claims(folder: Path, found: Explanation, verdict: dict[str, Any], unit: Unit) -> list[Section]:
     """A section and a mask picture per established claim."""
     of_mean = {claim.number: claim for claim in claims_of(found, verdict)}
+    stepped = {step.effect.name for step in found.channels.of("bias") if step.effect}
     sections = []
     for number, entry in enumerate(verdict["missing"]):
+        if entry["effect"] in stepped:
+            sections.append(lattice_section(found, number, entry))
+            continue
         if number in of_mean:
             mask = of_mean[number].mask(found)
             section = claim_section(found, of_mean[number], mask, unit)

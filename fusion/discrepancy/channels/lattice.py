@@ -1,6 +1,7 @@
 """The lattice of the stored depths: which depths occur at all, against the steps that the model has."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,9 @@ LEAST = 1e-300
 
 def lattice_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, ...]]:
     """The model with the steps in which the depths come, and what was found; nothing where it has them already."""
-    recordings = _recordings(observations)
-    views = [_counts(recording) for recording in recordings]
-    sensor = observations.sensor
-    if not views:
-        return sensor, ()
-    law = quantization_of(views, recordings[0].camera.depth_scale)
+    sensor, stored = observations.sensor, stored_of(observations)
+    views = stored.counts
+    law = quantization_of(views, stored.per_metre) if views else None
     if law is None or law.law not in ("z^2", "constant") or (law.value < COARSE * law.unit and law.law == "constant"):
         return sensor, ()
     focal_baseline = observations.patches[0].view.focal_baseline
@@ -47,6 +45,21 @@ def lattice_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
         established=_again(views, law),
     )
     return sensor.having(effect), (step,)
+
+
+@dataclass(frozen=True)
+class Stored:
+    """How often each count of the file occurs, one array per recording, and counts per metre."""
+
+    counts: tuple[NDArray[np.int64], ...]
+    per_metre: float
+
+
+def stored_of(observations: Observations) -> Stored:
+    """What the files of the recordings hold; nothing where they are made up."""
+    recordings = _recordings(observations)
+    scale = recordings[0].camera.depth_scale if recordings else 1.0
+    return Stored(tuple(_counts(one) for one in recordings), scale)
 
 
 def _recordings(observations: Observations) -> list[Recording]:

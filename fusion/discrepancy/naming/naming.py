@@ -66,6 +66,11 @@ def name_effects(
     fit, beyond, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
+    while steps and steps[-1].held_out < 0:
+        # beside the others, as they are now, it makes recordings worse that took no part in its fit
+        rest = [part for part in fit.parts if part.candidate is not steps[-1].candidate]
+        fit = refitted(rest, observations, gauge)
+        beyond, steps = extrapolated(fit), judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
     return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
 
