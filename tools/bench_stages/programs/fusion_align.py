@@ -1,4 +1,5 @@
-"""fusion's alignment of two depth images."""
+"""fusion's alignment of two depth images: the same work as OpenCV's odometry, which prepares both frames too, starts at
+no motion and ends when it has settled. In a scan the model comes from the volume, and only one frame is prepared."""
 
 import numpy as np
 from common import load, measure_align
