@@ -98,7 +98,7 @@ def main() -> None:
                 flush=True,
             )
         if options.ablate:
-            poorer = _without(options.ablate, extended, folder / f"without_{options.ablate}.json")
+            poorer = _without(options.ablate, extended, extended.with_name(f"without_{options.ablate}.json"))
             verdict = _explained(written, str(poorer), folder / f"without_{options.ablate}")
             print(f"\n{name} without {options.ablate}\n{verdict}\n", flush=True)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.verdict.verdict import rivals_said
 from fusion.report.evidence import Claim, cleaned, inside, spread, variables_here
 from fusion.report.figures.explanation import Curve, Unit, claim_figure
 from fusion.report.page import Figure, Section
@@ -147,7 +148,7 @@ def parameters_table(entry: dict[str, Any]) -> str:
 
 def questions(entry: dict[str, Any]) -> str:
     """What else it could be and what to record next, as HTML."""
-    alike = [plain(name) for name in entry["indistinguishable_from"]]
+    alike = [plain(name) for name in rivals_said(entry)]
     other = (
         f"In this data it looks the same as: {', '.join(alike)}. Which of them it is stays open; the correction fits "
         "either way."

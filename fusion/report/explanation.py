@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.verdict.verdict import sentence
+from fusion.discrepancy.verdict.verdict import rivals_said, sentence
 from fusion.output import atomic_file
 from fusion.report.claims import chance, claim_section, plain
 from fusion.report.evidence import Compared, claims_of, compared, recording_names
@@ -111,7 +111,7 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
         lines.append(Light("warning", "Scatter", text))
     for entry in missing:
         text = f"{ESTABLISHED} {chance(entry['evidence']['false_alarm_probability'])}"
-        alike = entry["indistinguishable_from"]
+        alike = rivals_said(entry)
         if alike:
             text += f" Its name is open: this data cannot tell it from {', '.join(map(plain, alike))}."
         lines.append(Light("warning" if alike else "ok", f"How sure: {plain(entry['effect'])}", text))

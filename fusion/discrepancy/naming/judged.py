@@ -15,6 +15,7 @@ from fusion.discrepancy.naming.refit import Fit, shapes_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.space import Space
 from fusion.discrepancy.naming.step import REPLICATED, Found, inflation, left_out_gain, of_time, replicated_share
+from fusion.discrepancy.naming.two import like_two
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
 
@@ -42,6 +43,7 @@ class Step:
         white_before: (n,) what it had to explain, in units of the gauge.
         shapes_std: of the searched shapes, by name.
         price: what its freedom costs, in units of the gain.
+        together: two names that this data cannot tell from it when both are there.
     """
 
     candidate: Candidate
@@ -56,6 +58,7 @@ class Step:
     white_before: Vector
     shapes_std: dict[str, float] = field(default_factory=dict)
     price: float = 0.0
+    together: tuple[str, ...] = ()
 
     @property
     def footprint(self) -> Vector:
@@ -121,6 +124,7 @@ def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, pr
         fit.white + part.footprint,
         about,
         own.gain - own.score if np.isfinite(own.score) else 0.0,
+        _together(fit, part, candidates, space),
     )
 
 
@@ -153,6 +157,14 @@ def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) 
         if near and _alike_everywhere(whole, other, space) and not _parted(fit, fitted, seen @ found.weights):
             out[other.name] = None
     return tuple(out)
+
+
+def _together(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:
+    """Two plain laws that are one look-alike of a part with a searched shape."""
+    if not part.candidate.form.fixed or part.candidate.where or part.size:
+        return ()
+    taken = {other.name for other in (*fit.parts, part)}
+    return like_two(fit, part, [c for c in candidates if c.name not in taken], space)
 
 
 def _parted(fit: Fit, fitted: Vector, rival: Vector) -> bool:

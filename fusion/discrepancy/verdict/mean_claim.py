@@ -24,6 +24,7 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str
     where = first.candidate.where
     laws = [v for name in effect.variables for v in (name, *_also(name))]
     alike = sorted({name for step in steps for name in step.alike})
+    together = steps[0].together if len(steps) == 1 and not set(steps[0].together) & set(alike) else ()
     return {
         "effect": effect.name,
         "parameters": _parameters(effect, first),
@@ -34,8 +35,9 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str
             "false_alarm_probability": first.probability,
             "visible_share": found.gauge.visible(first.candidate.columns @ first.weights),
         },
-        "indistinguishable_from": alike,
-        "record_next": record_next(effect, alike),
+        "indistinguishable_from": [*alike, *together],
+        **({"only_together": list(together)} if together else {}),
+        "record_next": record_next(effect, [*alike, *together]),
     }
 
 

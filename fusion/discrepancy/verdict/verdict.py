@@ -76,8 +76,15 @@ def sentence(verdict: dict[str, Any]) -> str:
 def _named(entry: dict[str, Any]) -> str:
     if entry["effect"] == "unknown":
         return f"an unknown effect that depends on {', '.join(entry['where']['variables'])}"
-    alike = entry["indistinguishable_from"]
+    alike = rivals_said(entry)
     return entry["effect"] + (f" (or {', '.join(alike)})" if alike else "")
+
+
+def rivals_said(entry: dict[str, Any]) -> list[str]:
+    """The look-alikes of a claim; two that are one only together as one."""
+    both = entry.get("only_together", [])
+    single = [name for name in entry["indistinguishable_from"] if name not in both]
+    return [*single, *([" with ".join(both)] if both else [])]
 
 
 def _by_name(found: Explanation) -> list[list[Step]]:
