@@ -57,30 +57,38 @@ def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> F
     by_key = {term.key: term for term in terms}
     chosen = [by_key[key] for key in law.keys]
     value = dict(zip(law.keys, map(float, law.numbers), strict=True))
-    scatter = 0.0
     walls = [e.wall for e in problem.evidence]
     variances = [e.variance for e in problem.evidence]
     for _ in range(ROUNDS):
-        every, evidence, total = _system(walls, variances, chosen, value, setting, scatter)
-        step = _step(total, every, value)
-        value = _stepped(value, every, step)
-        rests = [e.rest - e.terms @ step for e in evidence]
-        scatter = excess(evidence, rests, len(value) - sum(t.shape for t in chosen))
-    every, left, total = _system(walls, variances, chosen, value, setting, scatter)
-    covariance = total.covariance(list(range(len(every)))) if every else np.zeros((0, 0))
+        every, _, total = _system(walls, variances, chosen, value, setting)
+        value = _stepped(value, every, _step(total, every, value))
+    every, left, total = _system(walls, variances, chosen, value, setting)
+    scatter = excess(left, [e.rest for e in left], len(value) - sum(t.shape for t in chosen))
+    covariance = _covariance(total, left, scatter) if every else np.zeros((0, 0))
     std = {term.key: float(s) for term, s in zip(every, np.sqrt(np.diag(covariance)), strict=True)}
     numbers = _numbers(value, std, setting)
     sensor = with_law(setting.known, setting.camera, numbers)
+    left = [replace(e, distance_std=float(np.hypot(e.distance_std, scatter))) for e in left]
     return Fitted(tuple(every), numbers, covariance, scatter, sensor, left)
 
 
+def _covariance(total: Information, evidence: list[Evidence], scatter: float) -> NDArray[np.floating]:
+    """(n, n) of numbers fitted as the walls' stated deviations weigh them, as candidates are judged: scatter widens it.
+
+    Weighing by the scatter too would leave the law to single tiles within a wall, and err more on walls left out.
+    """
+    covariance = total.covariance(list(range(len(total.b))))
+    pulls = [e.terms.T @ e.projected(e.nuisances[:, 2]) for e in evidence if np.isfinite(e.distance_std)]
+    return covariance + sum((scatter**2 * np.outer(p, p) for p in (covariance @ q for q in pulls)), 0 * covariance)
+
+
 def _system(
-    walls: list[Wall], variances: list[NDArray], chosen: list[Term], value: dict, setting: Setting, scatter: float
+    walls: list[Wall], variances: list[NDArray], chosen: list[Term], value: dict, setting: Setting
 ) -> tuple[list[Term], list[Evidence], Information]:
     """Terms at the present numbers, what these leave over on every wall, and the sums of that."""
     every = _with_periods(chosen, value)
     sensor = with_law(setting.known, setting.camera, _numbers(value, {}, setting))
-    evidence = [_at(w, every, sensor, setting, v, scatter) for w, v in zip(walls, variances, strict=True)]
+    evidence = [_at(w, every, sensor, setting, v) for w, v in zip(walls, variances, strict=True)]
     parts = [information_of(e, every) for e in evidence]
     return every, evidence, sum(parts[1:], parts[0])
 
@@ -90,13 +98,13 @@ def _numbers(value: dict[str, float], std: dict[str, float], setting: Setting) -
     return Numbers(value, std, setting.nodes, setting.ir_reference, setting.ratio, setting.ir_span)
 
 
-def _at(wall: Wall, terms: list[Term], sensor: Sensor, setting: Setting, variance: NDArray, scatter: float) -> Evidence:
+def _at(wall: Wall, terms: list[Term], sensor: Sensor, setting: Setting, variance: NDArray) -> Evidence:
     """The wall's evidence with `rest` = measured less what the whole sensor model predicts."""
     evidence = evidence_of(wall, setting.camera, setting.known, terms)
     depth = wall.true_plane.depth(setting.camera)
     predicted = sensor.predict(depth, wall.view(setting.camera, depth))
     rest = evidence.tiles.mean(np.nan_to_num(np.where(wall.mask, wall.measured - predicted, 0.0)))
-    return replace(evidence, rest=rest, variance=variance, distance_std=float(np.hypot(evidence.distance_std, scatter)))
+    return replace(evidence, rest=rest, variance=variance)
 
 
 def _with_periods(chosen: list[Term], value: dict[str, float]) -> list[Term]:

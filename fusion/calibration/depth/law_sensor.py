@@ -24,6 +24,8 @@ from fusion.sensor.view import View
 
 NO_PHASE = np.pi / np.sqrt(3)  # [rad] standard deviation of a phase of which nothing is known
 RADII = 33  # nodes of a radial table
+# half an octave: on squares darker than any that were fitted a curve that goes on errs less than one that is held
+BEYOND = 2**0.5
 LIGHTS = 49  # nodes of a brightness curve: 15 % apart over three decades, which leaves a thousandth of it
 POWERS = {"amplitude": 1.0, "amplitude^2": 2.0}
 # what a calibration finds
@@ -43,7 +45,7 @@ class Numbers:
         nodes: of a curve of straight pieces [m].
         ir_reference: of the amplitude error [count].
         ratio: (h, w) of rays, see `Start`.
-        ir_span: least and largest amplitude seen [count]; a brightness curve is held beyond.
+        ir_span: least and largest amplitude seen [count]; a brightness curve is held half an octave beyond.
     """
 
     value: Values
@@ -120,7 +122,8 @@ def _add_brightness(numbers: Numbers, effects: dict, std: dict) -> None:
     """One power of the darkness is an amplitude error; a curve of two shapes is a table over the amplitude."""
     value, deviation = numbers.value, numbers.std
     if "amplitude log" in value:
-        ir = np.geomspace(*numbers.ir_span, LIGHTS)
+        low, high = numbers.ir_span
+        ir = np.geomspace(low / BEYOND, high * BEYOND, LIGHTS)
         dark = numbers.ir_reference / ir
         shapes = {"amplitude^2": dark**2, "amplitude log": np.log(dark)}
         own = [key for key in shapes if key in value]
