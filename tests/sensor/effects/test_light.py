@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from fusion.geometry.camera import Camera
 from fusion.sensor.effects.light.ambient_flicker import AmbientFlicker
@@ -222,6 +223,20 @@ class TestStrayLight:
             found = StrayLight(0.05, width).bias(view.depth, view)[row, column]
             # the bell is made of quarters of its width
             assert found == pytest.approx(expected, rel=0.1)
+
+    def test_the_infrared_image_holds_what_joined(self):
+        """Beside the card half as much light joins as the wall has itself; the image shows both together."""
+        view, effect = self.near_card(), StrayLight(0.05, 8.0)
+        turned = np.exp(4j * np.pi * view.modulation / LIGHT_SPEED * view.depth * view.stretch)
+        light = view.ir * turned
+        bells = [gaussian_filter(part, 8.0, mode="constant", truncate=4.0) for part in (light.real, light.imag)]
+        joined = light + 0.05 * (bells[0] + 1j * bells[1])
+        exact = added_by_hand(view, view.ir, joined - light)
+        beside = (np.abs(np.abs(joined) / view.ir - 1) > 0.2) & (view.depth > 1)
+        found = effect.bias(view.depth, replace(view, ir=np.abs(joined)))
+        assert beside.sum() > 20
+        # the bell is made of quarters of its width; taking both together for the wall's own would err by a third
+        np.testing.assert_allclose(found[beside], exact[beside], atol=0.1 * np.abs(exact[beside]).max())
 
     def test_a_bright_card_pulls_the_dark_wall(self):
         view = self.near_card()

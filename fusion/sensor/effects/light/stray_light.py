@@ -1,6 +1,6 @@
 """Stray light: lens and housing spread some light over the image, so bright things pull dark ones to their range."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import cv2
@@ -13,6 +13,7 @@ from fusion.sensor.view import Image, View
 
 # the kernel is wide: pixels of a quarter of its width lose less than 1 % of its shape
 SAMPLES_PER_WIDTH = 4.0
+LEAST = 0.1  # of the IR image: a pixel with less light of its own is not undone
 WIDTH_OF_IMAGE = 1.0 / 3.0  # guess: what is called broad, where no width is given
 
 
@@ -46,18 +47,28 @@ class StrayLight(Effect):
     def bias(self, depth: Image, view: View) -> Image:
         if view.ir is None or not np.any(self.fraction):
             return np.zeros((), depth.dtype)
-        light = phasor(view.ir, depth, view)
-        return shift(light, self._behind(light), view)
+        light = phasor(self._own(view.ir, depth, view), depth, view)
+        return shift(light, self._behind(phasor(view.ir, depth, view), light), view)
 
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         if not np.any(self.fraction):
             return amplitude
-        grown = brightness(self._behind(phasor(amplitude, depth, view)))
+        light = phasor(amplitude, depth, view)
+        grown = brightness(self._behind(light, light))
         return np.where(np.isfinite(amplitude), grown, amplitude)
 
-    def _behind(self, light: tuple[Image, Image]) -> tuple[Image, Image]:
-        """The phasor (h, w), two parts, with what is spread into every pixel."""
-        spread = _spread(np.dstack(light), float(np.mean(self.width)))
+    def _own(self, amplitude: Image, depth: Image, view: View) -> Image:
+        """The amplitude (h, w) without what has joined: to a dark pixel that is no small part of the IR image."""
+        grown = np.zeros((), depth.dtype)
+        each = [replace(view, modulation=f) for f in view.frequencies] or [view]
+        for one in each:
+            light = phasor(amplitude, depth, one)
+            grown = grown + (brightness(self._behind(light, light)) - brightness(light)) / len(each)
+        return np.maximum(amplitude - grown, LEAST * amplitude)
+
+    def _behind(self, source: tuple[Image, Image], light: tuple[Image, Image]) -> tuple[Image, Image]:
+        """The phasor (h, w), two parts, of light with what `source` spreads into every pixel."""
+        spread = _spread(np.dstack(source), float(np.mean(self.width)))
         return light[0] + self.fraction * spread[..., 0], light[1] + self.fraction * spread[..., 1]
 
 
