@@ -19,6 +19,7 @@ from fusion.geometry import pose
 from fusion.geometry.depth import PointMap
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
+from fusion.turntable.rough import HALF, shared_errors
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -27,6 +28,7 @@ TILE = 16  # [px] farther apart than this, errors are taken as independent (gues
 CELLS = 2.0  # [voxels] edge of a cell with one offset
 LEAST_COSINE = 0.2  # of ray and model normal
 PLATE_LEVEL, PLATE_NEAR = 0.9, 0.03  # cosine to the axis, and height [m], of what may be the plate
+FOOT = 0.1  # share of the height that what it stands on is mixed into, by matching windows and wide pixels (guess)
 SHARED = 4
 
 
@@ -37,12 +39,14 @@ class Rays:
     Attributes:
         points, normals: (n, 3) in the camera [m].
         sigma: (n,) standard deviation of the depth [m].
+        spoilt: (n,) by how much the errors of rough places (see `shared_errors`) widen it.
         pixels: (n, 2) row and column, counted on the grid that was kept.
     """
 
     points: Array
     normals: Array
     sigma: Array
+    spoilt: Array
     pixels: NDArray[np.int64]
 
 
@@ -53,9 +57,12 @@ def rays_of(surface: PointMap, usable: NDArray[np.bool_], most: int = 20_000) ->
     grid[::stride, ::stride] = usable[::stride, ::stride]
     grid &= np.isfinite(surface.sigma)
     pixels = np.argwhere(grid)
+    # n pixels with a common error tell as little as one with it: n of them weigh 1 / (noise + n * common) each
+    together = ((2 * HALF + 1) / stride) ** 2
+    common = shared_errors(surface.points[..., 2], surface.sigma, usable & np.isfinite(surface.sigma))[grid]
     return Rays(
         surface.points[grid].astype(float), surface.normals[grid].astype(float),
-        surface.sigma[grid].astype(float), pixels // stride,
+        surface.sigma[grid].astype(float), np.sqrt(1 + together * common), pixels // stride,
     )  # fmt: skip
 
 
@@ -78,6 +85,7 @@ class _Equations:
     angle: Array  # (m,) derivative in the frame's angle
     shared: Array  # (m, 4) in the axis (see `_moved`)
     sigma: Array  # (m,)
+    spoilt: Array  # (m,)
     pixels: NDArray[np.int64]  # (m, 2)
 
 
@@ -101,8 +109,11 @@ def finish(
         volume = build(axis, angles)
         cell = CELLS * volume.settings.voxel
         for _ in range(2):
-            found = _solve(_equations(rays, (axis, angles), volume), cell, len(angles))
-            axis, angles = _moved(axis, found.step[:SHARED]), angles + found.step[SHARED:]
+            e = _equations(rays, (axis, angles), volume)
+            shared = _solve(_steady(e), cell, len(angles)).step[:SHARED]
+            # the angles need all relief there is; what it gets wrong goes into an axis of their own, which is dropped
+            found = _solve(e, cell, len(angles))
+            axis, angles = _moved(axis, shared), angles + found.step[SHARED:]
             angles = angles - angles[np.isfinite(angles)][0]
             std = np.where(np.isfinite(angles), found.std[SHARED:], np.nan)
     return Finished(axis, angles, std)
@@ -120,6 +131,16 @@ def _equations(
         if seen is not None and np.isfinite(angle):
             parts.append(_of_frame(i, seen, (T_object_camera, float(angle)), volume))
     return _Equations(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def _steady(e: _Equations) -> _Equations:
+    """What tells where the axis is: not the object's foot, and of rough places as much as their windows tell."""
+    low, high = np.percentile(e.place[:, 2], [0.2, 99.8])
+    return _chosen(replace(e, sigma=e.sigma * e.spoilt), e.place[:, 2] >= low + FOOT * (high - low))
+
+
+def _chosen(e: _Equations, kept: NDArray[np.bool_]) -> _Equations:
+    return replace(e, **{entry.name: getattr(e, entry.name)[kept] for entry in fields(e)})
 
 
 def _of_frame(
@@ -148,7 +169,7 @@ def _of_frame(
     shared = np.column_stack([np.cross(turned, table_normal)[:, :2], table_normal[:, :2]])
     by_angle = normal[:, 0] * x[:, 1] - normal[:, 1] * x[:, 0]
     sigma = np.maximum(rays.sigma[good] * cosine[good], 1e-5)
-    return np.full(len(x), number), x, residual, by_angle, shared, sigma, rays.pixels[good]
+    return np.full(len(x), number), x, residual, by_angle, shared, sigma, rays.spoilt[good], rays.pixels[good]
 
 
 def _meet(volume: Volume, measured: Array, direction: Array, reach: float) -> tuple[Array, Array, Array]:
@@ -180,7 +201,7 @@ def _solve(equations: _Equations, cell: float, n: int) -> _Solution:
     cells = _numbered(np.floor(e.place / cell).astype(np.int64))
     offset, spread = _offsets(e, cells)
     fits = np.isfinite(spread)
-    e = replace(e, **{entry.name: getattr(e, entry.name)[fits] for entry in fields(e)})
+    e = _chosen(e, fits)
     cells, offset, spread = cells[fits], offset[fits], spread[fits]
     rest = (e.residual - offset) / spread
     J = _wide(np.column_stack([e.shared, e.angle]) / spread[:, None], e.frame, n)
