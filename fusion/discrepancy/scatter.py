@@ -20,22 +20,30 @@ def scatter_of(
 ) -> float:
     """Standard deviation [native unit] of the tiles' own error; 0 where the gauge does without.
 
-    All forms and all smooth functions together are taken out first, maps included, so that nothing that could have a
-    name is called scatter.
+    All forms and all smooth functions together are taken out first, so that nothing that could have a name is called
+    scatter; maps too, where there are recordings enough.
 
     Args:
         white: (n,) residual in units of the gauge.
     """
     if inflation(white) < MUCH:
         return 0.0
-    columns = np.concatenate([c.basis for c in candidates] + [g.basis for g in groups], axis=1)
-    power, directions = np.linalg.eigh(columns.T @ columns)
-    kept = power > FAINT * power[-1]
-    if kept.sum() > MOST_COLUMNS * len(white):
+    basis = _spanned([c.basis for c in candidates] + [g.basis for g in groups])
+    if basis.shape[1] > MOST_COLUMNS * len(white):
+        # few recordings: maps with a square for nearly every tile would follow anything
+        basis = _spanned([c.basis for c in candidates if not c.form.map] + [g.basis for g in groups])
+    if basis.shape[1] > MOST_COLUMNS * len(white):
         return 0.0
-    basis = columns @ (directions[:, kept] / np.sqrt(power[kept]))
-    left = inflation(white - basis @ (basis.T @ white)) * len(white) / (len(white) - int(kept.sum()))
+    left = inflation(white - basis @ (basis.T @ white)) * len(white) / (len(white) - basis.shape[1])
     if left < MUCH:
         return 0.0
     own = float(np.median(np.linalg.norm(gauge.bare, axis=1)))
     return float(np.sqrt(left - 1.0)) * own
+
+
+def _spanned(bases: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """(n, r) orthonormal columns that span all of them."""
+    columns = np.concatenate(bases, axis=1)
+    power, directions = np.linalg.eigh(columns.T @ columns)
+    kept = power > FAINT * power[-1]
+    return np.asarray(columns @ (directions[:, kept] / np.sqrt(power[kept])))
