@@ -187,6 +187,8 @@ def _expected(noise: TargetNoise | None, still: Still, sensor: Sensor | None, ca
     """What the model says of the noise at the target's middle [m]."""
     if noise is None or sensor is None:
         return float("nan")
+    if not any(effect.changes("noise") for effect in sensor.effects):
+        return float("nan")  # a model of errors alone says nothing of noise
     flat = np.full(camera.shape, noise.depth, np.float32)
     ir = None if still.ir is None else np.nan_to_num(still.ir.mean)
     return float(sensor.sigma(flat, np.full(camera.shape, noise.tilt, np.float32), camera, ir)[noise.pixel])
