@@ -31,13 +31,13 @@ LOBE = np.radians(10.0)  # of toner on paper (guess); 20 degrees explain as much
 STEP = 4  # [px] between the pixels whose light is gathered
 NEAR = 0.03  # [m] from the square: nearer is the board itself
 EDGE_ON = 0.15  # cosine of the incidence below which a surface's area in a pixel is not known
-Array = NDArray[np.floating]
+Array = NDArray[np.float64]
 
 
 def surfaces(frame: Frame, camera: Camera) -> tuple[Array, Array, Array, Array]:
     """Places (n, 3) [m], normals (n, 3), areas (n,) [m^2] and light (n,) [count] of the surfaces in a frame."""
     assert frame.ir is not None
-    depth = cv2.GaussianBlur(np.asarray(frame.depth), (0, 0), 1.0)
+    depth = np.asarray(cv2.GaussianBlur(np.asarray(frame.depth), (0, 0), 1.0), float)
     points = camera.points(depth)
     normal = np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0))
     area = np.linalg.norm(normal, axis=2)
@@ -47,7 +47,7 @@ def surfaces(frame: Frame, camera: Camera) -> tuple[Array, Array, Array, Array]:
     used = np.zeros(camera.shape, bool)
     used[::STEP, ::STEP] = True
     used &= np.isfinite(area) & (np.abs(facing) > EDGE_ON) & np.isfinite(frame.depth)
-    place = camera.points(np.asarray(frame.depth))[used]
+    place = np.asarray(camera.points(np.asarray(frame.depth)), float)[used]
     return place, normal[used], area[used] * STEP**2, np.asarray(frame.ir, float)[used]
 
 
@@ -80,7 +80,7 @@ def term(folder: Path, camera: Camera, at: Squares) -> Array:
         frame = recording[int(view)]
         found = seen_board(frame, camera, board)
         assert found is not None  # its squares were measured
-        normal = cv2.Rodrigues(found[1][:3])[0][:, 2]
+        normal = np.asarray(cv2.Rodrigues(found[1][:3])[0][:, 2], float)
         normal = normal if normal @ found[1][3:] < 0 else -normal
         seen = surfaces(frame, camera)
         for i in np.flatnonzero(at.view == view):

@@ -31,7 +31,7 @@ def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) ->
         columns = np.column_stack([one, two])
         if a.name == b.name or not np.all(np.any(columns, axis=0)):
             continue
-        weights = np.linalg.lstsq(columns, footprint, rcond=1e-9)[0]
+        weights = np.asarray(np.linalg.lstsq(columns, footprint, rcond=1e-9)[0], float)
         made = columns @ weights
         cosine = float(np.linalg.norm(made) / max(float(np.linalg.norm(footprint)), 1e-300))
         fits = possible(a, weights[:1]) and possible(b, weights[1:])

@@ -121,5 +121,4 @@ def jump(depth: Image) -> Image:
         for own, other in ((at + stride, -change), (at, change)):
             take = (np.abs(other) > np.abs(best[own])) & (np.abs(other) > JUMP * z[own])
             best[own[take]] = other[take]
-    best = best.reshape(height, width)
-    return np.where(np.isfinite(depth), best, np.nan).astype(depth.dtype)
+    return np.where(np.isfinite(depth), best.reshape(height, width), np.nan).astype(depth.dtype)
