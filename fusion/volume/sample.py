@@ -68,7 +68,7 @@ def corners(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(
         first = entry(n, (i * BLOCK + j) * BLOCK + k)
         at = first + ti.Vector([o // 4 * 128 + o // 2 % 2 * 16 + o % 2 for o in range(8)])
     else:
-        for o in ti.static(range(8)):
+        for o in range(8):
             block, voxel = place(n, i + o // 4, j + o // 2 % 2, k + o % 2, neighbours)
             known = known and block >= 0
             at[o] = entry(ti.max(block, 0), voxel)
@@ -118,8 +118,10 @@ def smooth(
     g = ti.Vector([0.0, 0.0, 0.0])
     known = True
     for axis in ti.static(range(3)):
-        for c in ti.static([o for o in range(8) if not o & 4 >> axis]):  # the four edges along the axis
+        one, other = ti.static((axis + 1) % 3, (axis + 2) % 3)
+        for q in range(4):  # the four edges along the axis; written out they would take long to load from the cache
             before, after = 0.0, 0.0
+            c = (q // 2) * ti.static(4 >> one) + (q % 2) * ti.static(4 >> other)
             if known:
                 at = ti.Vector([cell[0] + c // 4, cell[1] + c // 2 % 2, cell[2] + c % 2])
                 step = ti.Vector([axis == 0, axis == 1, axis == 2])
@@ -127,12 +129,10 @@ def smooth(
                 before, w0 = value(n, low[0], low[1], low[2], neighbours, voxels)
                 after, w1 = value(n, high[0], high[1], high[2], neighbours, voxels)
                 known = ti.min(w0, w1) > 0.0
-            part = 1.0
-            for other in ti.static(range(3)):
-                if ti.static(other != axis):
-                    part *= a[other] if ti.static(c & 4 >> other) else 1.0 - a[other]
-            rise = f[c | (4 >> axis)] - before
-            g[axis] += 0.5 * part * (rise + (after - f[c] - rise) * a[axis])
+            part = ti.select(q // 2 == 1, a[one], 1.0 - a[one]) * ti.select(q % 2 == 1, a[other], 1.0 - a[other])
+            here, there = f[c], f[c | ti.static(4 >> axis)]
+            rise = there - before
+            g[axis] += 0.5 * part * (rise + (after - here - rise) * a[axis])
     if not known:
         g = ti.Vector([0.0, 0.0, 0.0])
     return g
