@@ -6,6 +6,7 @@ from html import escape
 import numpy as np
 
 LEVELS = ("ok", "warning", "bad")
+WORDS = 30  # characters: a longer cell is no number, and would push the others out of the page
 
 # shape and word tell the level too, so that colour is never the only carrier
 _LAMPS = {
@@ -50,11 +51,15 @@ def settings_table(settings: Mapping[str, object]) -> str:
 
 
 def numbers_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of numbers: the first column names the row, the others are right-aligned."""
-    top = "".join(f'<th scope="col"{"" if i == 0 else " class=number"}>{escape(x)}</th>' for i, x in enumerate(head))
+    """A table of numbers: the first column names the row, the others are right-aligned; columns of words wrap."""
+    kinds = [
+        ' class="words"' if any(len(row[i]) > WORDS for row in rows) else ' class="number"' for i in range(len(head))
+    ]
+    kinds[0] = ""
+    top = "".join(f'<th scope="col"{kind}>{escape(x)}</th>' for kind, x in zip(kinds, head, strict=True))
     body = "".join(
         f'<tr><th scope="row">{escape(row[0])}</th>'
-        + "".join(f'<td class="number">{escape(cell)}</td>' for cell in row[1:])
+        + "".join(f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds[1:], row[1:], strict=True))
         + "</tr>"
         for row in rows
     )
