@@ -122,8 +122,12 @@ def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:
     """Predict every look with a sensor model and cut it into tiles."""
     many = {look.place for look in looks if sum(other.place == look.place for other in looks) > SERIES}
     patches = [_patch(sensor, look, 2 if look.place in many else 1) for look in looks]
-    while sum(len(patch.tiles) for patch in patches) > MOST_TILES and patches[0].tiles.side < LARGEST_PX:
-        patches = [replace(p, tiles=tiling(p.tiles.label >= 0, 2 * p.tiles.side)) for p in patches]
+    start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)
+    while count > MOST_TILES and side < LARGEST_PX:
+        # no larger than they must be: what swings within a tile is not seen
+        side = min(max(side + 1, int(side * np.sqrt(count / MOST_TILES))), LARGEST_PX)
+        patches = [replace(p, tiles=tiling(p.tiles.label >= 0, p.tiles.side // SIDE_PX * side)) for p in start]
+        count = sum(len(patch.tiles) for patch in patches)
     return Observations(sensor, tuple(patches))
 
 

@@ -1,0 +1,23 @@
+"""How large tiles are: as small as the time that many of them take allows."""
+
+import numpy as np
+from made_up_walls import looks_at, sensor_of
+
+from fusion.discrepancy import observations
+from fusion.discrepancy.observations import observe
+from fusion.discrepancy.tiles import SIDE_PX
+
+
+def test_with_too_many_tiles_they_are_no_larger_than_they_must_be(monkeypatch):
+    sensor = sensor_of("itof")
+    looks = looks_at(sensor, 0)
+    usual = observe(sensor, looks)
+    count = len(usual.residual)
+    assert {patch.tiles.side for patch in usual.patches} == {SIDE_PX}
+    for share in (0.9, 0.4):
+        monkeypatch.setattr(observations, "MOST_TILES", share * count)
+        fewer = observe(sensor, looks)
+        side = fewer.patches[0].tiles.side
+        # the image is some ten tiles wide: those at its border come and go by a tenth, in both directions
+        assert 0.7 * share * count < len(fewer.residual) <= share * count
+        assert side <= np.ceil(1.1 * SIDE_PX / np.sqrt(share)) + 1
