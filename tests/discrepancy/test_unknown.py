@@ -1,6 +1,6 @@
 """What no entry explains gets a form, a frame, a table that corrects and simulates, and a reason for no name."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -12,10 +12,11 @@ from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.observations import observe
+from fusion.discrepancy.tiles import tiling
 from fusion.discrepancy.unknown.families import Shape
 from fusion.discrepancy.unknown.in_place import explains_more
 from fusion.discrepancy.unknown.law import law_of
-from fusion.discrepancy.unknown.table import joined
+from fusion.discrepancy.unknown.table import joined, span_of
 from fusion.discrepancy.unknown.terms import Term, _plainest
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
@@ -81,6 +82,13 @@ def test_the_verdict_says_form_frame_and_why_it_has_no_name(found):
     assert entry["frame"]["name"] == "sensor"
     assert entry["nearest"]["effect"] in entry["where"]["text"] and "explains" in entry["nearest"]["reason"]
     assert 0 < entry["evidence"]["heldout_gain"] <= 1 and entry["parameters"]["rms"]["value"] > 0
+
+
+def test_a_look_without_any_tile_bounds_no_table(found):
+    first, *others = found.before.patches
+    empty = replace(first, tiles=tiling(np.zeros(first.depth.shape, bool)))
+    with_it, without = (replace(found.before, patches=tuple(p)) for p in ([empty, *others], others))
+    assert span_of("depth", with_it) == span_of("depth", without)
 
 
 def test_two_tables_act_as_their_sum():

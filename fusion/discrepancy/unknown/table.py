@@ -118,7 +118,8 @@ def span_of(name: str, observations: Observations) -> tuple[float, float]:
     for patch in observations.patches:
         values = np.broadcast_to(np.asarray(VARIABLES[name](patch.depth, patch.view), float), camera.shape)
         used = values[(patch.tiles.label >= 0) & np.isfinite(values)]
-        seen += [float(used.min()), float(used.max())]
+        if used.size:  # a look may be without any tile
+            seen += [float(used.min()), float(used.max())]
     low, high = min(seen), max(seen)
     if name in ("amplitude", "disparity", "depth", "range") and low > 0:
         return low / (1 + BEYOND), high * (1 + BEYOND)
