@@ -11,9 +11,10 @@ from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.axis import Axis
-from fusion.turntable.finish import finish, rays_of
+from fusion.turntable.finish import finish
 from fusion.turntable.log import with_log
 from fusion.turntable.motion import Motion, estimate_motion
+from fusion.turntable.rays import rays_of
 from fusion.turntable.views import Region, View, usable, view
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume

@@ -9,61 +9,22 @@ moves with the frames and the loop closes in one solution instead of creeping.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
+from fusion import compute
 from fusion.geometry import pose
-from fusion.geometry.depth import PointMap
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.rough import HALF, shared_errors
+from fusion.turntable.rays import Bundle, Rays, bundle
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
-CUT = 3.5  # robust standard deviations at which a pixel stops to count
-TILE = 16  # [px] farther apart than this, errors are taken as independent (guess)
-CELLS = 2.0  # [voxels] edge of a cell with one offset
-LEAST_COSINE = 0.2  # of ray and model normal
-PLATE_LEVEL, PLATE_NEAR = 0.9, 0.03  # cosine to the axis, and height [m], of what may be the plate
 FOOT = 0.1  # share of the height that what it stands on is mixed into, by matching windows and wide pixels (guess)
 SHARED = 4
-
-
-@dataclass(frozen=True)
-class Rays:
-    """What one frame shows of the object.
-
-    Attributes:
-        points, normals: (n, 3) in the camera [m].
-        sigma: (n,) standard deviation of the depth [m].
-        spoilt: (n,) by how much the errors of rough places (see `shared_errors`) widen it.
-        pixels: (n, 2) row and column, counted on the grid that was kept.
-    """
-
-    points: Array
-    normals: Array
-    sigma: Array
-    spoilt: Array
-    pixels: NDArray[np.int64]
-
-
-def rays_of(surface: PointMap, usable: NDArray[np.bool_], most: int = 20_000) -> Rays:
-    """The usable pixels (h, w) of a surface, on a coarser grid where they are more than `most`."""
-    stride = max(1, int(np.ceil(np.sqrt(usable.sum() / most))))
-    grid = np.zeros_like(usable)
-    grid[::stride, ::stride] = usable[::stride, ::stride]
-    grid &= np.isfinite(surface.sigma)
-    pixels = np.argwhere(grid)
-    # n pixels with a common error tell as little as one with it: n of them weigh 1 / (noise + n * common) each
-    together = ((2 * HALF + 1) / stride) ** 2
-    common = shared_errors(surface.points[..., 2], surface.sigma, usable & np.isfinite(surface.sigma))[grid]
-    return Rays(
-        surface.points[grid].astype(float), surface.normals[grid].astype(float),
-        surface.sigma[grid].astype(float), np.sqrt(1 + together * common), pixels // stride,
-    )  # fmt: skip
+SOME = 100_000  # equations that tell their scale
 
 
 @dataclass(frozen=True)
@@ -76,17 +37,22 @@ class Finished:
 
 
 @dataclass(frozen=True)
-class _Equations:
-    """The equations of all frames, m of them: frame, place on the model, residual, derivatives, sigma, pixel."""
+class Equations:
+    """The equations of all frames, m of them, sorted by their cell on the model.
 
-    frame: NDArray[np.int64]  # (m,)
-    place: Array  # (m, 3) in the object's frame
-    residual: Array  # (m,) along the model's normal [m]
-    angle: Array  # (m,) derivative in the frame's angle
-    shared: Array  # (m, 4) in the axis (see `_moved`)
-    sigma: Array  # (m,)
-    spoilt: Array  # (m,)
-    pixels: NDArray[np.int64]  # (m, 2)
+    Attributes:
+        rows: (m, 9) residual [m], derivatives in the frame's angle and in the axis (4, see `_moved`), sigma [m],
+            by how much rough places widen it, height [m].
+        frame, ray: (m,) where each comes from.
+        first: (cells + 1,) where those of each cell begin.
+        n: number of frames.
+    """
+
+    rows: NDArray[np.float32]
+    frame: NDArray[np.int32]
+    ray: NDArray[np.int32]
+    first: NDArray[np.int32]
+    n: int
 
 
 def finish(
@@ -105,86 +71,43 @@ def finish(
     """
     axis, angles = motion
     std = np.full(len(angles), np.nan)
+    together = bundle(rays)
     for _ in range(rounds):
         volume = build(axis, angles)
-        cell = CELLS * volume.settings.voxel
         for _ in range(2):
-            e = _equations(rays, (axis, angles), volume)
-            shared = _solve(_steady(e), cell, len(angles)).step[:SHARED]
+            e = equations(together, (axis, angles), volume)
+            if len(e.rows) == 0:  # nothing of what was seen lies near the model
+                return Finished(axis, angles, std)
+            shared = _solve(e, None, steady=True).step[:SHARED]
             # the angles need all relief there is; what it gets wrong goes into an axis of their own, which is dropped
-            found = _solve(e, cell, len(angles))
+            found = _solve(e, together.tiles)
             axis, angles = _moved(axis, shared), angles + found.step[SHARED:]
             angles = angles - angles[np.isfinite(angles)][0]
             std = np.where(np.isfinite(angles), found.std[SHARED:], np.nan)
     return Finished(axis, angles, std)
 
 
-def _equations(
-    rays: Sequence[Rays | None],
-    motion: tuple[Axis, Array],
-    volume: Volume,
-) -> _Equations:
+def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume) -> Equations:
+    """What each ray says where it meets the model."""
+    from fusion.turntable.meeting import CELLS, COLUMNS, by_cell, meet  # starts Taichi
+
+    compute.start()
     axis, angles = motion
-    T_object_camera = axis.object_frame()
-    parts = []
-    for i, (seen, angle) in enumerate(zip(rays, angles, strict=True)):
-        if seen is not None and np.isfinite(angle):
-            parts.append(_of_frame(i, seen, (T_object_camera, float(angle)), volume))
-    return _Equations(*(np.concatenate(values) for values in zip(*parts, strict=True)))
-
-
-def _steady(e: _Equations) -> _Equations:
-    """What tells where the axis is: not the object's foot, and of rough places as much as their windows tell."""
-    low, high = np.percentile(e.place[:, 2], [0.2, 99.8])
-    return _chosen(replace(e, sigma=e.sigma * e.spoilt), e.place[:, 2] >= low + FOOT * (high - low))
-
-
-def _chosen(e: _Equations, kept: NDArray[np.bool_]) -> _Equations:
-    return replace(e, **{entry.name: getattr(e, entry.name)[kept] for entry in fields(e)})
-
-
-def _of_frame(
-    number: int,
-    rays: Rays,
-    place: tuple[Array, float],
-    volume: Volume,
-) -> tuple[NDArray, ...]:
-    """The equations of one frame, in the order of `_Equations`."""
-    T_object_camera, angle = place
-    back = pose.about_axis(np.zeros(3), np.array([0, 0, 1.0]), -angle)
-    T = back @ T_object_camera
-    R = T[:3, :3]
-    measured = pose.transform(T, rays.points)
-    direction = rays.points / np.linalg.norm(rays.points, axis=1)[:, None] @ R.T
-    reach = 0.75 * volume.settings.truncation
-    x, distance, normal = _meet(volume, measured, direction, reach)
-    with np.errstate(invalid="ignore"):
-        residual = np.einsum("ij,ij->i", measured - x, normal) + distance
-        cosine = -np.einsum("ij,ij->i", direction, normal)
-        alike = np.einsum("ij,ij->i", rays.normals @ R.T, normal) > 0.7
-        plate = (np.abs(normal[:, 2]) > PLATE_LEVEL) & (x[:, 2] < PLATE_NEAR)
-        good = (np.abs(residual) < reach) & (cosine > LEAST_COSINE) & alike & ~plate
-    x, normal, residual = x[good], normal[good], residual[good]
-    turned, table_normal = x @ back[:3, :3], normal @ back[:3, :3]  # on the table, before its turn is undone
-    shared = np.column_stack([np.cross(turned, table_normal)[:, :2], table_normal[:, :2]])
-    by_angle = normal[:, 0] * x[:, 1] - normal[:, 1] * x[:, 0]
-    sigma = np.maximum(rays.sigma[good] * cosine[good], 1e-5)
-    return np.full(len(x), number), x, residual, by_angle, shared, sigma, rays.spoilt[good], rays.pixels[good]
-
-
-def _meet(volume: Volume, measured: Array, direction: Array, reach: float) -> tuple[Array, Array, Array]:
-    """Where rays through measured points (n, 3) meet the model: the place, the field there, its unit normal."""
-    x = measured
-    with np.errstate(invalid="ignore", divide="ignore"):
-        for _ in range(2):
-            distance, gradient, _ = volume.sample(x)
-            slope = np.einsum("ij,ij->i", gradient, direction)
-            step = np.where(slope < -0.5 * LEAST_COSINE, -distance / slope, np.nan)
-            x = x + np.clip(step, -3 * reach, 3 * reach)[:, None] * direction
-        distance, gradient, _ = volume.sample(x)
-        size = np.linalg.norm(gradient, axis=1)
-        normal = np.where(size[:, None] > 0.5, gradient / size[:, None], np.nan)
-    return x, distance.astype(float), normal.astype(float)
+    back = np.array([pose.about_axis(np.zeros(3), np.array([0, 0, 1.0]), -a) for a in np.nan_to_num(angles)])
+    poses = np.column_stack([(back @ axis.object_frame())[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])
+    poses[~np.isfinite(angles)] = np.nan
+    cell, out = np.empty(len(rays.frame), np.int32), np.empty((len(rays.frame), COLUMNS), np.float32)
+    blocks, reach = volume.blocks, 0.75 * volume.settings.truncation
+    meet(
+        rays.frame, rays.values, poses.astype(np.float32), blocks.keys, blocks.ids, blocks.neighbours, blocks.flat,
+        volume.settings.voxel, reach, cell, out,
+    )  # fmt: skip
+    counts = np.bincount(cell[cell >= 0], minlength=volume.block_count * CELLS)
+    ends = np.cumsum(counts)
+    order = np.empty(int(counts.sum()), np.int32)
+    by_cell(cell, (ends - counts).astype(np.int32), order)
+    first = np.append(0, ends[counts > 0]).astype(np.int32)
+    return Equations(out[order], rays.frame[order], order, first, rays.n)
 
 
 @dataclass(frozen=True)
@@ -195,67 +118,45 @@ class _Solution:
     std: Array
 
 
-def _solve(equations: _Equations, cell: float, n: int) -> _Solution:
-    """One Gauss-Newton step; the cells' offsets are eliminated."""
-    e = equations
-    cells = _numbered(np.floor(e.place / cell).astype(np.int64))
-    offset, spread = _offsets(e, cells)
-    fits = np.isfinite(spread)
-    e = _chosen(e, fits)
-    cells, offset, spread = cells[fits], offset[fits], spread[fits]
-    rest = (e.residual - offset) / spread
-    J = _wide(np.column_stack([e.shared, e.angle]) / spread[:, None], e.frame, n)
-    count = int(np.max(cells)) + 1
-    member = sparse.csr_matrix((1 / spread, (cells, np.arange(len(cells)))), (count, len(cells)))
-    total = np.maximum(np.bincount(cells, spread**-2, count), 1e-12)
-    together = member @ J
-    H = (J.T @ J - together.T @ sparse.diags(1 / total) @ together).toarray()
-    step, std = _step(H, J.T @ rest)
-    return _Solution(step, std * _alike(e, rest, spread))
+def _solve(e: Equations, tiles: NDArray[np.int32] | None, steady: bool = False) -> _Solution:
+    """One Gauss-Newton step; the cells' offsets are eliminated.
 
-
-def _numbered(places: NDArray[np.int64]) -> NDArray[np.int64]:
-    """A number (m,) from 0 on for each different row of places (m, k), in their order.
-
-    Places are those of one object, so counting them in a grid is quicker than sorting (0.02 s against 1.1 s a million).
+    Args:
+        e: the equations.
+        tiles: of the rays, within which errors are alike; None takes them as independent.
+        steady: only what tells where the axis is: not the object's foot, and of rough places as much as their windows
+            tell.
     """
-    low = places.min(axis=0)
-    size = places.max(axis=0) - low + 1
-    flat = np.ravel_multi_index(tuple((places - low).T), tuple(size))
-    if np.prod(size) > 50e6:  # the grid would cost more than the places
-        return np.unique(flat, return_inverse=True)[1]
-    return np.asarray(np.cumsum(np.bincount(flat) > 0)[flat] - 1)
+    from fusion.turntable.cells import normal_equations, settle
+
+    low, high = np.percentile(e.rows[:: max(1, len(e.rows) // SOME), 8], [0.2, 99.8])
+    lowest = float(low + FOOT * (high - low)) if steady else -np.inf
+    offset = np.zeros(len(e.first) - 1)
+    for _ in range(2):
+        settle(e.rows, e.first, offset, _scale(e, offset, steady, lowest), steady, lowest)
+    scale = _scale(e, offset, steady, lowest)
+    H, g = normal_equations(e.rows, e.frame, e.first, offset, e.n, (scale, steady, lowest))
+    step, std = _step(H, g)
+    return _Solution(step, std if tiles is None else std * _alike(e, tiles, offset, scale))
 
 
-def _alike(e: _Equations, rest: Array, spread: Array) -> float:
+def _scale(e: Equations, offset: Array, steady: bool, lowest: float) -> float:
+    """Observed over declared spread, from the median of some equations."""
+    some = np.arange(0, len(e.rows), max(1, len(e.rows) // SOME))
+    rest = e.rows[some, 0] - offset[np.searchsorted(e.first, some, side="right") - 1]
+    sigma = e.rows[some, 6] * e.rows[some, 7] if steady else e.rows[some, 6]
+    taken = e.rows[some, 8] >= lowest
+    return max(1.4826 * float(np.median(np.abs(rest[taken]) / sigma[taken])), 0.1) if taken.any() else 1.0
+
+
+def _alike(e: Equations, tiles: NDArray[np.int32], offset: Array, scale: float) -> float:
     """By how much errors that neighbouring pixels share widen the standard deviations (clustered by tiles)."""
-    share = rest * e.angle / spread
-    tile = np.column_stack([e.frame, e.pixels // TILE])
-    tiles = _numbered(tile)
-    return max(1.0, float(np.sqrt(np.sum(np.bincount(tiles, share) ** 2) / np.maximum(np.sum(share**2), 1e-300))))
+    from fusion.turntable.cells import CUT
 
-
-def _offsets(e: _Equations, cells: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Offset of each equation's cell (m,) [m], and the spread (m,) [m] its robust weight stands for; NaN is out."""
-    count = int(np.max(cells)) + 1
-    offset = np.zeros(count)
-    spread = np.full(len(cells), np.nan)
-    for _ in range(3):
-        rest = e.residual - offset[cells]
-        scale = max(1.4826 * float(np.median(np.abs(rest) / e.sigma)), 0.1)
-        shape = tukey(rest / (scale * e.sigma), CUT)
-        weight = shape / (scale * e.sigma) ** 2
-        total = np.bincount(cells, weight, count)
-        offset = np.bincount(cells, weight * e.residual, count) / np.maximum(total, 1e-12)
-        spread = np.where(shape > 1e-3, scale * e.sigma / np.sqrt(np.maximum(shape, 1e-3)), np.nan)
-    return offset[cells], spread
-
-
-def _wide(columns: Array, frame: NDArray[np.int64], n: int) -> sparse.csr_matrix:
-    """Columns (m, 4 + 1), the last of which belongs to the frame's own angle, as (m, 4 + n)."""
-    m, k = columns.shape
-    place = np.column_stack([np.tile(np.arange(SHARED), (m, 1)), SHARED + frame])
-    return sparse.csr_matrix((columns.ravel(), place.ravel(), np.arange(0, m * k + 1, k)), (m, SHARED + n))
+    rest = e.rows[:, 0] - np.repeat(offset, np.diff(e.first))
+    share = rest * e.rows[:, 1] * tukey(rest / (scale * e.rows[:, 6]), CUT) / e.rows[:, 6].astype(float) ** 2
+    tile = np.ravel_multi_index((e.frame, *tiles[e.ray].T), (e.n, *(tiles.max(axis=0) + 1)))
+    return max(1.0, float(np.sqrt(np.sum(np.bincount(tile, share) ** 2) / np.maximum(np.sum(share**2), 1e-300))))
 
 
 def _step(H: Array, g: Array) -> tuple[Array, Array]:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fusion.geometry.depth import point_map
-from fusion.turntable.finish import finish, rays_of
+from fusion.turntable.finish import finish
+from fusion.turntable.rays import rays_of
 from fusion.turntable.views import Region, usable
 from fusion.volume.volume import Volume, VolumeSettings
 
@@ -81,5 +82,12 @@ def test_many_pixels_are_thinned_on_a_grid(owl_scene):
     surface = point_map(owl_scene.depths[0], owl_scene.camera, 0.001)
     everything = rays_of(surface, usable(surface, EVERYWHERE))
     few = rays_of(surface, usable(surface, EVERYWHERE), most=200)
-    assert 100 < len(few.points) <= 300 < len(everything.points)
-    assert few.pixels.max() <= everything.pixels.max() // 2
+    assert 100 < len(few.values) <= 300 < len(everything.values)
+
+
+def test_where_nothing_meets_the_model_the_motion_stays(owl_scene):
+    surface = point_map(owl_scene.depths[0], owl_scene.camera, 0.001)
+    rays = [rays_of(surface, usable(surface, EVERYWHERE))] * len(owl_scene.angles)
+    found = finish(rays, (owl_scene.axis, owl_scene.angles), lambda *_: Volume(VolumeSettings(0.002, 0.010)))
+    assert (found.angles == owl_scene.angles).all()
+    assert np.isnan(found.angle_std).all()

@@ -1,0 +1,114 @@
+# mypy: ignore-errors
+"""Normal equations of all frames against a model whose surface is unknown too, cell by cell, on Taichi.
+
+Each cell of the surface has one offset along its normal. It is eliminated where the cell's equations stand together,
+so only the axis (4) and the angles (n) remain. Sums go from cell to cell in a fixed order: the same scan gives the
+same result.
+"""
+
+import numpy as np
+import taichi as ti
+
+from fusion.volume.blocks import F32_2, I32, I32_2
+
+F64 = ti.types.ndarray(ti.f64, 1)
+F64_2 = ti.types.ndarray(ti.f64, 2)
+F64_3 = ti.types.ndarray(ti.f64, 3)
+SHARED = 4  # unknowns of the axis
+PARTS = 16  # of the cells, side by side
+CUT = 3.5  # robust standard deviations at which a pixel stops to count
+
+
+@ti.func
+def _weight(row: ti.template(), rows: ti.template(), offset: ti.f64, scale: ti.f64, steady: ti.i32, lowest: ti.f64):
+    """Robust weight [1/m^2] of a row (see `meeting.COLUMNS`) about its cell's offset; 0 where it takes no part."""
+    sigma = scale * rows[row, 6]
+    taken = True
+    if steady == 1:
+        sigma *= rows[row, 7]
+        taken = rows[row, 8] >= lowest
+    t = (rows[row, 0] - offset) / (CUT * sigma)
+    left = 1.0 - t * t
+    return ti.select(taken and left > 0.03, left * left / (sigma * sigma), ti.cast(0.0, ti.f64))
+
+
+@ti.kernel
+def settle(rows: F32_2, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, lowest: ti.f64):
+    """Move each cell's offset [m] to the weighted mean of its equations."""
+    for cell in range(offset.shape[0]):
+        total, sum_ = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+        for row in range(first[cell], first[cell + 1]):
+            w = _weight(row, rows, offset[cell], scale, steady, lowest)
+            total += w
+            sum_ += w * rows[row, 0]
+        offset[cell] = sum_ / ti.max(total, 1e-12)
+
+
+@ti.kernel
+def assemble(
+    rows: F32_2, frame: I32, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, lowest: ti.f64,
+    H: F64_3,  # (parts, 4 + n, 4 + n) zeros, out: the lower triangles
+    g: F64_2,  # (parts, 4 + n) zeros, out
+    members: I32_2, sums: F64_2,  # (parts, 4 + n) for each part to work with
+):  # fmt: skip
+    """Add up what the cells of each part say of axis and angles."""
+    ti.loop_config(block_dim=1)
+    for part in range(H.shape[0]):
+        count = offset.shape[0]
+        for cell in range(count * part // H.shape[0], count * (part + 1) // H.shape[0]):
+            total, mean = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+            for row in range(first[cell], first[cell + 1]):
+                w = _weight(row, rows, offset[cell], scale, steady, lowest)
+                total += w
+                mean += w * rows[row, 0]
+            if total > 0.0:
+                mean /= total
+                seen = SHARED  # unknowns that the cell touches: the axis, then its frames
+                for a in range(SHARED):
+                    members[part, a] = a
+                    sums[part, a] = 0.0
+                for row in range(first[cell], first[cell + 1]):
+                    w = _weight(row, rows, offset[cell], scale, steady, lowest)
+                    if w > 0.0:
+                        own = SHARED + frame[row]
+                        if members[part, seen - 1] != own:
+                            members[part, seen] = own
+                            sums[part, seen] = 0.0
+                            seen += 1
+                        by_angle = ti.cast(rows[row, 1], ti.f64)
+                        rest = w * (rows[row, 0] - mean)
+                        sums[part, seen - 1] = sums[part, seen - 1] + w * by_angle
+                        H[part, own, own] = H[part, own, own] + w * by_angle * by_angle
+                        g[part, own] = g[part, own] + rest * by_angle
+                        for a in range(SHARED):
+                            by_axis = w * rows[row, 2 + a]
+                            sums[part, a] = sums[part, a] + by_axis
+                            g[part, a] = g[part, a] + rest * rows[row, 2 + a]
+                            H[part, own, a] = H[part, own, a] + by_axis * by_angle
+                            for b in range(a + 1):
+                                H[part, a, b] = H[part, a, b] + by_axis * rows[row, 2 + b]
+                for k in range(seen):
+                    a, share = members[part, k], sums[part, k] / total
+                    for j in range(k + 1):
+                        b = members[part, j]
+                        H[part, a, b] = H[part, a, b] - share * sums[part, j]
+
+
+def normal_equations(rows, frame, first, offset, n, how):
+    """Normal matrix (4 + n, 4 + n) and vector (4 + n,); the cells' offsets (k,) are eliminated.
+
+    Args:
+        rows, frame, first: the equations, see `Equations`.
+        offset: (k,) [m] about which the robust weights are taken.
+        n: number of frames.
+        how: scale, steady and lowest as in `settle`.
+    """
+    H = np.zeros((PARTS, SHARED + n, SHARED + n))
+    g, members, sums = (
+        np.zeros((PARTS, SHARED + n)),
+        np.zeros((PARTS, SHARED + n), np.int32),
+        np.zeros((PARTS, SHARED + n)),
+    )
+    assemble(rows, frame, first, offset, *how, H, g, members, sums)
+    lower = H.sum(axis=0)
+    return lower + np.tril(lower, -1).T, g.sum(axis=0)

@@ -1,0 +1,81 @@
+# mypy: ignore-errors
+"""Where the rays of all frames meet the model, and what each says there, in one Taichi kernel."""
+
+import taichi as ti
+
+from fusion.volume.blocks import F32, F32_2, I32, I32_2, I64, lookup
+from fusion.volume.sample import blend, corners, slope
+
+vec3 = ti.types.vector(3, ti.f32)
+COLUMNS = 9  # of a ray's equation: residual [m], derivatives in the angle and the axis (4), sigma, spoilt, height [m]
+CELLS = 64  # of one offset each in a block: two voxels along their edges
+CLOSE = 0.02  # voxels from the surface at which a ray has met it
+LEAST_COSINE = 0.2  # of ray and model normal
+ALIKE = 0.7  # least cosine between the normals of pixel and model
+PLATE_LEVEL, PLATE_NEAR = 0.9, 0.03  # cosine to the axis, and height [m], of what may be the plate
+
+
+@ti.kernel
+def meet(
+    frame: I32,  # (m,)
+    rays: F32_2,  # (m, 8) as in `Rays`
+    poses: F32_2,  # (n, 14) rows of T_object_camera, turn taken back; cosine and sine of the turn; NaN takes no part
+    keys: I64, ids: I32, neighbours: I32_2, voxels: F32,  # of the model, see `Blocks`
+    voxel: ti.f32,
+    reach: ti.f32,  # largest distance from the model [m]
+    cell: I32,  # (m,) out: place on the model, -1 for a ray that says nothing
+    out: F32_2,  # (m, 9) out: the equation, see `COLUMNS`
+):  # fmt: skip
+    for i in range(frame.shape[0]):
+        cell[i] = -1
+        T = ti.Matrix([[poses[frame[i], 4 * r + c] for c in ti.static(range(3))] for r in ti.static(range(3))])
+        origin = vec3(poses[frame[i], 3], poses[frame[i], 7], poses[frame[i], 11])
+        p = vec3(rays[i, 0], rays[i, 1], rays[i, 2])
+        measured = T @ p + origin
+        d = T @ (p / p.norm())
+        x, distance, gradient, block, at = measured, 0.0, vec3(0.0), -1, ti.Vector([0, 0, 0])
+        known = ti.abs(measured / voxel).max() < 1e6  # of NaN no comparison is true
+        for step in range(3):
+            if known and (step == 0 or ti.abs(distance) > CLOSE * voxel):
+                if step > 0:
+                    along = gradient.dot(d)
+                    known = along < -0.5 * LEAST_COSINE
+                    x += ti.math.clamp(-distance / along, -3.0 * reach, 3.0 * reach) * d
+                base = ti.cast(ti.floor(x / voxel), ti.i32)
+                block, at = lookup(base[0] >> 3, base[1] >> 3, base[2] >> 3, keys, ids), base & 7
+                known = known and block >= 0
+                if known:
+                    f, lowest = corners(block, at[0], at[1], at[2], neighbours, voxels)
+                    known = lowest > 0.0
+                    distance, gradient = blend(f, x / voxel - base), slope(f, x / voxel - base) / voxel
+        size = gradient.norm()
+        if known and size > 0.5:
+            n = gradient / size
+            residual = (measured - x).dot(n) + distance
+            cosine = -d.dot(n)
+            alike = (T @ vec3(rays[i, 3], rays[i, 4], rays[i, 5])).dot(n) > ALIKE
+            plate = ti.abs(n[2]) > PLATE_LEVEL and x[2] < PLATE_NEAR
+            if ti.abs(residual) < reach and cosine > LEAST_COSINE and alike and not plate:
+                cell[i] = block * CELLS + (at[0] >> 1) * 16 + (at[1] >> 1) * 4 + (at[2] >> 1)
+                c, s = poses[frame[i], 12], poses[frame[i], 13]
+                # place and normal on the table, before its turn is undone
+                y, m = (
+                    vec3(c * x[0] - s * x[1], s * x[0] + c * x[1], x[2]),
+                    vec3(c * n[0] - s * n[1], s * n[0] + c * n[1], n[2]),
+                )
+                arm = y.cross(m)
+                sigma = ti.max(rays[i, 6] * cosine, 1e-5)
+                row = (residual, n[0] * x[1] - n[1] * x[0], arm[0], arm[1], m[0], m[1], sigma, rays[i, 7], x[2])
+                for k in ti.static(range(COLUMNS)):
+                    out[i, k] = row[k]
+
+
+@ti.kernel
+def by_cell(cell: I32, place: I32, order: I32):
+    """Numbers of the rays sorted by cell, in their own order within; place holds where each cell's begin."""
+    ti.loop_config(serialize=True)
+    for i in range(cell.shape[0]):
+        if cell[i] >= 0:
+            at = place[cell[i]]
+            order[at] = i
+            place[cell[i]] = at + 1
