@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from real_scenes.board import author_camera, own_camera, write_boards
+from real_scenes.box import write_box
 from real_scenes.corner import write_corners
 from real_scenes.floor import write_floor
 from real_scenes.objects import write_objects
@@ -77,6 +78,12 @@ TRIALS = {
         "ycbv_0000", write_objects, lambda folder: "kinect-v1", "+0.2 to +0.5 mm; scans of other copies of the things"
     ),
     "corner": Trial("checkerboard_corner", write_corners, lambda folder: "kinect-v1", "steps of 2.85 mm z^2"),
+    "box": Trial(
+        "kleenex_turntable",
+        write_box,
+        lambda folder: "kinect-v1",
+        "stickers on the plate: steps of 12 to 19 deg, not all alike; their path asks for 587 px, the file states 525",
+    ),
 }
 
 

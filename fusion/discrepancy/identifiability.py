@@ -78,6 +78,11 @@ def unseen(found: Sequence[Visibility], principle: str) -> list[str]:
     return [kind.name for kind in could if kind.name not in seen]
 
 
+def stands_out(candidate: Candidate) -> bool:
+    """True when an effect of usual size would stand out by five standard deviations."""
+    return bool(_detectable(candidate) < parameters(candidate.form.kind)[_size_name(candidate)].typical)
+
+
 def _visibility(candidate: Candidate, candidates: Sequence[Candidate], gauge: Gauge) -> Visibility:
     free = solve_triangular(gauge.bare, candidate.columns, lower=True, check_finite=False)
     share = float(np.linalg.norm(candidate.white)) / max(float(np.linalg.norm(free)), 1e-300)

@@ -18,6 +18,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.simulation.render import RayCaster
 
 WALL_M = 0.0003  # guess: how far a wall that was chosen for calibration is from flat
+RECONSTRUCTED_M = 0.005  # guess: what usual sensors measure wrong, and a mesh made of their frames holds
 NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobody measured
 
 
@@ -35,6 +36,7 @@ class Stage:
         table: the turntable on which everything stands; None where nothing turns.
         simulated: the simulation of the recording and the sensor model that goes with it; None where there is a mesh.
         placed_by_images: its poses were found in images of this camera, so that they are as wrong as the camera is.
+        reconstructed: the mesh was made of recordings of this sensor, and holds errors of its own.
     """
 
     recording: Recording
@@ -47,6 +49,7 @@ class Stage:
     table: Table | None = None
     simulated: tuple[Match, Sensor] | None = None
     placed_by_images: bool = False
+    reconstructed: bool = False
 
 
 def stage_of(recording: Recording, place: int) -> Stage:
@@ -73,27 +76,29 @@ def stage_of(recording: Recording, place: int) -> Stage:
     about = about if isinstance(about, dict) else {}
     path = Path(recording.path) / str(mesh)
     caster = RayCaster(read_mesh(path))
+    reconstructed = _told(recording.scene, "mesh_from", "reconstruction", recording)
     return Stage(
         recording,
         place,
         caster,
         number_of(about, "sigma_m", NOMINAL[0], recording),
         number_of(about, "sigma_rad", NOMINAL[1], recording),
-        number_of(recording.scene, "mesh_sigma_m", 0.0, recording),
+        number_of(recording.scene, "mesh_sigma_m", RECONSTRUCTED_M if reconstructed else 0.0, recording),
         sha256(path.read_bytes()).hexdigest(),
         table_of(recording),
-        placed_by_images=_from_images(about, recording),
+        placed_by_images=_told(about, "from", "images", recording),
+        reconstructed=reconstructed,
     )
 
 
-def _from_images(about: dict[str, Any], recording: Recording) -> bool:
-    """True where `scene.json` says that the poses were found in the images; RecordingError when it says what else."""
-    told = about.get("from")
-    if told not in (None, "images"):
+def _told(about: dict[str, Any], key: str, word: str, recording: Recording) -> bool:
+    """True where `scene.json` says this word under a key; RecordingError when it says what else."""
+    told = about.get(key)
+    if told not in (None, word):
         raise RecordingError(
-            '"from" of the poses in scene.json cannot be used', recording.path, repr(told), '"images", or nothing'
+            f'"{key}" in scene.json cannot be used', recording.path, repr(told), f'"{word}", or nothing'
         )
-    return told == "images"
+    return bool(told == word)
 
 
 def number_of(given: dict[str, Any], name: str, usual: float, recording: Recording, most: float = 10.0) -> float:

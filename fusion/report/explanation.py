@@ -109,6 +109,8 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
             "second bounces, a bent target, poses. All that is said holds beyond that."
         )
         lines.append(Light("warning", "Scatter", text))
+    if "reference" in verdict:
+        lines.append(Light("warning", "Reference", verdict["reference"]["text"].replace("_", " ")))
     for entry in missing:
         text = f"{ESTABLISHED} {chance(entry['evidence']['false_alarm_probability'])}"
         alike = rivals_said(entry)

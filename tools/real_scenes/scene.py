@@ -18,12 +18,18 @@ def flat_mesh(x: tuple[float, float], y: tuple[float, float]) -> Mesh:
     return Mesh(corners, np.array([[0, 2, 1], [0, 3, 2]], np.int32))
 
 
-def write_scene(recording: Path, mesh: Mesh, poses: Poses, mesh_sigma_m: float, from_images: bool = False) -> None:
-    """`scene.json` and its mesh, into a folder that holds a recording; `from_images`: where its poses come from."""
+def write_scene(
+    recording: Path, mesh: Mesh, poses: Poses, mesh_sigma_m: float | None, from_images: bool = False
+) -> None:
+    """`scene.json` and its mesh, into a folder that holds a recording; `from_images`: where its poses come from.
+
+    A mesh without `mesh_sigma_m` was reconstructed from the recording itself.
+    """
     write_mesh(recording / "scene.ply", mesh)
     about: dict[str, str | float] = {"source": poses[0], "sigma_m": poses[1], "sigma_rad": poses[2]}
     about |= {"from": "images"} if from_images else {}
-    scene = {"mesh": "scene.ply", "poses": about, "mesh_sigma_m": mesh_sigma_m}
+    known = {"mesh_from": "reconstruction"} if mesh_sigma_m is None else {"mesh_sigma_m": mesh_sigma_m}
+    scene = {"mesh": "scene.ply", "poses": about, **known}
     (recording / "scene.json").write_text(json.dumps(scene, indent=1) + "\n")
 
 

@@ -13,6 +13,7 @@ from fusion.discrepancy.verdict.channel_claims import channel_claim
 from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
 from fusion.discrepancy.verdict.record_next import planned_next, shown_next
+from fusion.discrepancy.verdict.reference import reference_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
 
 FORMAT = "fusion-verdict/1"
@@ -35,6 +36,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     visible = visibilities(found.candidates, found.gauge)
     limits, invisible = limits_of(found, visible, named)
     flight = found.before.patches[0].view.time_of_flight
+    reference = reference_of(found.before, found.gauge, found.candidates)
     return {
         "format": FORMAT,
         "nothing_missing": not missing,
@@ -51,6 +53,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         "invisible": invisible,
         "identifiability": [entry.entry() for entry in visible],
         "would_show": shown_next(invisible, plans),
+        **({"reference": reference} if reference else {}),
     }
 
 
