@@ -9,6 +9,8 @@ from fusion.volume.settings import BLOCK
 from fusion.volume.window import TILE, find
 
 COARSE = 4  # pixels between the rays that are followed first; those between them mostly meet the same surface
+SMOOTH = 0.05  # voxels that a bend may move the surface between two rays; then their curve says where it is
+SPACING = 3.0  # voxels between rays that are done: what fits between them is too narrow for voxels to hold
 CLOSE = 0.02  # voxels from the surface at which a straight line finds it
 
 
@@ -122,6 +124,23 @@ def _expected(depth: ti.template(), v: ti.i32, u: ti.i32, step: ti.i32):
 
 
 @ti.func
+def _between(depth: ti.template(), v: ti.i32, u: ti.i32, dv: ti.i32, du: ti.i32, most: ti.f32):
+    """Depth on the cubic through four pixels in a line, two to either side, one over depth taken as smooth; -1 where
+    one is missing or the curve bends by more than `most` [m]."""
+    height, width = depth.shape[0], depth.shape[1]
+    z = -1.0
+    v0, u0, v1, u1 = v - 3 * dv, u - 3 * du, v + 3 * dv, u + 3 * du
+    if ti.min(v0, u0, v1, u1) >= 0 and ti.max(v0, v1) < height and ti.max(u0, u1) < width:
+        a, b, c, e = depth[v0, u0], depth[v - dv, u - du], depth[v + dv, u + du], depth[v1, u1]
+        near, far = a * e * (b + c), b * c * (a + e)
+        whole = a * b * c * e
+        i = 9.0 * near - far  # 16 * whole / z; of NaN nothing is true
+        if ti.abs(near - far) * whole < 4.0 * most * near * near:
+            z = 16.0 * whole / i
+    return z
+
+
+@ti.func
 def _refine(
     origin: ti.template(), d: ti.template(), guess: ti.f32, keys: ti.template(), ids: ti.template(),
     low: ti.template(), size: ti.template(), grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),
@@ -157,27 +176,36 @@ def cast(
     depth: F32_2,
 ):  # fmt: skip
     """Fills in the depths (NaN before) of every step-th pixel in both directions; those at twice the step are taken as
-    done, unless the step is COARSE. What two such rays enclose is less than two voxels wide, or else
-    every ray is followed from its start: nothing that voxels can hold fits between them."""
+    done, unless the step is COARSE. What two such rays enclose is less than SPACING wide, or else every ray is followed
+    from its start."""
     height, width = depth.shape[0], depth.shape[1]
     side = TILE // step
-    for ray in range(count * side * side):  # one by one: the CPU pool never splits below 512 iterations
-        tile = tiles[ray // (side * side)]
-        tv, tu = tile // first.shape[1], tile % first.shape[1]
-        v = tv * TILE + ray // side % side * step
-        u = tu * TILE + ray % side * step
+    bits = ti.select(side == TILE, 3, ti.select(side == 4, 2, 1))  # divisions would take as long as the rest
+    for ray in range(count << (2 * bits)):  # one by one: the CPU pool never splits below 512 iterations
+        tile = tiles[ray >> (2 * bits)]
+        tv, tu = tile >> 16, tile & 0xFFFF
+        v = tv * TILE + ((ray >> bits) & (side - 1)) * step
+        u = tu * TILE + (ray & (side - 1)) * step
         done = step != COARSE and (v | u) & (2 * step - 1) == 0
         if v < height and u < width and not done:
-            start, end = first[tv, tu], last[tv, tu]
-            R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
-            origin = ti.Vector([pose[3], pose[7], pose[11]]) / voxel
-            d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel  # [voxels per metre of depth]
-            hit = -1.0
+            end = last[tv, tu]
+            z, difference, hit = 0.0, 0.0, -1.0
             if step != COARSE:
                 z, difference = _expected(depth, v, u, step)
-                if z > 0.0 and step * z < voxel * focal and difference < 8.0 * voxel:
-                    hit = _refine(origin, d, z, keys, ids, low, size, grid, neighbours, voxels, voxel)
+                if 2.0 * step * z > SPACING * voxel * focal or difference > 8.0 * voxel:
+                    z = 0.0
+                if z > 0.0 and difference < 2.0 * voxel:
+                    dv, du = ti.select(v & (2 * step - 1) == 0, 0, step), ti.select(u & (2 * step - 1) == 0, 0, step)
+                    hit = _between(depth, v, u, dv, du, SMOOTH * voxel)
             if hit < 0.0:
-                hit = _march(origin, d, start, end, keys, ids, low, size, grid, solid, neighbours, voxels, voxel)
+                R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
+                origin = ti.Vector([pose[3], pose[7], pose[11]]) / voxel
+                d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel  # [voxels per metre of depth]
+                if z > 0.0:
+                    hit = _refine(origin, d, z, keys, ids, low, size, grid, neighbours, voxels, voxel)
+                if hit < 0.0:
+                    hit = _march(
+                        origin, d, first[tv, tu], end, keys, ids, low, size, grid, solid, neighbours, voxels, voxel
+                    )  # fmt: skip
             if hit > 0.0 and hit < end:
                 depth[v, u] = hit

@@ -16,6 +16,7 @@ from fusion.volume.sample import corners, place, slope, smooth
 from fusion.volume.window import find, window
 
 SPAN = 1.5  # voxels to either side over which a normal is taken from the depth image
+PIECE = 32  # pixels of a row that are looked at in turn
 BEND = 1.0  # voxels that its ends may lie beside the tangent
 
 
@@ -46,7 +47,8 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
     seen = window(blocks, camera, T_world_camera, (max(reach[0], 1e-4), reach[1]))
     table = (blocks.keys, blocks.ids, seen.low, seen.size, seen.grid, blocks.solid, blocks.neighbours, blocks.flat)
     T, voxel = rows(T_world_camera), blocks.settings.voxel
-    tiles = np.flatnonzero(seen.last).astype(np.int32)
+    down, across = np.nonzero(seen.last)
+    tiles = (down << 16 | across).astype(np.int32)
     for step in (COARSE, 2, 1):
         cast(step, *table, camera.rays(), T, seen.first, seen.last, tiles, len(tiles), voxel, camera.fx, depth)
     _shade(*table, blocks.colors, camera.rays(), T, voxel, camera.fx, depth, points, normals, colors, colored)
@@ -79,37 +81,41 @@ def _shade(
     image: ti.types.ndarray(ti.u8, 3), colored: ti.template(),
 ):  # fmt: skip
     """Points, normals and colours where rays end."""
-    for row, col in depth:
-        hit = depth[row, col]
-        point, g = ti.Vector([ti.math.nan] * 3), ti.Vector([ti.math.nan] * 3)
-        if hit > 0.0:
-            R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
-            ray = ti.Vector([rays[row, col, 0], rays[row, col, 1], 1.0])
-            span = ti.cast(ti.ceil(SPAN * voxel * focal / hit), ti.i32)
-            g = _across(row, col, span, depth, rays, voxel)
-            known = g.dot(ray) < 0.0  # else at a step, a crease or an end
-            if not known or ti.static(colored):
-                d = R @ ray / voxel
-                p = ti.Vector([pose[3], pose[7], pose[11]]) / voxel + d * hit
-                base = ti.cast(ti.floor(p), ti.i32)
-                n = find(base >> 3, low, size, grid, keys, ids)
-                cell = base & 7
-                if n >= 0 and not known:
-                    f, _lowest = corners(n, cell[0], cell[1], cell[2], neighbours, voxels)
-                    g = smooth(n, cell, p - base, f, neighbours, voxels)
-                    if g.dot(d) >= 0.0:  # unknown, or turned away by what lies behind
-                        g = slope(f, p - base)
-                    g = R.transpose() @ g
-                    known = g.dot(ray) < 0.0
-                if ti.static(colored):  # noqa: SIM102
-                    if n >= 0:
-                        near = ti.cast(ti.floor(p + 0.5), ti.i32) - (base - cell)
-                        b, o = place(n, near[0], near[1], near[2], neighbours)
-                        if b >= 0 and colors[b, o, 3] > 0.0:
-                            for a in ti.static(range(3)):
-                                image[row, col, a] = ti.cast(colors[b, o, a] / colors[b, o, 3] + 0.5, ti.u8)
-            point = ray * hit
-            g = ti.select(known, g / g.norm(), ti.math.nan)
-        for a in ti.static(range(3)):
-            points[row, col, a] = point[a]
-            normals[row, col, a] = g[a]
+    width = depth.shape[1]
+    across = (width + PIECE - 1) // PIECE
+    for piece in range(depth.shape[0] * across):  # a division for every pixel would take as long as the rest
+        row, start = piece // across, piece % across * PIECE
+        for col in range(start, ti.min(start + PIECE, width)):
+            hit = depth[row, col]
+            point, g = ti.Vector([ti.math.nan] * 3), ti.Vector([ti.math.nan] * 3)
+            if hit > 0.0:
+                R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
+                ray = ti.Vector([rays[row, col, 0], rays[row, col, 1], 1.0])
+                span = ti.cast(ti.ceil(SPAN * voxel * focal / hit), ti.i32)
+                g = _across(row, col, span, depth, rays, voxel)
+                known = g.dot(ray) < 0.0  # else at a step, a crease or an end
+                if not known or ti.static(colored):
+                    d = R @ ray / voxel
+                    p = ti.Vector([pose[3], pose[7], pose[11]]) / voxel + d * hit
+                    base = ti.cast(ti.floor(p), ti.i32)
+                    n = find(base >> 3, low, size, grid, keys, ids)
+                    cell = base & 7
+                    if n >= 0 and not known:
+                        f, _lowest = corners(n, cell[0], cell[1], cell[2], neighbours, voxels)
+                        g = smooth(n, cell, p - base, f, neighbours, voxels)
+                        if g.dot(d) >= 0.0:  # unknown, or turned away by what lies behind
+                            g = slope(f, p - base)
+                        g = R.transpose() @ g
+                        known = g.dot(ray) < 0.0
+                    if ti.static(colored):  # noqa: SIM102
+                        if n >= 0:
+                            near = ti.cast(ti.floor(p + 0.5), ti.i32) - (base - cell)
+                            b, o = place(n, near[0], near[1], near[2], neighbours)
+                            if b >= 0 and colors[b, o, 3] > 0.0:
+                                for a in ti.static(range(3)):
+                                    image[row, col, a] = ti.cast(colors[b, o, a] / colors[b, o, 3] + 0.5, ti.u8)
+                point = ray * hit
+                g = ti.select(known, g / g.norm(), ti.math.nan)
+            for a in ti.static(range(3)):
+                points[row, col, a] = point[a]
+                normals[row, col, a] = g[a]
