@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
+from fusion.calibration.depth.harmonics import ALIKE, harmonics
 from fusion.calibration.depth.known import start
 from fusion.calibration.depth.law_sensor import Numbers, with_law
 from fusion.calibration.depth.plane import Plane, find_wall
@@ -31,7 +32,7 @@ from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.file import read_sensor, write_sensor
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import View
+from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ, View
 
 SL = Camera(96, 72, 110.0, 110.0, 47.5, 35.5, depth_scale=10000, principle="structured_light", sensor="S", serial="1")
 TOF = replace(SL, principle="itof", sensor="T")
@@ -132,6 +133,27 @@ def test_what_was_put_in_is_taken_out(camera: Camera, effects: tuple[Effect, ...
     assert left_over(found, camera, effects) < 1e-3
     assert found.best.error < 0.3 * found.before.error
     assert found.best.error < 2 * np.hypot(LASER, NOISE)
+
+
+def test_waves_of_the_modulation_have_its_periods():
+    # three and six waves per turn at 80 and 120 MHz, as three phase steps leave; a free period errs by up to 1 %
+    turn = LIGHT_SPEED / (2 * 80e6), LIGHT_SPEED / (2 * 120e6)
+    periods = np.array([turn[0] / 3, turn[1] / 3, turn[1] / 6])
+    waves = CyclicError(np.array([4e-3, 2.5e-3, 1.5e-3]), periods, np.array([0.6, 2.0, 4.0]))
+    found = calibrated(TOF, (waves,))
+    assert found.best.candidate.periods
+    effect = found.sensor.effect("cyclic_error")
+    assert isinstance(effect, CyclicError)
+    # held at what the modulation says, to the digits of its name
+    np.testing.assert_allclose(sorted(effect.period), sorted(periods), rtol=1e-5)
+
+
+def test_harmonics_are_each_named_once():
+    found = np.array(harmonics(MODULATIONS_HZ))
+    # 16 MHz only counts the turns: it adds no wave
+    assert tuple(found) == harmonics((80e6, 120e6))
+    assert np.all(np.diff(found) > ALIKE * found[:-1])
+    assert np.any(np.isclose(found, LIGHT_SPEED / (2 * 80e6) / 3))
 
 
 def test_the_curve_holds_the_truth():

@@ -11,6 +11,7 @@ from fusion.calibration.depth.board_walls import board_walls
 from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, richest, terms_for
 from fusion.calibration.depth.curve import Curve, span
 from fusion.calibration.depth.fitted import Fitted, Setting, finish
+from fusion.calibration.depth.harmonics import harmonics
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
 from fusion.calibration.depth.notes import notes_on
@@ -27,7 +28,7 @@ from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import stretch
+from fusion.sensor.view import MODULATIONS_HZ, stretch
 
 NODE = 0.04  # [m] a fifth of the shortest wave that matters: c / 2f over six at 120 MHz
 LEAST_LIMIT = 10.0  # [px] a smaller disc says nothing about a wall's tilt
@@ -140,9 +141,10 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     camera, known = begin.camera, begin.known
     nodes, light = _nodes(walls, begin), _ir_reference(walls)
     have = {effect.name for effect in begin.uncorrected.effects}
-    terms = [term for term in terms_for(known.principle, nodes, light) if term.effect not in have]
+    periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == "itof" else ()
+    terms = [term for term in terms_for(known.principle, nodes, light, periods) if term.effect not in have]
     problem, seen = _problem(walls, begin, terms)
-    judged = judge_all(problem, _candidates(known.principle, seen, walls))
+    judged = judge_all(problem, _candidates(known.principle, seen, walls, periods))
     chosen = choose(judged)
     if "radius^2" in judged[chosen].candidate.keys and "radius^4" in {v.term.key for v in seen if v.seen}:
         judged.append(judge(problem, richer(judged[chosen].candidate)))
@@ -198,12 +200,14 @@ def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Proble
     return problem, visibilities(terms, problem.total, measured, len(walls))
 
 
-def _candidates(principle: str, seen: list[Visibility], walls: list[Wall]) -> list[Candidate]:
+def _candidates(
+    principle: str, seen: list[Visibility], walls: list[Wall], periods: tuple[float, ...]
+) -> list[Candidate]:
     """Those made of terms that can be seen, and not richer than the walls: half as many numbers over distance."""
     left = [v.term for v in seen if v.seen]
     enough = max(len(walls) // 2, 1)
     flight = principle == "itof"  # a wall's range grows to its corners, so one wall tells a piece of the curve
-    return [c for c in candidates_for(principle, left) if flight or c.over_distance <= enough]
+    return [c for c in candidates_for(principle, left, periods) if flight or c.over_distance <= enough]
 
 
 def _nodes(walls: list[Wall], begin: Start) -> tuple[float, ...]:

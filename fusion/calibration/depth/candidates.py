@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from fusion.calibration.depth.harmonics import LEAST, MOST
 from fusion.calibration.depth.terms import (
     Term,
     common_terms,
@@ -17,7 +18,7 @@ from fusion.calibration.depth.terms import (
 
 # periods of the wiggling [m], 2 % apart: c / 2f over a number of phase steps, for modulations of 16 to 160 MHz with
 # their second harmonics; between two of them a wave of 0.2 m shifts by a third of a radian over 2 m
-PERIODS = tuple(float(p) for p in np.geomspace(0.16, 3.4, 155))
+PERIODS = tuple(float(p) for p in np.geomspace(LEAST, MOST, 155))
 MOST_WAVES = 8  # three modulations with two harmonics each, and two for what they make together
 TRIANGULATING = ("structured_light", "active_stereo")
 DELAYS = ("delay u", "delay v")
@@ -33,6 +34,7 @@ class Candidate:
         name: as it stands in the report.
         keys: its terms.
         waves: how many waves are added; their periods are searched.
+        periods: [m] that they may have; empty: any.
         surface: "", or "map" / "stack": what is left per pixel is taken too, the same at all distances or for each.
     """
 
@@ -40,11 +42,12 @@ class Candidate:
     keys: tuple[str, ...]
     waves: int = 0
     surface: str = ""
+    periods: tuple[float, ...] = ()
 
     @property
     def numbers(self) -> int:
         """How many numbers are fitted; the surface is not counted."""
-        return len(self.keys) + 3 * self.waves
+        return len(self.keys) + (2 if self.periods else 3) * self.waves
 
     @property
     def tabulated(self) -> bool:
@@ -57,26 +60,33 @@ class Candidate:
         return sum(key in ("offset", "scale", "disparity") or key.startswith("curve") for key in self.keys)
 
 
-def terms_for(principle: str, nodes: tuple[float, ...], ir_reference: float | None) -> list[Term]:
-    """All terms that a sensor of this principle can have; `nodes` [m] of the curve of straight pieces."""
+def terms_for(
+    principle: str, nodes: tuple[float, ...], ir_reference: float | None, periods: tuple[float, ...] = ()
+) -> list[Term]:
+    """All terms that a sensor of this principle can have.
+
+    Args:
+        nodes: [m] of the curve of straight pieces.
+        periods: [m] that waves have by the modulation.
+    """
     terms = common_terms()
     if principle in TRIANGULATING:
         terms += triangulation_terms()
     elif principle == "itof":
-        terms += flight_terms(ir_reference) + wave_terms(PERIODS)
+        terms += flight_terms(ir_reference) + wave_terms((*PERIODS, *periods))
     else:
         terms += radial_terms()
     return terms + curve_terms(nodes)
 
 
-def candidates_for(principle: str, terms: list[Term]) -> list[Candidate]:
-    """Candidates made of the terms at hand, from simple to rich; "nothing" is the first."""
+def candidates_for(principle: str, terms: list[Term], periods: tuple[float, ...] = ()) -> list[Candidate]:
+    """Candidates made of the terms at hand, from simple to rich; "nothing" is the first. `periods` [m] as above."""
     keys = {term.key for term in terms}
-    curves = [c for c in _curves(principle, terms) if set(c.keys) <= keys]
+    curves = [c for c in _curves(principle, terms, periods) if set(c.keys) <= keys]
     shapes: list[tuple[str, tuple[str, ...]]] = [("", ())]
     shapes += [("radius^2", ("radius^2",))] if "radius^2" in keys else []
     found = [
-        Candidate(" + ".join(filter(None, (c.name, name))) or "nothing", (*c.keys, *shape), c.waves)
+        Candidate(" + ".join(filter(None, (c.name, name))) or "nothing", (*c.keys, *shape), c.waves, periods=c.periods)
         for name, shape in shapes
         for c in curves
     ]
@@ -91,7 +101,7 @@ def _delayed(candidate: Candidate) -> Candidate:
 
 def richer(candidate: Candidate) -> Candidate:
     """The same with a radial term of the fourth power."""
-    return Candidate(f"{candidate.name}, ^4", (*candidate.keys, "radius^4"), candidate.waves)
+    return replace(candidate, name=f"{candidate.name}, ^4", keys=(*candidate.keys, "radius^4"))
 
 
 def richest(candidates: list[Candidate], keys: tuple[str, ...]) -> Candidate:
@@ -101,22 +111,22 @@ def richest(candidates: list[Candidate], keys: tuple[str, ...]) -> Candidate:
     return replace(longest, keys=(*longest.keys, *more))
 
 
-def _curves(principle: str, terms: list[Term]) -> list[Candidate]:
+def _curves(principle: str, terms: list[Term], periods: tuple[float, ...]) -> list[Candidate]:
     """Laws over the distance."""
     keys = {term.key for term in terms}
     simple = ("offset", "scale", *(["disparity"] if principle in TRIANGULATING else []))
     found = [Candidate(" + ".join(some), some) for n in range(len(simple) + 1) for some in combinations(simple, n)]
     if any(term.effect == "cyclic_error" for term in terms):
         base: tuple[str, ...] = ("offset",) if "offset" in keys else ()
-        found += [Candidate(" + ".join((*base, _waves(n))), base, n) for n in range(1, MOST_WAVES + 1)]
-    found += _by_brightness(keys)
+        found += _wavy(base, periods)
+    found += _by_brightness(keys, periods)
     pieces = tuple(term.key for term in terms if term.key.startswith("curve"))
     if len(pieces) > 1:
         found.append(Candidate("curve", pieces))
     return found
 
 
-def _by_brightness(keys: set[str]) -> list[Candidate]:
+def _by_brightness(keys: set[str], periods: tuple[float, ...]) -> list[Candidate]:
     """Laws with the brightness in them; the first power beside waves too."""
     found = []
     straight = [base for base in ((), ("offset",), ("offset", "scale")) if keys.issuperset(base)]
@@ -126,9 +136,15 @@ def _by_brightness(keys: set[str]) -> list[Candidate]:
             found += [Candidate(" + ".join((*base, name)), (*base, *shape)) for base in straight]
     if "amplitude" in keys and any(key.startswith("sin ") for key in keys):
         base = ("offset", "amplitude") if "offset" in keys else ("amplitude",)
-        found += [Candidate(" + ".join((*base, _waves(n))), base, n) for n in range(1, MOST_WAVES + 1)]
+        found += _wavy(base, periods)
     return found
 
 
-def _waves(number: int) -> str:
-    return "1 wave" if number == 1 else f"{number} waves"
+def _wavy(base: tuple[str, ...], periods: tuple[float, ...]) -> list[Candidate]:
+    """Waves of any period beside these terms, and of the periods that the modulation gives."""
+    found = []
+    for word, allowed in (("wave", ()), ("harmonic", periods)):
+        for n in range(1, MOST_WAVES + 1) if allowed or word == "wave" else ():
+            name = " + ".join((*base, f"{n} {word}" + "s" * (n > 1)))
+            found.append(Candidate(name, base, n, periods=allowed))
+    return found

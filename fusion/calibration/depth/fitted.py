@@ -60,9 +60,9 @@ def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> F
     walls = [e.wall for e in problem.evidence]
     variances = [e.variance for e in problem.evidence]
     for _ in range(ROUNDS):
-        every, _, total = _system(walls, variances, chosen, value, setting)
+        every, _, total = _system(walls, variances, chosen, (value, law.held), setting)
         value = _stepped(value, every, _step(total, every, value))
-    every, left, total = _system(walls, variances, chosen, value, setting)
+    every, left, total = _system(walls, variances, chosen, (value, law.held), setting)
     scatter = excess(left, [e.rest for e in left], len(value) - sum(t.shape for t in chosen))
     covariance = _covariance(total, left, scatter) if every else np.zeros((0, 0))
     std = {term.key: float(s) for term, s in zip(every, np.sqrt(np.diag(covariance)), strict=True)}
@@ -83,10 +83,14 @@ def _covariance(total: Information, evidence: list[Evidence], scatter: float) ->
 
 
 def _system(
-    walls: list[Wall], variances: list[NDArray], chosen: list[Term], value: dict, setting: Setting
+    walls: list[Wall], variances: list[NDArray], chosen: list[Term], now: tuple[dict, bool], setting: Setting
 ) -> tuple[list[Term], list[Evidence], Information]:
-    """Terms at the present numbers, what these leave over on every wall, and the sums of that."""
-    every = _with_periods(chosen, value)
+    """Terms at the present numbers, what these leave over on every wall, and the sums of that.
+
+    `now`: the numbers, and True when periods stay as they are.
+    """
+    value, held = now
+    every = chosen if held else _with_periods(chosen, value)
     sensor = with_law(setting.known, setting.camera, _numbers(value, {}, setting))
     evidence = [_at(w, every, sensor, setting, v) for w, v in zip(walls, variances, strict=True)]
     parts = [information_of(e, every) for e in evidence]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.candidates import Candidate
 from fusion.calibration.depth.information import Evidence, Information
+from fusion.calibration.depth.terms import sine
 from fusion.calibration.depth.waves import search_waves
 
 PATIENCE = 2
@@ -18,13 +19,13 @@ Array = NDArray[np.floating]
 class Problem:
     """All walls as linear problems, with the names of the terms in the order of their columns.
 
-    `waves` remembers which were found: by fold and other terms, for 1, 2, ... waves.
+    `waves` remembers which were found: by fold, other terms and allowed periods, for 1, 2, ... waves.
     """
 
     keys: tuple[str, ...]
     evidence: list[Evidence]
     information: list[Information]
-    waves: dict[tuple[int, tuple[str, ...]], list[list[int]]] = field(default_factory=dict)
+    waves: dict[tuple[int, tuple[str, ...], tuple[float, ...]], list[list[int]]] = field(default_factory=dict)
 
     @cached_property
     def total(self) -> Information:
@@ -46,6 +47,11 @@ class Problem:
         """Columns of the named terms."""
         return [self.keys.index(key) for key in alternative]
 
+    def sines(self, periods: tuple[float, ...]) -> NDArray[np.intp]:
+        """Columns of the sines of these periods [m], of all where there are none."""
+        allowed = {sine(period) for period in periods}
+        return np.array([i for i, k in enumerate(self.keys) if k in allowed or (not allowed and k.startswith("sin "))])
+
 
 @dataclass(frozen=True)
 class Law:
@@ -56,12 +62,14 @@ class Law:
         numbers: (n,).
         covariance: (n, n).
         chi2: weighted square of what is left over.
+        held: True when the periods of its waves are known.
     """
 
     keys: tuple[str, ...]
     numbers: Array
     covariance: Array
     chi2: float
+    held: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,8 +102,8 @@ def fit(problem: Problem, information: Information, candidate: Candidate, fold: 
     """The numbers of a candidate on the walls of `information`; `fold` names them, so that waves are searched once."""
     keys = candidate.keys
     if candidate.waves:
-        waves = np.array([i for i, key in enumerate(problem.keys) if key.startswith("sin ")])
-        known = problem.waves.setdefault((fold, keys), [])
+        waves = problem.sines(candidate.periods)
+        known = problem.waves.setdefault((fold, keys, candidate.periods), [])
         if len(known) < candidate.waves:
             fixed = problem.columns(keys)
             for number in range(len(known) + 1, candidate.waves + 1):
@@ -105,7 +113,8 @@ def fit(problem: Problem, information: Information, candidate: Candidate, fold: 
         keys = (*keys, *(problem.keys[column] for sine in sines for column in (sine, sine + 1)))
     chosen = problem.columns(keys)
     numbers = information.fit(chosen)
-    return Law(keys, numbers, information.covariance(chosen), information.chi2(chosen, numbers))
+    covariance, chi2 = information.covariance(chosen), information.chi2(chosen, numbers)
+    return Law(keys, numbers, covariance, chi2, bool(candidate.periods))
 
 
 def judge(problem: Problem, candidate: Candidate) -> Judged:
@@ -130,15 +139,16 @@ def judge(problem: Problem, candidate: Candidate) -> Judged:
 def judge_all(problem: Problem, candidates: list[Candidate]) -> list[Judged]:
     """Judge the candidates; of laws that differ in waves, no more once two more waves have not helped."""
     judged: list[Judged] = []
-    best: dict[tuple[str, ...], tuple[float, int]] = {}
+    best: dict[tuple[tuple[str, ...], tuple[float, ...]], tuple[float, int]] = {}
     for candidate in candidates:
-        least, waves = best.get(candidate.keys, (np.inf, candidate.waves))
+        family = candidate.keys, candidate.periods
+        least, waves = best.get(family, (np.inf, candidate.waves))
         if candidate.waves > waves + PATIENCE:
             continue
         judged.append(judge(problem, candidate))
         chi2 = float(judged[-1].chi2.sum())
         if chi2 < least:
-            best[candidate.keys] = chi2, candidate.waves
+            best[family] = chi2, candidate.waves
     return judged
 
 
@@ -198,10 +208,16 @@ def complexity(judged: Judged) -> int:
 
 
 def established(law: Law) -> bool:
-    """True when every number (a wave by its amplitude, a curve or a radial term as a whole) exceeds its deviation."""
+    """True when every number (a wave by its amplitude, a curve or a radial term as a whole) exceeds its deviation.
+
+    The offset beside waves is the middle of their curve: it may be 0.
+    """
     values: dict[str, tuple[float, float]] = {}
+    wavy = any(key.startswith("sin ") for key in law.keys)
     for key, number, variance in zip(law.keys, law.numbers, np.diag(law.covariance), strict=True):
         head = key.split()[0]
+        if wavy and head == "offset":
+            continue
         name = {"sin": "wave " + key[4:], "cos": "wave " + key[4:]}.get(head, head if head == "curve" else key)
         name = "radius" if name.startswith("radius") else name
         size, deviation = values.get(name, (0.0, 0.0))

@@ -113,7 +113,7 @@ def wave_terms(periods: tuple[float, ...]) -> list[Term]:
     """Sine and cosine of the range for each period [m]."""
     return [
         Term(
-            f"{name} {period:.6f}",
+            sine(period) if function is np.sin else f"cos {period:.6f}",
             "cyclic_error",
             "amplitude",
             "m",
@@ -122,8 +122,13 @@ def wave_terms(periods: tuple[float, ...]) -> list[Term]:
             highest=WAVE,
         )
         for period in periods
-        for name, function in (("sin", np.sin), ("cos", np.cos))
+        for function in (np.sin, np.cos)
     ]
+
+
+def sine(period: float) -> str:
+    """Name of the sine of a period [m]."""
+    return f"sin {period:.6f}"
 
 
 def curve_terms(nodes: tuple[float, ...]) -> list[Term]:

@@ -9,7 +9,9 @@ Array = NDArray[np.floating]
 SWEEPS = 2
 
 
-def search_waves(information: Information, fixed: list[int], waves: Array, number: int, begin: list[int]) -> list[int]:
+def search_waves(
+    information: Information, fixed: list[int], waves: NDArray[np.intp], number: int, begin: list[int]
+) -> list[int]:
     """Columns of the sines of the best waves.
 
     Args:
@@ -38,7 +40,7 @@ def _columns(fixed: list[int], sines: list[int]) -> list[int]:
     return fixed + [column for sine in sines for column in (sine, sine + 1)]
 
 
-def _best(information: Information, fixed: list[int], waves: Array) -> int:
+def _best(information: Information, fixed: list[int], waves: NDArray[np.intp]) -> int:
     """The wave that explains most of what the fixed terms leave over."""
     M, b = information.penalised, information.b
     pairs = np.stack([waves, waves + 1], axis=1)
