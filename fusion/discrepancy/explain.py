@@ -144,6 +144,8 @@ def explained_looks(
     if beyond is None and _is_much(left, named, possible):
         progress("looking for the form of what no effect explains")
         beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
+    if beyond is not None and held.contradicts(beyond.added_to(named.sensor), named.sensor):
+        beyond = beyond.unconfirmed
     progress("comparing the noise")
     channels = _channels(named, beyond, looks)
     progress("judging frames that took no part")

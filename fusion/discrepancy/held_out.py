@@ -36,11 +36,11 @@ class HeldOut:
         metres = np.concatenate([p.tiles.mean(p.look.mean - p.predicted) for p in seen.patches])
         return float(white @ white / len(white)), float(np.sqrt(np.mean(metres**2)))
 
-    def contradicts(self, better: Sensor) -> bool:
-        """True when a model that fitted the other frames better fits these no better than the given one."""
+    def contradicts(self, better: Sensor, than: Sensor | None = None) -> bool:
+        """True when a model that fitted the other frames better fits these no better `than` another, else the given."""
         if self.observations is None:
             return False
-        return self.misfit(better)[0] >= self.misfit(self.observations.sensor)[0]
+        return self.misfit(better)[0] >= self.misfit(than or self.observations.sensor)[0]
 
 
 def held_out_of(looks: Sequence[Look], sensor: Sensor, scatter: float = 0.0) -> HeldOut:

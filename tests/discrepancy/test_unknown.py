@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
+from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.naming.score import scored
@@ -82,6 +83,16 @@ def test_the_verdict_says_form_frame_and_why_it_has_no_name(found):
     assert entry["frame"]["name"] == "sensor"
     assert entry["nearest"]["effect"] in entry["where"]["text"] and "explains" in entry["nearest"]["reason"]
     assert 0 < entry["evidence"]["heldout_gain"] <= 1 and entry["parameters"]["rms"]["value"] > 0
+
+
+def test_an_unknown_law_that_frames_without_a_part_in_it_contradict_is_told_of_and_not_established():
+    sensor = sensor_of("itof")
+    looks = [replace(look, held=held) for look, held in zip(looks_at(sensor, 3), looks_at(sensor, 4), strict=True)]
+    for look in looks:
+        look.mean[...] = look.mean + RowWave().bias(look.view.depth, look.view)
+    explained = explained_looks(looks, sensor)
+    assert explained.beyond is not None and explained.beyond.law.variables[0] == "v"
+    assert not explained.unknown and explained.sensor.effect("tabulated") is None
 
 
 def test_a_look_without_any_tile_bounds_no_table(found):

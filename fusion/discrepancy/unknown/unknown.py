@@ -26,6 +26,11 @@ class Unknown:
     frame: Frame
     nearest: Nearest | None
 
+    @property
+    def unconfirmed(self) -> "Unknown":
+        """The same where frames that took no part contradict it: it is told of, and not established."""
+        return replace(self, law=replace(self.law, held_out=0.0))
+
     def added_to(self, sensor: Sensor) -> Sensor:
         """The sensor with the law as its table `tabulated`, so that it corrects and simulates at once."""
         own = sensor.effect("tabulated")
