@@ -4,11 +4,13 @@ import contextlib
 import io
 import os
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import taichi as ti
 from taichi.lang import kernel_impl
 from taichi.lang.ast import ast_transformer_utils
+from tqdm import tqdm
 
 
 @cache
@@ -23,16 +25,28 @@ def start(device: str | None = None) -> str:
     """
     name = device or os.environ.get("FUSION_DEVICE", "cpu")
     _read_kernels_quickly()
+    kept = kernels_kept_in()
+    if not kept.exists():  # a line that stays, on a terminal only
+        line = "compiling the kernels, once on this machine: up to a minute"
+        tqdm(total=0, desc=line, bar_format="{desc}", disable=None).close()
     with contextlib.redirect_stdout(io.StringIO()):  # it prints the back end whatever the log level is
         ti.init(
             arch={"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}[name],
             log_level=ti.ERROR,
             offline_cache=True,
+            offline_cache_file_path=str(kept),
             default_fp=ti.f32,
             default_ip=ti.i32,
             fast_math=False,
         )
     return name
+
+
+def kernels_kept_in() -> Path:
+    """The folder of compiled kernels; Taichi's own variable says another one."""
+    given = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return Path(given) if given else home / "fusion" / "kernels"
 
 
 def _read_kernels_quickly() -> None:
