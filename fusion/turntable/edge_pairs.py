@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""All edges of a joint fit in one Taichi kernel: pairs, residuals and derivatives, errors of the camera included."""
+"""All edges of a joint fit on Taichi: pairs, residuals and derivatives, errors of the camera included; their sums."""
 
 import taichi as ti
 
@@ -7,6 +7,8 @@ from fusion.tracking.association import project
 
 vec3 = ti.types.vector(3, ti.f32)
 vec7 = ti.types.vector(7, ti.f32)
+vec10 = ti.types.vector(10, ti.f32)
+CUT = 4.685  # of Tukey's biweight
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
 
@@ -39,16 +41,16 @@ def _corrected(p: ti.template(), check: ti.template(), span: ti.template(), old:
 
 
 @ti.func
-def _along(
-    out: ti.template(), e, k, sign, p: ti.template(), d: ti.template(), span: ti.template(), camera: ti.template()
-):
-    """Add the change of a point along a direction per unit of each error to the columns of the camera."""
+def _along(p: ti.template(), d: ti.template(), span: ti.template(), camera: ti.template()):
+    """Change (10,) of a point along a direction per unit of each error of camera and depth."""
     terms = _depth_terms(p, span)
-    out[e, k, 7] += sign * -(d[0] * p[0] + d[1] * p[1])
-    out[e, k, 8] += sign * -d[0] * p[2] / camera[0]
-    out[e, k, 9] += sign * -d[1] * p[2] / camera[1]
+    change = vec10(0.0)
+    change[0] = -(d[0] * p[0] + d[1] * p[1])
+    change[1] = -d[0] * p[2] / camera[0]
+    change[2] = -d[1] * p[2] / camera[1]
     for t in ti.static(range(7)):
-        out[e, k, 10 + t] += sign * d.dot(p) / p[2] * terms[t]
+        change[3 + t] = d.dot(p) / p[2] * terms[t]
+    return change
 
 
 @ti.kernel
@@ -65,7 +67,7 @@ def pair_edges(
     axis: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (4, 3) point, direction, the two across
     limits: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (3,) reach [m], least cosine, pixels between those of `maps`
     code: ti.types.ndarray(dtype=ti.i8, ndim=2),  # (m, most) out
-    out: ti.types.ndarray(dtype=ti.f64, ndim=3),  # (m, most, 7 or 17) zeros, out: residual, sigma, derivatives
+    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, most, 7 or 17) out, of pairs: residual, sigma, derivatives
 ):
     for e, k in ti.ndrange(edges.shape[0], code.shape[1]):
         i, j = edges[e, 0], edges[e, 1]
@@ -105,5 +107,39 @@ def pair_edges(
                         out[e, k, 3 + s] = n.dot(across.cross(arm)) - turned.dot(across.cross(before))
                         out[e, k, 5 + s] = (n - turned).dot(across)
                     if out.shape[2] > 7:
-                        _along(out, e, k, 1.0, p, turned, span, lens)
-                        _along(out, e, k, -1.0, there, n, span, lens)
+                        change = _along(p, turned, span, lens) - _along(there, n, span, lens)
+                        for t in ti.static(range(10)):
+                            out[e, k, 7 + t] = change[t]
+
+
+@ti.kernel
+def sum_edges(
+    code: ti.types.ndarray(dtype=ti.i8, ndim=2),
+    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # as `pair_edges` left it
+    scale: ti.types.ndarray(dtype=ti.f64, ndim=1),  # (m,) observed over declared spread; 0 for an edge left out
+    columns: ti.types.ndarray(dtype=ti.i32, ndim=1),  # (j,) of the k derivatives, those that are asked for, ascending
+    H: ti.types.ndarray(dtype=ti.f64, ndim=3),  # (m, k, k) zeros, out: lower triangles
+    g: ti.types.ndarray(dtype=ti.f64, ndim=2),  # (m, k) zeros, out
+    totals: ti.types.ndarray(dtype=ti.f64, ndim=2),  # (m, 3) out: sum of squares, fitting and visible points
+):
+    """Normal equations of every edge with Tukey's weights."""
+    for e in range(code.shape[0]):
+        squares, fitting, visible = ti.cast(0.0, ti.f64), 0, 0
+        for k in range(code.shape[1]):
+            if scale[e] > 0.0 and code[e, k] > HIDDEN:
+                visible += 1
+                if code[e, k] == PAIRED:
+                    residual = ti.cast(out[e, k, 0], ti.f64)
+                    spread = scale[e] * out[e, k, 1]
+                    inside = 1.0 - (residual / (CUT * spread)) ** 2
+                    if inside > 0.0:
+                        fitting += 1
+                        squares += residual * residual
+                        for a in range(columns.shape[0]):
+                            i = columns[a]
+                            weighted = (inside / spread) ** 2 * out[e, k, 2 + i]
+                            g[e, i] = g[e, i] + weighted * residual
+                            for b in range(a + 1):
+                                j = columns[b]
+                                H[e, i, j] = H[e, i, j] + weighted * out[e, k, 2 + j]
+        totals[e, 0], totals[e, 1], totals[e, 2] = squares, fitting, visible

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion import compute
-from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.selfcheck import SelfCheck
+from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
@@ -65,7 +64,11 @@ def stack(views: Sequence[View]) -> Stack:
 
 
 def edge_sums(
-    seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]
+    seen: Stack,
+    motion: tuple[Axis, Array],
+    edges: Edges,
+    reach: float,
+    check: tuple[SelfCheck, Sequence[str]],
 ) -> Sums:
     """Equations of all edges.
 
@@ -74,7 +77,7 @@ def edge_sums(
         motion: axis and angles (n,) [rad].
         edges: m pairs of views.
         reach: largest distance of a pair [m].
-        check: errors of camera and depth, and whether they have columns too.
+        check: errors of camera and depth, and the names of those that are asked for; the columns of the others stay 0.
     """
     most = int(np.max(np.diff(seen.first)))
     part = max(1, PART // max(most, 1))
@@ -82,39 +85,38 @@ def edge_sums(
     return Sums(*(np.concatenate([getattr(p, name) for p in parts]) for name in Sums.__dataclass_fields__))
 
 
-def _some(seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]) -> Sums:
-    code, out = paired(seen, motion, edges, reach, check)
-    pair = code == 2
-    fitting = pair.sum(axis=1)
-    enough = fitting >= LEAST_PAIRS
-    pair &= enough[:, None]
-    residual, J = out[..., 0], out[..., 2:]
-    sigma = np.where(pair, out[..., 1], 1)
-    spread = _scale(np.where(pair, np.abs(residual) / sigma, np.inf), pair.sum(axis=1))[:, None] * sigma
-    shape = np.where(pair, tukey(residual / spread), 0)
-    weighted = np.swapaxes(J * (shape / spread**2)[..., None], 1, 2)
-    kept = shape > 0
-    return Sums(
-        H=weighted @ J,
-        g=(weighted @ residual[..., None])[..., 0],
-        squares=np.sum(np.where(kept, residual**2, 0), axis=1),
-        fitting=kept.sum(axis=1),
-        visible=np.where(enough, (code >= 1).sum(axis=1), 0),
-    )
+def _some(
+    seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, Sequence[str]]
+) -> Sums:
+    from fusion.turntable.edge_pairs import PAIRED, sum_edges
+
+    errors, names = check
+    code, out = paired(seen, motion, edges, reach, (errors, bool(names)))
+    pair = code == PAIRED
+    count = pair.sum(axis=1)
+    ratio = np.full(code.shape, np.inf, np.float32)
+    np.divide(np.abs(out[..., 0]), out[..., 1], out=ratio, where=pair)
+    scale = np.where(count >= LEAST_PAIRS, _scale(ratio, count), 0)
+    columns = [*range(5), *(5 + k for k, name in enumerate(NAMES) if name in names)]
+    m, k = len(edges), out.shape[2] - 2
+    H, g, totals = np.zeros((m, k, k)), np.zeros((m, k)), np.zeros((m, 3))
+    sum_edges(code, out, scale, np.array(columns, np.int32), H, g, totals)
+    squares, fitting, visible = totals.T
+    return Sums(H + np.tril(H, -1).swapaxes(1, 2), g, squares, fitting.astype(np.int64), visible.astype(np.int64))
 
 
-def _scale(ratio: Array, count: NDArray[np.int64]) -> Array:
+def _scale(ratio: NDArray[np.float32], count: NDArray[np.int64]) -> Array:
     """Observed over declared spread (m,), at least 1, from the medians of the first `count` of sorted ratios (m, k)."""
     ordered = np.sort(ratio, axis=1)
     rows, last = np.arange(len(ratio)), np.maximum(count, 1)
-    middle = (ordered[rows, (last - 1) // 2] + ordered[rows, last // 2]) / 2
+    middle = (ordered[rows, (last - 1) // 2].astype(float) + ordered[rows, last // 2]) / 2
     return np.maximum(1.0, 1.4826 * np.where(count > 0, middle, 0))
 
 
 def paired(
     seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]
 ) -> tuple[NDArray[np.int8], Array]:
-    """What became of every source point of every edge (see `edge_pairs`), and residual, sigma and derivatives."""
+    """What became of every source point of every edge (see `edge_pairs`); of pairs residual, sigma and derivatives."""
     from fusion.turntable.edge_pairs import pair_edges  # starts Taichi
 
     compute.start()
@@ -124,7 +126,7 @@ def paired(
     camera = seen.views[0].map.camera
     most = int(np.max(np.diff(seen.first)))
     code = np.empty((len(edges), most), np.int8)
-    out = np.zeros((len(edges), most, 17 if free else 7))
+    out = np.empty((len(edges), most, 17 if free else 7), np.float32)
     pair_edges(
         pairs,
         turns.astype(np.float32),

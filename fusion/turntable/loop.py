@@ -146,7 +146,7 @@ def close_loop(
     for reach, iterations in zip(settings.reaches, settings.iterations, strict=True):
         for _ in range(iterations):
             system = _System(n)
-            _add_edges(system, seen, (axis, angles), edges, (reach, check, bool(settings.free_camera)))
+            _add_edges(system, seen, (axis, angles), edges, (reach, check, settings.free_camera))
             _add_prior(system, check)
             step = _solve(system, angles, settings)
             axis = axis.moved(step[:SHARED])
@@ -186,7 +186,7 @@ def _add_edges(
     seen: Stack,
     motion: tuple[Axis, Array],
     edges: list[tuple[int, int]],
-    how: tuple[float, SelfCheck, bool],
+    how: tuple[float, SelfCheck, tuple[str, ...]],
 ) -> None:
     reach, check, free_camera = how
     sums = edge_sums(seen, motion, edges, reach, (check, free_camera))

@@ -19,7 +19,8 @@ def views(owl_scene):
 
 def residuals(views, motion, check):
     code, out = paired(stack(views), motion, EDGE, REACH, (check, True))
-    return np.where(code[0] == 2, out[0, :, 0], np.nan), out[0, :, 2:]
+    there = code[0] == 2
+    return np.where(there, out[0, :, 0], np.nan), np.where(there[:, None], out[0, :, 2:], np.nan)
 
 
 @pytest.mark.parametrize("triangulation", [False, True])
@@ -61,5 +62,5 @@ def test_pairs_are_those_of_the_views(owl_scene, views):
 def test_an_edge_with_few_pairs_says_nothing(owl_scene, views):
     check = SelfCheck(np.zeros(len(NAMES)), 0.5, 0.9)
     far = (owl_scene.axis.moved(np.array([0, 0, 0.5, 0.5])), np.array([0.0, 1.5]))
-    sums = edge_sums(stack(views), far, EDGE, 0.002, (check, True))
+    sums = edge_sums(stack(views), far, EDGE, 0.002, (check, NAMES))
     assert not sums.H.any() and not sums.visible.any()
