@@ -12,18 +12,26 @@ from taichi.lang import kernel_impl
 from taichi.lang.ast import ast_transformer_utils
 from tqdm import tqdm
 
+from fusion.errors import FusionError
+
+DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
+
 
 @cache
-def start(device: str | None = None) -> str:
-    """Start Taichi once for this process.
+def start() -> str:
+    """Start Taichi once for this process, on the device that the variable FUSION_DEVICE names, or the processor.
 
-    Args:
-        device: "cpu", "cuda" or "vulkan"; None takes the variable FUSION_DEVICE, else "cpu".
+    The volume lies in main memory: a graphics card gets it anew for every kernel, so none is chosen by itself.
 
     Returns:
-        The name of the back end that runs.
+        The name of the device.
+
+    Raises:
+        FusionError: there is no such device here.
     """
-    name = device or os.environ.get("FUSION_DEVICE", "cpu")
+    name = os.environ.get("FUSION_DEVICE") or "cpu"
+    if name not in DEVICES:
+        raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(DEVICES))
     _read_kernels_quickly()
     kept = kernels_kept_in()
     if not kept.exists():  # a line that stays, on a terminal only
@@ -31,7 +39,7 @@ def start(device: str | None = None) -> str:
         tqdm(total=0, desc=line, bar_format="{desc}", disable=None).close()
     with contextlib.redirect_stdout(io.StringIO()):  # it prints the back end whatever the log level is
         ti.init(
-            arch={"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}[name],
+            arch=DEVICES[name],
             log_level=ti.ERROR,
             offline_cache=True,
             offline_cache_file_path=str(kept),
@@ -39,6 +47,9 @@ def start(device: str | None = None) -> str:
             default_ip=ti.i32,
             fast_math=False,
         )
+    running = ti.lang.impl.current_cfg().arch
+    if name != "cpu" and running != DEVICES[name]:  # Taichi takes the processor without a word
+        raise FusionError("no such device here", "--device or FUSION_DEVICE", name, "cpu", "leave it out")
     return name
 
 

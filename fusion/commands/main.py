@@ -41,6 +41,8 @@ def main(arguments: list[str] | None = None) -> int:
     )
     command.add_arguments(parser)
     options = parser.parse_args(chosen.rest)
+    if getattr(options, "device", None):
+        os.environ["FUSION_DEVICE"] = options.device
     try:
         return int(command.run(options) or 0)
     except FusionError as error:
