@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import Candidate
@@ -34,11 +35,14 @@ def scatter_of(
         basis = _spanned([c.basis for c in candidates if not c.form.map] + [g.basis for g in groups])
     if basis.shape[1] > MOST_COLUMNS * len(white):
         return 0.0
-    left = inflation(white - basis @ (basis.T @ white)) * len(white) / (len(white) - basis.shape[1])
-    if left < MUCH:
+    kept = 1.0 - basis.shape[1] / len(white)
+    left = inflation(white - basis @ (basis.T @ white))
+    if left < MUCH * kept:
         return 0.0
-    own = float(np.median(np.linalg.norm(gauge.bare, axis=1)))
-    return float(np.sqrt(left - 1.0)) * own
+    # what a tile's own error becomes in units of the gauge: where all else is shared by neighbours, a multiple of it
+    own = solve_triangular(gauge.root, np.eye(len(white)), lower=True, check_finite=False)
+    own -= basis @ (basis.T @ own)
+    return float(np.sqrt((left - kept) / np.median((own**2).sum(axis=1))))
 
 
 def _spanned(bases: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
