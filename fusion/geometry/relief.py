@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fusion import compute
 from fusion.geometry.camera import Camera
+from fusion.geometry.lanes import LANES, eight
 
-LANES = 8
 RADIUS = 4  # of the smoothing [px]
 WIDTH = RADIUS / 1.5  # standard deviation of its weights [px]
 TAPS = [k for k in range(-RADIUS, RADIUS + 1) if k]
@@ -99,12 +99,6 @@ def _tilt(points: F32, normals: F32, angle: F32):
 
 
 @ti.func
-def _eight(image: ti.template(), g: ti.i32):
-    """Pixels 8 g to 8 g + 7: written so that the compiler reads them as one vector."""
-    return ti.Vector([image[(g << 3) | e] for e in ti.static(range(LANES))])
-
-
-@ti.func
 def _shifted(before: ti.template(), here: ti.template(), after: ti.template(), by: ti.template()):
     """Eight pixels `by` to the right of `here`, by from -8 to 8, of three groups in a row."""
     return ti.Vector([(before, here, after)[(e + by + 8) // 8][(e + by) % 8] for e in range(LANES)])
@@ -113,7 +107,7 @@ def _shifted(before: ti.template(), here: ti.template(), after: ti.template(), b
 @ti.func
 def _beside(image: ti.template(), g: ti.i32, here: ti.template(), by: ti.template()):
     """The pixels `by` to the left and to the right of group g, whose own are `here`."""
-    before, after = _eight(image, g - 1), _eight(image, g + 1)
+    before, after = eight(image, g - 1), eight(image, g + 1)
     return _shifted(before, here, after, -by), _shifted(before, here, after, by)
 
 
@@ -130,10 +124,10 @@ def _smooth(planes: F32, across: ti.i32, height: ti.i32, gain: ti.f32):
     size = (height + 2 * RADIUS) * across  # of a plane, in groups
     for n in range(height * across):
         g = n + RADIUS * across
-        here = _eight(planes, DEPTH * size + g)
+        here = eight(planes, DEPTH * size + g)
         here = ti.select(here > 0.0, here, NOTHING)
         if n % across > 0 and n % across < across - 1 and here.max() > 0.0:
-            before, after = _eight(planes, DEPTH * size + g - 1), _eight(planes, DEPTH * size + g + 1)
+            before, after = eight(planes, DEPTH * size + g - 1), eight(planes, DEPTH * size + g + 1)
             before, after = ti.select(before > 0.0, before, NOTHING), ti.select(after > 0.0, after, NOTHING)
             weights, total = ti.Vector([1.0] * LANES), here
             for k in ti.static(TAPS):
@@ -146,11 +140,11 @@ def _smooth(planes: F32, across: ti.i32, height: ti.i32, gain: ti.f32):
             planes[((ALONG * size + g) << 3) | e] = here[e]
     for n in range(height * across):
         g = n + RADIUS * across
-        here = _eight(planes, ALONG * size + g)
+        here = eight(planes, ALONG * size + g)
         if here.max() > 0.0:
             weights, total = ti.Vector([1.0] * LANES), here
             for k in ti.static(TAPS):
-                other = _eight(planes, ALONG * size + g + k * across)
+                other = eight(planes, ALONG * size + g + k * across)
                 w = _alike(other, here, gain) * GAUSS[abs(k)]
                 weights += w
                 total += w * other
@@ -166,19 +160,19 @@ def _differentiate(planes: F32, across: ti.i32, height: ti.i32, width: ti.i32, s
     for n in range(height * across):
         g = n + RADIUS * across
         v, u = n // across, n % across * LANES - LANES
-        z = _eight(planes, DEPTH * size + g)
+        z = eight(planes, DEPTH * size + g)
         if 0 <= u < width and z.max() > 0.0:
             o = v * width + u
             s = ti.Vector([sigma[ti.min(o + e, height * width - 1)] for e in ti.static(range(LANES))])
-            x, y = _eight(planes, X * size + g), _eight(planes, Y * size + g)
+            x, y = eight(planes, X * size + g), eight(planes, Y * size + g)
             x0, x1 = _beside(planes, X * size + g, x, REACH)
             y0, y1 = _beside(planes, Y * size + g, y, REACH)
-            z0, z1 = _beside(planes, SMOOTH * size + g, _eight(planes, SMOOTH * size + g), REACH)
+            z0, z1 = _beside(planes, SMOOTH * size + g, eight(planes, SMOOTH * size + g), REACH)
             ax, ay, az = x1 * z1 - x0 * z0, y1 * z1 - y0 * z0, z1 - z0
             up, down = g - REACH * across, g + REACH * across
-            z0, z1 = _eight(planes, SMOOTH * size + up), _eight(planes, SMOOTH * size + down)
-            bx = _eight(planes, X * size + down) * z1 - _eight(planes, X * size + up) * z0
-            by = _eight(planes, Y * size + down) * z1 - _eight(planes, Y * size + up) * z0
+            z0, z1 = eight(planes, SMOOTH * size + up), eight(planes, SMOOTH * size + down)
+            bx = eight(planes, X * size + down) * z1 - eight(planes, X * size + up) * z0
+            by = eight(planes, Y * size + down) * z1 - eight(planes, Y * size + up) * z0
             bz = z1 - z0
             nx, ny, nz = by * az - bz * ay, bz * ax - bx * az, bx * ay - by * ax
             length = 1.0 / ti.sqrt(nx * nx + ny * ny + nz * nz)
@@ -187,8 +181,8 @@ def _differentiate(planes: F32, across: ti.i32, height: ti.i32, width: ti.i32, s
             left, right = _beside(planes, DEPTH * size + g, z, 1)
             length = ti.select(ti.abs(left - z) < limit, length, ti.math.nan)
             length = ti.select(ti.abs(right - z) < limit, length, ti.math.nan)
-            length = ti.select(ti.abs(_eight(planes, DEPTH * size + g - across) - z) < limit, length, ti.math.nan)
-            length = ti.select(ti.abs(_eight(planes, DEPTH * size + g + across) - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(eight(planes, DEPTH * size + g - across) - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(eight(planes, DEPTH * size + g + across) - z) < limit, length, ti.math.nan)
             for e in ti.static(range(LANES)):
                 if u + e < width:
                     p, q = (o + e) * 3, (height * width + o + e) * 3  # points first, then normals

@@ -10,20 +10,9 @@ from numpy.typing import NDArray
 
 from fusion import compute
 from fusion.geometry.depth import PointMap
+from fusion.geometry.lanes import project
 
 vec3 = ti.types.vector(3, ti.f32)
-
-
-@ti.func
-def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
-    """Pixel (u, v) of x/z and y/z, numbers or vectors, by OpenCV's rational and tangential lens model."""
-    a, b = x, y
-    if ti.static(distorted):
-        q = x * x + y * y
-        radial = (1.0 + q * (c[4] + q * (c[5] + q * c[8]))) / (1.0 + q * (c[9] + q * (c[10] + q * c[11])))
-        a = x * radial + 2.0 * c[6] * x * y + c[7] * (q + 2.0 * x * x)
-        b = y * radial + c[6] * (q + 2.0 * y * y) + 2.0 * c[7] * x * y
-    return a * c[0] + c[2], b * c[1] + c[3]
 
 
 @ti.kernel

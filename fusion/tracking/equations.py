@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from fusion import compute
 from fusion.geometry.depth import PointMap
-from fusion.tracking.association import project
+from fusion.geometry.lanes import LANES, gather, high, low, project
 
 Array = NDArray[np.float64]
 
-LANES = 8  # points side by side
 SUMS = 32  # 21 of the matrix, 6 of the slope; weights, squares, kept, pairs, visible points, squared misfits
 CUT = 4.685  # of Tukey's biweight (Holland and Welsch 1977)
 SAMPLE = 2000  # residuals that a median is taken of: known to 3 %
@@ -153,22 +152,6 @@ def _flat(image: NDArray) -> NDArray[np.float32]:
     return np.ascontiguousarray(image, np.float32).reshape(-1)
 
 
-@ti.func
-def _low(a: ti.template(), b: ti.template()):
-    """The smaller one; unlike ti.min not after a look for NaN, which vectors pay for."""
-    return ti.select(a < b, a, b)
-
-
-@ti.func
-def _high(a: ti.template(), b: ti.template()):
-    return ti.select(a > b, a, b)
-
-
-@ti.func
-def _read(image: ti.template(), at: ti.template()):
-    return ti.Vector([image[at[e]] for e in ti.static(range(LANES))])
-
-
 @ti.kernel
 def _gather(
     points: F32, normals: F32, sigma: F32, height: ti.i32, width: ti.i32, stride: ti.i32, lanes: F32,
@@ -220,23 +203,23 @@ def _accumulate(source: F32, points: F32, normals: F32, sigma: F32, distorted: t
         p = [ti.Vector([source[((g * 7 + k) << 3) | e] for e in ti.static(range(LANES))]) for k in ti.static(range(7))]
         q = [T[4 * k] * p[0] + T[4 * k + 1] * p[1] + T[4 * k + 2] * p[2] + T[4 * k + 3] for k in ti.static(range(3))]
         m = [T[4 * k] * p[3] + T[4 * k + 1] * p[4] + T[4 * k + 2] * p[5] for k in ti.static(range(3))]
-        near = 1.0 / _high(q[2], 1e-3)
+        near = 1.0 / high(q[2], 1e-3)
         u, v = project(q[0] * near, q[1] * near, c, distorted)
-        uc, vc = _low(_high(u, 0.0), right), _low(_high(v, 0.0), bottom)
+        uc, vc = low(high(u, 0.0), right), low(high(v, 0.0), bottom)
         aside = ti.abs(u - uc) + ti.abs(v - vc)  # beyond the outermost pixels' centres
-        ua, va = ti.cast(_low(uc, right - 0.5), ti.i32), ti.cast(_low(vc, bottom - 0.5), ti.i32)
+        ua, va = ti.cast(low(uc, right - 0.5), ti.i32), ti.cast(low(vc, bottom - 0.5), ti.i32)
         du, dv = uc - ti.cast(ua, ti.f32), vc - ti.cast(va, ti.f32)
         at = va * width + ua
         here = at * 3 + 2
-        z00, z01 = _read(points, here), _read(points, here + 3)
-        z10, z11 = _read(points, here + width * 3), _read(points, here + width * 3 + 3)
-        lowest, highest = _low(_low(z00, z01), _low(z10, z11)), _high(_high(z00, z01), _high(z10, z11))
+        z00, z01 = gather(points, here), gather(points, here + 3)
+        z10, z11 = gather(points, here + width * 3), gather(points, here + width * 3 + 3)
+        lowest, highest = low(low(z00, z01), low(z10, z11)), high(high(z00, z01), high(z10, z11))
         # inverse depth is linear in the image on a plane
         upper, lower = 1.0 / z00 + (1.0 / z01 - 1.0 / z00) * du, 1.0 / z10 + (1.0 / z11 - 1.0 / z10) * du
         z = 1.0 / (upper + (lower - upper) * dv)
         nearest = at + ti.select(dv < 0.5, 0, width) + ti.select(du < 0.5, 0, 1)
-        n = [_read(normals, nearest * 3 + k) for k in ti.static(range(3))]
-        other = _read(sigma, nearest)
+        n = [gather(normals, nearest * 3 + k) for k in ti.static(range(3))]
+        other = gather(sigma, nearest)
         # of NaN no comparison is true; z is NaN where one of the four is
         seen = ti.select(z > 0.0, 1.0, 0.0) * ti.select(highest - lowest < STEEP / c[0] * z, 1.0, 0.0)
         seen *= ti.select(q[2] > 0.05, 1.0, 0.0) * ti.select(aside <= 0.0, 1.0, 0.0) * ti.select(p[6] >= 0.0, 1.0, 0.0)
@@ -255,8 +238,8 @@ def _accumulate(source: F32, points: F32, normals: F32, sigma: F32, distorted: t
         yes = paired > 0.0
         odds = ti.abs(r) / spread
         spread *= scale
-        t = r / _high(spread * CUT, open_to)
-        shape = _high(1.0 - t * t, 0.0)
+        t = r / high(spread * CUT, open_to)
+        shape = high(1.0 - t * t, 0.0)
         weight = ti.select(yes, shape * shape / (spread * spread), 0.0)
         r = ti.select(yes, r, 0.0)
         f = [ti.select(yes, n[k], 0.0) for k in ti.static(range(3))]

@@ -6,6 +6,7 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.lanes import eight
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, I32, I64, Blocks, lookup, pack, unpack
 from fusion.volume.frame import PAD, TILE, Work
@@ -86,12 +87,6 @@ def _bits(low: ti.template(), high: ti.template()):
     return bits
 
 
-@ti.func
-def _eight(image: ti.template(), g: ti.i32):
-    """Pixels 8 g to 8 g + 7: written so that the compiler reads them as one vector."""
-    return ti.Vector([image[(g << 3) | e] for e in ti.static(range(8))])
-
-
 @ti.kernel
 def _clean(depth: F32_2, weight: F32_2, inverse: F32, weighed: F32, across: ti.i32, horizon: ti.f32,
            weighted: ti.template()):  # fmt: skip
@@ -131,7 +126,7 @@ def _scan(
         for half in range(2):
             near8, far8 = ti.Vector([0.0] * 8), ti.Vector([1e30] * 8)  # one over the depths
             for v in ti.static(range(CELL)):
-                i = _eight(inverse, (v0 + half * CELL + v) * across + g0)
+                i = eight(inverse, (v0 + half * CELL + v) * across + g0)
                 near8 = ti.select(i > near8, i, near8)
                 i = ti.select(i > 0.0, i, 1e30)
                 far8 = ti.select(i < far8, i, far8)

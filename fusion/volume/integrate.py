@@ -13,6 +13,7 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.lanes import gather, high, low
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.allocate import allocate
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
@@ -101,22 +102,6 @@ def _in_view(centre: ti.template(), radius: ti.f32, truncation: ti.f32, c: ti.te
     return seen
 
 
-@ti.func
-def _low(a: ti.template(), b: ti.template()):
-    """The smaller one; unlike ti.min not after a look for NaN, which vectors pay for."""
-    return ti.select(a < b, a, b)
-
-
-@ti.func
-def _high(a: ti.template(), b: ti.template()):
-    return ti.select(a > b, a, b)
-
-
-@ti.func
-def _read(image: ti.template(), at: ti.template()):
-    return ti.Vector([image[at[e]] for e in ti.static(range(BLOCK))])
-
-
 @ti.kernel
 def _update(
     coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3,
@@ -149,19 +134,21 @@ def _update(
         for j in range(BLOCK):
             q = first + along * float(j)
             x, y, z = q[0] + m[0] * k, q[1] + m[1] * k, q[2] + m[2] * k
-            near = 1.0 / _high(z, 1e-6)
+            near = 1.0 / high(z, 1e-6)
             u, v = project(x * near, y * near, c, distorted)
             # the nearest pixel; what lies outside of the image comes to lie beside its border, where nothing is seen
-            un = ti.cast(_low(_high(u, 7.5), width + 8.5), ti.i32)
-            vn = ti.cast(_low(_high(v, 0.5), height + 1.5), ti.i32)
+            un = ti.cast(low(high(u, 7.5), width + 8.5), ti.i32)
+            vn = ti.cast(low(high(v, 0.5), height + 1.5), ti.i32)
             at = (vn * stride + un) * VALUES - (un & 7) * (VALUES - 1)
-            seen = ti.select(z > 1e-6, _read(reach, at), 0.0) - z
+            seen = ti.select(z > 1e-6, gather(reach, at), 0.0) - z
             some = False
             for e in ti.static(range(BLOCK)):
                 some |= seen[e] > 0.0
             if some:
-                d = _low(_read(distance, at) - (_read(nx, at) * x + _read(ny, at) * y + _read(nz, at) * z), truncation)
-                w = ti.select(seen > 0.0, _read(weight, at), 0.0)
+                d = low(
+                    gather(distance, at) - (gather(nx, at) * x + gather(ny, at) * y + gather(nz, at) * z), truncation
+                )
+                w = ti.select(seen > 0.0, gather(weight, at), 0.0)
                 o = (n << 10) | ((slab & 7) << 7) | (j << 4)
                 sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
                 weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w

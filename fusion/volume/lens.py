@@ -7,6 +7,7 @@ import numpy as np
 import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.geometry import lanes
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 
@@ -50,15 +51,12 @@ def load(parameters: ti.template()):
 @ti.func
 def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
     """Pixel (u, v) of x/z and y/z, numbers or vectors; beyond the lens' limit it lies far outside of the image."""
-    a, b = x, y
+    u, v = lanes.project(x, y, c, distorted)
     if ti.static(distorted):
-        q = x * x + y * y
-        radial = (1.0 + q * (c[4] + q * (c[5] + q * c[8]))) / (1.0 + q * (c[9] + q * (c[10] + q * c[11])))
-        a = x * radial + 2.0 * c[6] * x * y + c[7] * (q + 2.0 * x * x)
-        b = y * radial + c[6] * (q + 2.0 * y * y) + 2.0 * c[7] * x * y
-        a = ti.select(q > c[12], -1e6, a)
-        b = ti.select(q > c[12], -1e6, b)
-    return a * c[0] + c[2], b * c[1] + c[3]
+        beyond = x * x + y * y > c[12]
+        u = ti.select(beyond, -1e9, u)
+        v = ti.select(beyond, -1e9, v)
+    return u, v
 
 
 @ti.func

@@ -9,6 +9,7 @@ distance c, such that n . p = c on it and c - n . p is the distance of any point
 
 import taichi as ti
 
+from fusion.geometry.lanes import eight, high, low
 from fusion.volume.blocks import F32, F32_2, I32
 from fusion.volume.frame import PAD, TILE, VALUES
 
@@ -18,28 +19,11 @@ EDGE_WEIGHT = 0.01  # of pixels beside a jump in depth: they fill in only what n
 
 
 @ti.func
-def _eight(image: ti.template(), g: ti.i32):
-    """Pixels 8 g to 8 g + 7: written so that the compiler reads them as one vector."""
-    return ti.Vector([image[(g << 3) | e] for e in ti.static(range(8))])
-
-
-@ti.func
 def _row(image: ti.template(), g: ti.i32):
     """The pixels to the left of those of group g, they themselves, and those to the right."""
-    a, b, c = image[(g << 3) - 1], _eight(image, g), image[(g << 3) + 8]
+    a, b, c = image[(g << 3) - 1], eight(image, g), image[(g << 3) + 8]
     left = ti.Vector([a] + [b[e] for e in range(7)])
     return left, b, ti.Vector([b[e + 1] for e in range(7)] + [c])
-
-
-@ti.func
-def _low(a: ti.template(), b: ti.template()):
-    """The smaller one; unlike ti.min not after a look for NaN, which vectors pay for."""
-    return ti.select(a < b, a, b)
-
-
-@ti.func
-def _high(a: ti.template(), b: ti.template()):
-    return ti.select(a > b, a, b)
 
 
 @ti.func
@@ -49,7 +33,7 @@ def _half(here: ti.template(), before: ti.template(), after: ti.template(), trun
     other = (after > 0.0) & (ti.abs(after - here) < truncation * after * here)
     sides = ti.select(one, 1.0, 0.0) + ti.select(other, 1.0, 0.0)
     step = ti.select(other, after, here) - ti.select(one, before, here)
-    return step / _high(sides, 1.0), sides
+    return step / high(sides, 1.0), sides
 
 
 @ti.kernel
@@ -73,9 +57,9 @@ def measure_planes(
                 ul, u, ur = _row(inverse, g - across)
                 cl, c, cr = _row(inverse, g)
                 dl, d, dr = _row(inverse, g + across)
-                lowest = _low(_low(_low(_low(ul, u), _low(ur, cl)), _low(_low(c, cr), _low(dl, d))), dr)
-                highest = _high(_high(_high(_high(ul, u), _high(ur, cl)), _high(_high(c, cr), _high(dl, d))), dr)
-                jump = _high(highest - c - truncation * highest * c, c - lowest - truncation * lowest * c)
+                lowest = low(low(low(low(ul, u), low(ur, cl)), low(low(c, cr), low(dl, d))), dr)
+                highest = high(high(high(high(ul, u), high(ur, cl)), high(high(c, cr), high(dl, d))), dr)
+                jump = high(highest - c - truncation * highest * c, c - lowest - truncation * lowest * c)
                 du = ((ur - ul) + (cr - cl) + (dr - dl)) * (1.0 / 6.0)
                 dv = ((dl - ul) + (d - u) + (dr - ur)) * (1.0 / 6.0)
                 i = c + ((u + d) + (cl + cr) - 4.0 * c) * 0.125
@@ -86,18 +70,18 @@ def measure_planes(
                     dv_half, sides_v = _half(c, u, d, truncation)
                     du = ti.select(jump < 0.0, du, du_half)
                     dv = ti.select(jump < 0.0, dv, dv_half)
-                    least = ti.select(_low(sides_u, sides_v) < 0.5, EDGE, STEEP)
+                    least = ti.select(low(sides_u, sides_v) < 0.5, EDGE, STEEP)
                 if ti.static(distorted):  # pixels are no steps along x or y alone
                     n = inverse.shape[0] // 8
-                    A = du * _eight(bend, g) + dv * _eight(bend, g + n)
-                    B = du * _eight(bend, g + 2 * n) + dv * _eight(bend, g + 3 * n)
+                    A = du * eight(bend, g) + dv * eight(bend, g + n)
+                    B = du * eight(bend, g + 2 * n) + dv * eight(bend, g + 3 * n)
                 else:
                     A, B = du * fx, dv * fy
-                C = i - A * _eight(x, g) - B * _eight(y, g)
-                slant = _high(i / ti.sqrt(A * A + B * B + C * C), least)
+                C = i - A * eight(x, g) - B * eight(y, g)
+                slant = high(i / ti.sqrt(A * A + B * B + C * C), least)
                 w = ti.select(jump < 0.0, slant, slant * EDGE_WEIGHT)
                 if ti.static(weighted):
-                    w *= _eight(weight, g)
+                    w *= eight(weight, g)
                 w = ti.select(c > 0.0, w, 0.0)
                 reach = ti.select(c > 0.0, 1.0 / i + truncation, 0.0)
                 gain = ti.select(c > 0.0, slant / i, 0.0)

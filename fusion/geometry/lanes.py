@@ -1,0 +1,46 @@
+# mypy: ignore-errors
+"""Eight values side by side, written so that the compiler makes vector instructions of them; for kernels."""
+
+import taichi as ti
+
+LANES = 8
+
+
+@ti.func
+def eight(image: ti.template(), g: ti.i32):
+    """Values 8 g to 8 g + 7 of a flat image, read as one vector."""
+    return ti.Vector([image[(g << 3) | e] for e in ti.static(range(LANES))])
+
+
+@ti.func
+def gather(image: ti.template(), at: ti.template()):
+    """The values at eight places (8,)."""
+    return ti.Vector([image[at[e]] for e in ti.static(range(LANES))])
+
+
+@ti.func
+def low(a: ti.template(), b: ti.template()):
+    """The smaller one; unlike ti.min not after a look for NaN, which vectors pay for."""
+    return ti.select(a < b, a, b)
+
+
+@ti.func
+def high(a: ti.template(), b: ti.template()):
+    """The larger one, as `low`."""
+    return ti.select(a > b, a, b)
+
+
+@ti.func
+def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
+    """Pixel (u, v) of x/z and y/z, numbers or vectors, by OpenCV's rational and tangential lens model.
+
+    Args:
+        c: fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6.
+    """
+    a, b = x, y
+    if ti.static(distorted):
+        q = x * x + y * y
+        radial = (1.0 + q * (c[4] + q * (c[5] + q * c[8]))) / (1.0 + q * (c[9] + q * (c[10] + q * c[11])))
+        a = x * radial + 2.0 * c[6] * x * y + c[7] * (q + 2.0 * x * x)
+        b = y * radial + c[6] * (q + 2.0 * y * y) + 2.0 * c[7] * x * y
+    return a * c[0] + c[2], b * c[1] + c[3]
