@@ -129,7 +129,7 @@ def explained_looks(
     possible = explained(white, groups, nothing)
     named = name_effects(looks, before, gauge, candidates)
     held = held_out_of(looks, sensor, before.scatter)
-    if named.steps and held.contradicts(named.sensor):
+    if named.steps and held.contradicts(named.sensor, float(white @ white - named.white @ named.white)):
         named = unconfirmed(named, before, white)
     beyond = None
     left = explained(named.white, groups, nothing)
@@ -144,7 +144,7 @@ def explained_looks(
     if beyond is None and _is_much(left, named, possible):
         progress("looking for the form of what no effect explains")
         beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
-    if beyond is not None and held.contradicts(beyond.added_to(named.sensor), named.sensor):
+    if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
         beyond = beyond.unconfirmed
     progress("comparing the noise")
     channels = _channels(named, beyond, looks)

@@ -11,6 +11,8 @@ from fusion.discrepancy.look import Look
 from fusion.discrepancy.observations import Observations, observe
 from fusion.sensor.sensor import Sensor
 
+SHOWN = 0.4  # of the gain that is due in frames that took no part in the fit
+
 
 @dataclass(frozen=True)
 class HeldOut:
@@ -18,9 +20,11 @@ class HeldOut:
 
     Attributes:
         observations: of these frames under the given model; None where there are none.
+        share: their number over that of the other frames.
     """
 
     observations: Observations | None
+    share: float = 0.0
 
     @cached_property
     def gauge(self) -> Gauge:
@@ -36,18 +40,27 @@ class HeldOut:
         metres = np.concatenate([p.tiles.mean(p.look.mean - p.predicted) for p in seen.patches])
         return float(white @ white / len(white)), float(np.sqrt(np.mean(metres**2)))
 
-    def contradicts(self, better: Sensor, than: Sensor | None = None) -> bool:
-        """True when a model that fitted the other frames better fits these no better `than` another, else the given."""
+    def contradicts(self, better: Sensor, gain: float, than: Sensor | None = None) -> bool:
+        """True when a model that fitted the other frames better does not fit these better by a fair share of it.
+
+        Args:
+            gain: drop of the chi2 in the other frames.
+            than: what it is compared with; the given model where nothing is said.
+        """
         if self.observations is None:
             return False
-        return self.misfit(better)[0] >= self.misfit(than or self.observations.sensor)[0]
+        before, after = self.misfit(than or self.observations.sensor)[0], self.misfit(better)[0]
+        # where the noise of frames rules, their number tells; a drop of the chi2 is known to twice its root
+        due = self.share * gain
+        return (before - after) * len(self.observations.residual) <= max(0.0, SHOWN * due - 2 * np.sqrt(due))
 
 
 def held_out_of(looks: Sequence[Look], sensor: Sensor, scatter: float = 0.0) -> HeldOut:
     """The frames held out of looks, under the given model; `scatter` as of the others."""
     held = [look.held for look in looks if look.held is not None]
     seen = observe(sensor, held) if held else None
-    return HeldOut(replace(seen, scatter=scatter) if seen is not None and len(seen.residual) else None)
+    share = sum(len(look.frames) for look in held) / max(sum(len(look.frames) for look in looks), 1)
+    return HeldOut(replace(seen, scatter=scatter) if seen is not None and len(seen.residual) else None, share)
 
 
 def before_and_after(held: HeldOut, sensor: Sensor, better: Sensor) -> dict[str, float]:

@@ -1,0 +1,24 @@
+"""Frames that took no part in a fit must show a fair share of what it found."""
+
+from dataclasses import replace
+
+import pytest
+from made_up_walls import looks_at, sensor_of
+
+from fusion.discrepancy.held_out import held_out_of
+from fusion.sensor.effects.readout.depth_scale import DepthScale
+
+
+@pytest.mark.parametrize("share", [0.0, 0.15, 1.0])
+def test_a_model_that_held_out_frames_hardly_confirm_is_contradicted(share):
+    given, better = sensor_of("itof"), sensor_of("itof", DepthScale(scale=0.01))
+    true = sensor_of("itof", DepthScale(scale=0.01 * share))
+    looks = [replace(look, held=held) for look, held in zip(looks_at(better, 3), looks_at(true, 4), strict=True)]
+    held = held_out_of(looks, given)
+    assert held.share == 1.0  # as many frames as the others
+    # what the fit gained, from frames that show all of it
+    whole = held_out_of([replace(look, held=look) for look in looks], given)
+    gain = len(whole.observations.residual) * (whole.misfit(given)[0] - whole.misfit(better)[0])
+    assert gain > 100
+    assert held.contradicts(better, gain) == (share < 0.4)
+    assert not whole.contradicts(better, gain)
