@@ -27,13 +27,14 @@ FRAMES = 180
 STAGES = {  # what the pipeline calls: the stage it belongs to
     (pipeline, "find_region"): "what turns",
     (pipeline, "load"): "load and prepare",
-    (motion, "estimate_motion"): "post-pass: pairs",
-    (motion, "_finished"): "post-pass: model",
+    (pipeline, "find_motion"): "post-pass",
+    (motion, "estimate_motion"): " of which pairs",
+    (motion, "_finished"): " of which model",
     (pipeline, "fuse"): "integrate",
     (pipeline, "track_freely"): "free tracking",
     (pipeline, "clean"): "clean up",
 }
-POST_PASS = ("post-pass: pairs", "post-pass: model", "integrate")
+POST_PASS = ("post-pass", "integrate")
 
 Times = dict[str, list[float]]
 

@@ -17,7 +17,7 @@ from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.focal import FocalCheck, check_focal, typical_step
-from fusion.turntable.views import Region, View, view
+from fusion.turntable.views import Region, View, usable, view
 
 Array = NDArray[np.float64]
 FRAMES, FIRST = 32, 12  # looked at; looked at to find the step where no log tells it
@@ -118,4 +118,6 @@ def _views(
     )
     frames, broken = load(few, sensor, region)
     cut = replace(region, still=None if region.still is None else region.still[region.window(recording.camera)])
-    return [view(frame.surface, cut) for frame in frames if frame is not None], np.delete(chosen, list(broken))
+    return [view(frame.surface, usable(frame.surface, cut)) for frame in frames if frame is not None], np.delete(
+        chosen, list(broken)
+    )

@@ -14,10 +14,10 @@ from fusion.turntable.axis import Axis
 from fusion.turntable.finish import finish
 from fusion.turntable.log import with_log
 from fusion.turntable.motion import Motion, estimate_motion
-from fusion.turntable.rays import rays_of
+from fusion.turntable.rays import Rays, rays_of
 from fusion.turntable.views import Region, View, usable, view
 from fusion.volume.prepared import Prepared, fuse
-from fusion.volume.volume import Volume
+from fusion.volume.volume import Volume, VolumeSettings
 
 Array = NDArray[np.float64]
 
@@ -39,29 +39,30 @@ def find_motion(
     camera = how[0]
     still = None if region.still is None else region.still[region.window(camera)]
     cut = replace(region, still=still)
-    views = [view(f.surface, cut) if f is not None else _nothing(frames) for f in frames]
+    pixels = [None if f is None else usable(f.surface, cut) for f in frames]
+    both = list(zip(frames, pixels, strict=True))
+    views = [_nothing(frames) if f is None or p is None else view(f.surface, p) for f, p in both]
     motion = estimate_motion(views, region, commanded)
     if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
-        motion = _finished(frames, how, cut, motion)
+        rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
+        motion = _finished(frames, rays, choose_volume(how[1], camera, (frames, cut, motion)), motion)
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion
 
 
 def _finished(
-    frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, motion: Motion
+    frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion
 ) -> Motion:
-    camera, settings = how
-    volume_settings = replace(choose_volume(settings, camera, (frames, region, motion)), color=False)
+    colourless = replace(settings, color=False)
 
     def model_of(axis: Axis, angles: Array) -> Volume:
-        volume = Volume(volume_settings)
+        volume = Volume(colourless)
         for frame, T in zip(frames, about_axis(axis, angles), strict=True):
             if frame is not None and np.isfinite(T).all():
                 fuse(volume, frame, T)
         return volume
 
-    rays = [None if f is None else rays_of(f.surface, usable(f.surface, region)) for f in frames]
     found = finish(rays, (motion.axis, motion.angles), model_of)
     return replace(motion, axis=found.axis, angles=found.angles, angle_std=found.angle_std)
 

@@ -115,7 +115,7 @@ def _scale(ratio: NDArray[np.float32], count: NDArray[np.int64]) -> Array:
 
 def paired(
     seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]
-) -> tuple[NDArray[np.int8], Array]:
+) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
     """What became of every source point of every edge (see `edge_pairs`); of pairs residual, sigma and derivatives."""
     from fusion.turntable.edge_pairs import pair_edges  # starts Taichi
 

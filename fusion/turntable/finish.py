@@ -24,6 +24,7 @@ from fusion.volume.volume import Volume
 Array = NDArray[np.float64]
 FOOT = 0.1  # share of the height that what it stands on is mixed into, by matching windows and wide pixels (guess)
 SHARED = 4
+EARLY_FRAMES, EARLY_RAYS = 60, 500_000  # that make and meet the models before the last one
 SOME = 100_000  # equations that tell their scale
 
 
@@ -70,21 +71,28 @@ def finish(
         rounds: how often the model is made anew.
     """
     axis, angles = motion
-    std = np.full(len(angles), np.nan)
-    together = bundle(rays)
-    for _ in range(rounds):
-        volume = build(axis, angles)
+    every = bundle(rays)
+    for k in range(rounds):
+        last = k == rounds - 1  # the others only have to come near: some frames make their model, some rays meet it
+        volume, seen = build(axis, angles if last else _some_of(angles)), every if last else every.thinned(EARLY_RAYS)
         for _ in range(2):
-            e = equations(together, (axis, angles), volume)
+            e = equations(seen, (axis, angles), volume)
             if len(e.rows) == 0:  # nothing of what was seen lies near the model
-                return Finished(axis, angles, std)
-            shared = _solve(e, None, steady=True).step[:SHARED]
+                return Finished(axis, angles, np.full(len(angles), np.nan))
+            shared = _solve(e, steady=True).step[:SHARED]
             # the angles need all relief there is; what it gets wrong goes into an axis of their own, which is dropped
-            found = _solve(e, together.tiles)
+            found = _solve(e)
             axis, angles = _moved(axis, shared), angles + found.step[SHARED:]
             angles = angles - angles[np.isfinite(angles)][0]
-            std = np.where(np.isfinite(angles), found.std[SHARED:], np.nan)
-    return Finished(axis, angles, std)
+    std = found.std[SHARED:] * _alike(e, every.tiles, found)
+    return Finished(axis, angles, np.where(np.isfinite(angles), std, np.nan))
+
+
+def _some_of(angles: Array) -> Array:
+    """Angles (n,) of about EARLY_FRAMES frames; the others NaN."""
+    known = np.flatnonzero(np.isfinite(angles))
+    chosen = known[:: max(1, len(known) // EARLY_FRAMES)]
+    return np.where(np.isin(np.arange(len(angles)), chosen), angles, np.nan)
 
 
 def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume) -> Equations:
@@ -112,18 +120,19 @@ def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume) -> Equat
 
 @dataclass(frozen=True)
 class _Solution:
-    """Steps and their standard deviations (4 + n,): axis, angles."""
+    """Steps and their standard deviations (4 + n,): axis, angles; the cells' offsets [m], and the scale of sigma."""
 
     step: Array
     std: Array
+    offset: Array
+    scale: float
 
 
-def _solve(e: Equations, tiles: NDArray[np.int32] | None, steady: bool = False) -> _Solution:
+def _solve(e: Equations, steady: bool = False) -> _Solution:
     """One Gauss-Newton step; the cells' offsets are eliminated.
 
     Args:
         e: the equations.
-        tiles: of the rays, within which errors are alike; None takes them as independent.
         steady: only what tells where the axis is: not the object's foot, and of rough places as much as their windows
             tell.
     """
@@ -136,8 +145,7 @@ def _solve(e: Equations, tiles: NDArray[np.int32] | None, steady: bool = False) 
         settle(e.rows, e.first, offset, _scale(e, offset, steady, lowest), steady, lowest)
     scale = _scale(e, offset, steady, lowest)
     H, g = normal_equations(e.rows, e.frame, e.first, offset, e.n, (scale, steady, lowest))
-    step, std = _step(H, g)
-    return _Solution(step, std if tiles is None else std * _alike(e, tiles, offset, scale))
+    return _Solution(*_step(H, g), offset, scale)
 
 
 def _scale(e: Equations, offset: Array, steady: bool, lowest: float) -> float:
@@ -149,12 +157,12 @@ def _scale(e: Equations, offset: Array, steady: bool, lowest: float) -> float:
     return max(1.4826 * float(np.median(np.abs(rest[taken]) / sigma[taken])), 0.1) if taken.any() else 1.0
 
 
-def _alike(e: Equations, tiles: NDArray[np.int32], offset: Array, scale: float) -> float:
+def _alike(e: Equations, tiles: NDArray[np.int32], found: _Solution) -> float:
     """By how much errors that neighbouring pixels share widen the standard deviations (clustered by tiles)."""
     from fusion.turntable.cells import CUT
 
-    rest = e.rows[:, 0] - np.repeat(offset, np.diff(e.first))
-    share = rest * e.rows[:, 1] * tukey(rest / (scale * e.rows[:, 6]), CUT) / e.rows[:, 6].astype(float) ** 2
+    rest = e.rows[:, 0] - np.repeat(found.offset, np.diff(e.first))
+    share = rest * e.rows[:, 1] * tukey(rest / (found.scale * e.rows[:, 6]), CUT) / e.rows[:, 6].astype(float) ** 2
     tile = np.ravel_multi_index((e.frame, *tiles[e.ray].T), (e.n, *(tiles.max(axis=0) + 1)))
     return max(1.0, float(np.sqrt(np.sum(np.bincount(tile, share) ** 2) / np.maximum(np.sum(share**2), 1e-300))))
 

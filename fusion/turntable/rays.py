@@ -37,8 +37,8 @@ class Bundle:
 
     def thinned(self, most: int) -> "Bundle":
         """About `most` of the rays, evenly from all frames."""
-        stride = max(1, len(self.frame) // most)
-        return Bundle(self.frame[::stride], self.values[::stride], self.tiles[::stride], self.n)
+        taken = np.arange(0, len(self.frame), max(1, len(self.frame) // most))
+        return Bundle(self.frame[taken], self.values[taken], self.tiles[taken], self.n)
 
 
 def rays_of(surface: PointMap, usable: NDArray[np.bool_], most: int = 20_000) -> Rays:

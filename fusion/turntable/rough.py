@@ -24,6 +24,16 @@ def shared_errors(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken:
         depth, sigma: (h, w) [m].
         taken: (h, w) pixels of the surface; others say nothing.
     """
+    whole = np.zeros(depth.shape)
+    if not taken.any():
+        return whole
+    # the rest of the image says nothing
+    part = tuple(slice(int(np.min(i)), int(np.max(i)) + 1) for i in np.nonzero(taken))
+    whole[part] = _in_part(depth[part], sigma[part], taken[part])
+    return whole
+
+
+def _in_part(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken: NDArray[np.bool_]) -> Array:
     scatter, count = _scatter(np.where(taken, depth, 0).astype(float), taken)
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = scatter / sigma.astype(float) ** 2
@@ -44,7 +54,7 @@ def _scatter(depth: Array, taken: NDArray[np.bool_]) -> tuple[Array, Array]:
     def mean(values: Array) -> Array:
         return np.asarray(_sum(weight * values) / count)
 
-    z0 = float(depth[taken].mean()) if taken.any() else 0.0  # keeps digits
+    z0 = float(depth[taken].mean())  # keeps digits
     z = depth - z0
     mu, mv, mz = mean(u), mean(v), mean(z)
     uu, vv, uv = mean(u * u) - mu**2, mean(v * v) - mv**2, mean(u * v) - mu * mv

@@ -85,19 +85,23 @@ def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
     )
 
 
-def view(surface: PointMap, region: Region) -> View:
-    """The view of one frame, with all points of the object that are not seen at a grazing angle.
+def view(surface: PointMap, seen: NDArray[np.bool_]) -> View:
+    """The view of one frame.
 
     Args:
         surface: what the frame shows, in the window of the region (see `Region.window` and `crop`).
-        region: where the object is; its `still` cut to the same window.
+        seen: (h, w) its pixels that take part, see `usable`.
     """
-    seen = usable(surface, region)
     return View(surface, surface.points[seen], surface.normals[seen], surface.sigma[seen])
 
 
 def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
-    """(h, w) pixels that take part: on the object, not at a grazing angle, not beside a step or hole."""
+    """(h, w) pixels that take part: on the object, not at a grazing angle, not beside a step or hole.
+
+    Args:
+        surface: what the frame shows, in the window of the region.
+        region: where the object is; its `still` cut to the same window.
+    """
     known = np.isfinite(surface.normals[..., 0])
     # a square of the house's border around every hole and step takes no part
     known &= cv2.erode(known.astype(np.uint8), np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)) > 0

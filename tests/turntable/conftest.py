@@ -11,7 +11,7 @@ from fusion.simulation.demo_object import demo_object
 from fusion.simulation.render import RayCaster
 from fusion.simulation.turntable import Turntable
 from fusion.turntable.axis import Axis
-from fusion.turntable.views import Region, view
+from fusion.turntable.views import Region, usable, view
 
 SMALL = Camera(160, 120, 190.0, 191.0, 80.3, 59.1, principle="itof")
 FRAMES = 18
@@ -36,7 +36,8 @@ class OwlScene:
     def views(self, camera=SMALL):
         """One view per frame, as a camera file states the camera."""
         everywhere = Region(np.full(3, -9.0), np.full(3, 9.0))
-        return [view(point_map(depth, camera, 0.001), everywhere) for depth in self.depths]
+        maps = [point_map(depth, camera, 0.001) for depth in self.depths]
+        return [view(m, usable(m, everywhere)) for m in maps]
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from fusion.simulation.turntable import Turntable
 from fusion.turntable.axis import Axis
 from fusion.turntable.moving import find_moving
 from fusion.turntable.plate import above_plate, plate_height
-from fusion.turntable.views import Region, view
+from fusion.turntable.views import Region, usable, view
 
 CLEAR = 0.004
 SMALL = Camera(160, 120, 190.0, 191.0, 80.3, 59.1, principle="itof")
@@ -94,7 +94,8 @@ def seen(moving, still=None, frames=12):
     moved = find_moving(np.nan_to_num(depths, nan=2.0), SMALL, lambda z: np.full_like(z, 0.001))
     T_camera_world = pose.inverse(T_world_camera)
     region = Region(moved.low, moved.high, moved.still).grown(0.015)
-    views = [view(point_map(d, SMALL, 0.001), region) for d in depths]
+    maps = [point_map(d, SMALL, 0.001) for d in depths]
+    views = [view(m, usable(m, region)) for m in maps]
     return views, Axis(T_camera_world[:3, 3], T_camera_world[:3, 2])
 
 
