@@ -11,6 +11,7 @@ from fusion.sensor.moment import Moment
 from fusion.sensor.moving import CameraEffect
 from fusion.sensor.rating import sigma_of, weight_of
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.usual_light import usual_light
 from fusion.sensor.view import Image, View, incidence_of, stretch
 
 
@@ -38,7 +39,8 @@ def corrected(
 
     Args:
         camera: as stated with the image.
-        ir: (h, w) amplitude [count]; effects that depend on it change nothing without.
+        ir: (h, w) amplitude [count]; without, surfaces are taken to be of usual brightness where the model knows its
+            lamp, else effects that depend on it change nothing.
         moment: time, temperature and the like, as far as known.
 
     Raises:
@@ -86,6 +88,8 @@ def view_of(
         if asked & {"incidence", "reflectance"}:
             normals = normals_of(depth, camera)
             view = replace(view, normals=normals, incidence=incidence_of(normals, camera))
+        if "amplitude" in asked and ir is None:
+            view = replace(view, ir=usual_light(sensor, view))
         if "reflectance" in asked and ir is not None:
             view = replace(view, reflectance=reflectance_of(view))
         if "edge" in asked:

@@ -74,6 +74,9 @@ def tell(sensor: Sensor, view: View) -> Told:
         size = _size(effect, depth, full)
         if size > NOTHING:
             undone[effect.name] = size
+            if view.ir is None and full.ir is not None and "amplitude" in effect.variables:
+                guessed = "undone as for surfaces that reflect half of the light, as the recording has no IR"
+                doubtful.append(f"{effect.name}: {guessed}")
         # the deviations of numbers that were fitted together say little one by one
         if effect.name not in sensor.fitted and (std := _std(sensor, effect, depth, full)) > noise:
             doubtful.append(

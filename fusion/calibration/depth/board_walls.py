@@ -61,7 +61,7 @@ def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) 
         return None
     centre, distance, deviation = centre_depth(view, pose, camera)
     ir = None if frame.ir is None else middle_of_nine(frame.ir)
-    means = Means(1, depth, np.full(camera.shape, np.nan), ir, ir is not None)
+    means = Means(1, depth, np.full(camera.shape, np.nan), ir)
     try:
         wall = wall_of(means, camera, known, (name, distance, deviation), Moment(time=frame.timestamp), centre)
     except FusionError:  # a hand before the board, a reflection: one picture of many

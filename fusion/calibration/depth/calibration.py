@@ -14,6 +14,7 @@ from fusion.calibration.depth.fitted import Fitted, Setting, finish
 from fusion.calibration.depth.harmonics import harmonics
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
+from fusion.calibration.depth.lamp import with_lamp
 from fusion.calibration.depth.notes import notes_on
 from fusion.calibration.depth.radial_limit import radial_limit, within
 from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, judge_all, level
@@ -164,6 +165,8 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     stack = stack_of(fitted.evidence, units, kind) if kind else None
     sensor = fitted.sensor if stack is None else with_surface(fitted.sensor, camera, stack)
     sensor = _named(sensor, begin, walls, judged[chosen])
+    if any(key.startswith("amplitude") for key in judged[chosen].law.keys):
+        sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
     curve, offset, deviation = axis_curve(walls, (judged, chosen, terms), fitted, setting)
     notes = (*begin.notes, *notes_on(seen, walls, (judged[0], judged[chosen]), fitted))
     evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
@@ -222,9 +225,9 @@ def _nodes(walls: list[Wall], begin: Start) -> tuple[float, ...]:
 
 
 def _ir_reference(walls: list[Wall]) -> float | None:
-    """Median amplitude over the walls [count]; None unless every frame has one, as the correction then needs it too."""
+    """Median amplitude over the walls [count]; None unless every wall has one."""
     found = [float(np.median(w.ir[w.mask])) for w in walls if w.ir is not None and np.any(w.ir[w.mask] > 0)]
-    return float(np.median(found)) if len(found) == len(walls) and all(w.ir_everywhere for w in walls) else None
+    return float(np.median(found)) if len(found) == len(walls) else None
 
 
 def _ir_span(walls: list[Wall]) -> tuple[float, float]:

@@ -35,7 +35,6 @@ class Wall:
         distance_std: of that distance [m].
         ir: (h, w) mean amplitude [count], or None.
         moment: when it was recorded.
-        ir_everywhere: True when every frame has its IR image.
         centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
         squares: (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall.
     """
@@ -51,7 +50,6 @@ class Wall:
     distance_std: float
     ir: NDArray[np.floating] | None = None
     moment: Moment = field(default_factory=Moment)
-    ir_everywhere: bool = False
     centre: tuple[float, float] = (0.0, 0.0)
     squares: NDArray[np.intp] | None = None
 
@@ -91,7 +89,6 @@ class Means:
     measured: NDArray[np.floating]
     std: NDArray[np.floating]
     ir: NDArray[np.floating] | None
-    ir_everywhere: bool = False
 
 
 def frame_means(recording: Recording, frames: range) -> Means:
@@ -110,7 +107,7 @@ def frame_means(recording: Recording, frames: range) -> Means:
     if not depth.frames:
         raise failed or RecordingError("the recording has no frames", recording.path, 0, "100 frames of a wall")
     measured = np.where(depth.valid > 0.5, depth.mean, np.nan)
-    return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None, ir.frames == depth.frames)
+    return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None)
 
 
 def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> list[Wall]:
@@ -173,7 +170,6 @@ def wall_of(
         distance_std,
         means.ir,
         moment,
-        means.ir_everywhere,
         centre,
     )
 
