@@ -90,8 +90,10 @@ def _some(
 ) -> Sums:
     from fusion.turntable.edge_pairs import PAIRED, sum_edges
 
-    errors, names = check
-    code, out = paired(seen, motion, edges, reach, (errors, bool(names)))
+    (axis, angles), (errors, names) = motion, check
+    source, model = np.array(edges).T
+    turns = angles[model] - angles[source]
+    code, out = paired(seen, (axis, turns), edges, (reach, LEAST_COSINE), (errors, bool(names)))
     pair = code == PAIRED
     count = pair.sum(axis=1)
     ratio = np.full(code.shape, np.inf, np.float32)
@@ -114,22 +116,32 @@ def _scale(ratio: NDArray[np.float32], count: NDArray[np.int64]) -> Array:
 
 
 def paired(
-    seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, bool]
+    seen: Stack,
+    motion: tuple[Axis, Array],
+    edges: Edges,
+    limits: tuple[float, float],
+    check: tuple[SelfCheck, bool],
 ) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
-    """What became of every source point of every edge (see `edge_pairs`); of pairs residual, sigma and derivatives."""
+    """What became of every source point of every edge (see `edge_pairs`); of pairs residual, sigma and derivatives.
+
+    Args:
+        seen: the views as the camera file has them.
+        motion: axis, and the turn (m,) [rad] of each edge.
+        edges: m pairs of views.
+        limits: largest distance of a pair [m], least cosine between its normals.
+        check: errors of camera and depth, and whether they have columns too.
+    """
     from fusion.turntable.edge_pairs import pair_edges  # starts Taichi
 
     compute.start()
-    (axis, angles), (errors, free) = motion, check
-    pairs = np.array(edges, np.int32)
-    turns = axis.turns(angles[pairs[:, 1]] - angles[pairs[:, 0]])
+    (axis, turns), (errors, free) = motion, check
     camera = seen.views[0].map.camera
     most = int(np.max(np.diff(seen.first)))
     code = np.empty((len(edges), most), np.int8)
     out = np.empty((len(edges), most, 17 if free else 7), np.float32)
     pair_edges(
-        pairs,
-        turns.astype(np.float32),
+        np.array(edges, np.int32),
+        axis.turns(turns).astype(np.float32),
         seen.first,
         seen.points,
         seen.maps,
@@ -138,7 +150,7 @@ def paired(
         errors.values.astype(np.float32),
         np.array([errors.near, errors.far, errors.triangulation], np.float32),
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
-        np.array([reach, LEAST_COSINE, seen.stride], np.float32),
+        np.array([*limits, seen.stride], np.float32),
         code,
         out,
     )

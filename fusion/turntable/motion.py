@@ -1,8 +1,7 @@
 """The motion of the table: from the views of a scan to one axis and one angle per frame."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +10,11 @@ from fusion.errors import TrackingError
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Stack, stack
 from fusion.turntable.loop import Loop, LoopSettings, choose_edges, close_loop
+from fusion.turntable.misfit import misfits
 from fusion.turntable.plate import above, plate_height
 from fusion.turntable.selfcheck import SelfCheck
-from fusion.turntable.start import axis_guesses, find_step, search_range
-from fusion.turntable.views import Region, View, misfit
+from fusion.turntable.start import axis_guesses, find_turns, search_range
+from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
@@ -71,8 +71,7 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
     n = len(views)
     used, seen, shown, floor, (axis, angles) = begin(views, region, commanded)
     centre = (region.low + region.high) / 2
-    fine = [above(v, axis, floor, POINTS_FINE) for v in seen]
-    fit, camera_fit = _refine(shown, fine, axis, angles)
+    fit, camera_fit = _refine(shown, lambda: [above(v, axis, floor, POINTS_FINE) for v in seen], axis, angles)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -124,8 +123,7 @@ def begin(
     if len(used) < 3:
         raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
     centre = (region.low + region.high) / 2
-    shown = [_thinned(v, POINTS_FIRST) for v in seen]
-    stride, steps, axis = _first_axis(shown, centre, None if commanded is None else commanded[used])
+    stride, steps, axis = _first_axis(seen, centre, None if commanded is None else commanded[used])
     plate = plate_height(seen, axis)
     floor = -np.inf if plate is None else plate + 0.008
     shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
@@ -135,7 +133,7 @@ def begin(
     return used, seen, shown, floor, (axis, angles)
 
 
-def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> tuple[Loop, Loop]:
+def _refine(shown: list[View], fine: Callable[[], list[View]], axis: Axis, angles: Array) -> tuple[Loop, Loop]:
     """The turns together, then all errors of camera and depth; last the axis as stated.
 
     Returns:
@@ -157,7 +155,7 @@ def _refine(shown: list[View], fine: list[View], axis: Axis, angles: Array) -> t
     if chosen:
         many = choose_edges(best.angles, WIDEST, 10)
         passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen)
-        seen = stack(fine)
+        seen = stack(fine())
         best = close_loop(seen, (best.axis, best.angles), many, passes, best.check)
         # the volume is filled through the camera as it is stated: the axis must stand where that sees it
         stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
@@ -170,7 +168,7 @@ def together(shown: Stack, axis: Axis, angles: Array) -> tuple[Loop, list[tuple[
     coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
     local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
     first = close_loop(shown, (axis, angles), local, coarse)
-    angles = _close_turns([first.check.view(v) for v in shown.views], first.axis, first.angles)
+    angles = _close_turns(shown, first)
     edges = choose_edges(angles, WIDEST, 4)
     middle = close_loop(shown, (first.axis, angles), edges, coarse, first.check)
     edges = choose_edges(middle.angles, WIDEST, 4)
@@ -196,7 +194,9 @@ def _first_axis(views: list[View], centre: Array, commanded: Array | None) -> tu
         step = float(np.median(known[known > 1e-4])) if (known > 1e-4).any() else np.deg2rad(5)
         stride = int(np.clip(round(np.deg2rad(15) / step), 1, max(1, (len(views) - 1) // 2)))
     while True:
-        best = min((_try_axis(views, guess, stride) for guess in axis_guesses(centre)), key=lambda found: found[0])
+        starts = np.arange(0, len(views) - stride, max(1, (len(views) - stride) // 8)).tolist()
+        both = stack([_thinned(views[k], POINTS_FIRST) for i in starts for k in (i, i + stride)])
+        best = min((_try_axis(both, guess) for guess in axis_guesses(centre)), key=lambda found: found[0])
         typical = float(np.median(np.abs(best[2])))
         if commanded is not None or typical > np.deg2rad(7) or 2 * stride >= len(views) // 2:
             break
@@ -211,23 +211,19 @@ def _first_axis(views: list[View], centre: Array, commanded: Array | None) -> tu
     return stride, best[2], best[1].nearest_to(centre)
 
 
-def _try_axis(views: list[View], axis: Axis, stride: int) -> tuple[float, Axis, Array]:
-    """Misfit, axis and turns of some pairs of frames, starting from one guess of the axis."""
-    starts = np.arange(0, len(views) - stride, max(1, (len(views) - stride) // 8))
-    pairs = [(int(i), int(i) + stride) for i in starts]
-    both = [views[k] for pair in pairs for k in pair]
-    alone = [(2 * k, 2 * k + 1) for k in range(len(pairs))]
-    turns = np.zeros(len(pairs))
+def _try_axis(both: Stack, axis: Axis) -> tuple[float, Axis, Array]:
+    """Misfit, axis and turns of pairs of frames that stand one after the other, starting from one guess of the axis."""
+    n = len(both.views)
+    alone = [(k, k + 1) for k in range(0, n, 2)]
+    turns = np.zeros(len(alone))
     for _ in range(2):
-        turns = np.array([find_step(views[i], views[j], axis, search_range(), REACH).angle for i, j in pairs])
-        angles = np.zeros(len(both))
-        angles[1::2] = turns
+        angles = np.zeros(n)
+        angles[1::2] = find_turns(both, alone, axis, np.tile(search_range(), (len(alone), 1)), REACH).turns
         fit = close_loop(both, (axis, angles), alone, LoopSettings((REACH, REACH / 2), (6, 4)))
         axis, turns = fit.axis, fit.angles[1::2] - fit.angles[0::2]
     if axis.direction[1] > 0:  # up is -y
         return 1.0, axis, turns
-    wrong = [misfit(views[i], views[j], axis, float(t), 0.02) for (i, j), t in zip(pairs, turns, strict=True)]
-    return float(np.mean(wrong)), axis, turns
+    return float(np.mean(misfits(both, alone, (axis, turns), 0.02))), axis, turns
 
 
 def _chain(views: list[View], axis: Axis, turns: Array, stride: int, commanded: Array | None) -> tuple[Axis, Array]:
@@ -237,18 +233,14 @@ def _chain(views: list[View], axis: Axis, turns: Array, stride: int, commanded: 
     sign = 1.0
     if commanded is not None:
         sign = float(np.sign(typical * np.median(np.diff(commanded)[np.diff(commanded) != 0])) or 1.0)
-    steps = []
-    for i, j in pairwise(keys.tolist()):
-        expected = typical * (j - i) if commanded is None else sign * (commanded[j] - commanded[i])
-        near = expected + np.deg2rad(np.arange(-10, 10.1, 2))
-        found = find_step(views[i], views[j], axis, near, REACH)
-        trusted = misfit(views[i], views[j], axis, float(expected), REACH)
-        # what the table says holds unless the surface clearly contradicts
-        told = commanded is not None and found.misfit > 0.7 * trusted
-        steps.append(float(expected) if told else found.angle)
+    expected = typical * np.diff(keys) if commanded is None else sign * np.diff(commanded[keys])
+    seen, alone = stack([views[k] for k in keys]), [(k, k + 1) for k in range(len(keys) - 1)]
+    found = find_turns(seen, alone, axis, expected[:, None] + np.deg2rad(np.arange(-10, 10.1, 2)), REACH)
+    steps = found.turns
+    if commanded is not None:  # what the table says holds unless the surface clearly contradicts
+        steps = np.where(found.misfit > 0.7 * misfits(seen, alone, (axis, expected), REACH), expected, steps)
     at_keys = np.concatenate([[0.0], np.cumsum(steps)])
-    alone = [(k, k + 1) for k in range(len(keys) - 1)]
-    fit = close_loop([views[k] for k in keys], (axis, at_keys), alone, LoopSettings((REACH, REACH / 2), (5, 3)))
+    fit = close_loop(seen, (axis, at_keys), alone, LoopSettings((REACH, REACH / 2), (5, 3)))
     if commanded is not None:  # between the keys as told
         told_angles = sign * (commanded - commanded[0])
         correction = np.interp(np.arange(len(views)), keys, at_keys - told_angles[keys])
@@ -256,23 +248,24 @@ def _chain(views: list[View], axis: Axis, turns: Array, stride: int, commanded: 
     return fit.axis, np.interp(np.arange(len(views)), keys, fit.angles)
 
 
-def _close_turns(views: list[View], axis: Axis, angles: Array) -> Array:
+def _close_turns(seen: Stack, fit: Loop) -> Array:
     """Stretch the angles so that views of different turns (or across the gap) agree: undoes a bias of every step."""
-    i, j = np.triu_indices(len(angles), 1)
-    far = np.abs(angles[j] - angles[i]) > np.pi
+    i, j = np.triu_indices(len(fit.angles), 1)
+    far = np.abs(fit.angles[j] - fit.angles[i]) > np.pi
     i, j = i[far], j[far]
-    if len(i) == 0:
-        return angles
-
-    def wrong(stretch: float) -> float:
-        turn = (stretch * (angles[j] - angles[i]) + np.pi) % (2 * np.pi) - np.pi
-        near = np.flatnonzero(np.abs(turn) < np.deg2rad(40))
-        if len(near) == 0:
-            return 1.0
-        picks = near[np.linspace(0, len(near) - 1, min(24, len(near))).astype(int)]
-        return float(np.mean([misfit(views[i[k]], views[j[k]], axis, float(turn[k]), REACH) for k in picks]))
-
-    tries = np.linspace(0.88, 1.16, 57)
-    values = [wrong(s) for s in tries]
-    best, stay = float(tries[int(np.argmin(values))]), wrong(1.0)
-    return angles * best if min(values) < 0.8 * stay else angles
+    tries = np.append(np.linspace(0.88, 1.16, 57), 1.0)
+    turns = (np.multiply.outer(tries, fit.angles[j] - fit.angles[i]) + np.pi) % (2 * np.pi) - np.pi
+    picks: list[tuple[int, int]] = []  # a try, and a pair of views that are near each other then
+    for k, near in enumerate(np.abs(turns) < np.deg2rad(40)):
+        where = np.flatnonzero(near)
+        some = where[np.linspace(0, len(where) - 1, min(24, len(where))).astype(int)]
+        picks.extend((k, int(pair)) for pair in some)
+    if not picks:
+        return fit.angles
+    which, pair = np.array(picks).T
+    edges = list(zip(i[pair].tolist(), j[pair].tolist(), strict=True))
+    wrong = misfits(seen, edges, (fit.axis, turns[which, pair]), REACH, fit.check)
+    count = np.bincount(which, minlength=len(tries))
+    values = np.where(count > 0, np.bincount(which, wrong, len(tries)) / np.maximum(count, 1), 1.0)
+    best, stay = float(tries[int(np.argmin(values))]), values[-1]
+    return fit.angles * best if values.min() < 0.8 * stay else fit.angles

@@ -7,22 +7,23 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.turntable.axis import Axis
-from fusion.turntable.views import View, misfit
+from fusion.turntable.edges import Edges, Stack
+from fusion.turntable.misfit import misfits
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Step:
-    """The turn between two frames.
+class Found:
+    """The turns of m pairs of views.
 
     Attributes:
-        angle: [rad], right-handed about the axis.
-        misfit: 0 (perfect) to 1.
+        turns: (m,) [rad], right-handed about the axis.
+        misfit: (m,) 0 (perfect) to 1.
     """
 
-    angle: float
-    misfit: float
+    turns: Array
+    misfit: Array
 
 
 def axis_guesses(centre: Array) -> list[Axis]:
@@ -31,17 +32,22 @@ def axis_guesses(centre: Array) -> list[Axis]:
     return [Axis(centre, pose.exp([tilt, 0, 0, 0, 0, 0])[:3, :3] @ np.array([0, -1.0, 0])) for tilt in tilts]
 
 
-def find_step(source: View, model: View, axis: Axis, candidates: Array, reach: float) -> Step:
-    """The turn that fits two views best: a search over candidate angles [rad], then ever finer."""
-    values = np.array([misfit(source, model, axis, float(a), reach) for a in candidates])
-    best = float(candidates[np.argmin(values)])
-    spacing = float(np.min(np.diff(candidates))) if len(candidates) > 1 else np.deg2rad(2.0)
+def find_turns(seen: Stack, edges: Edges, axis: Axis, candidates: Array, reach: float) -> Found:
+    """The turns that fit m pairs of views best: a search over candidates (m, k) [rad], then ever finer."""
+
+    def best_of(turns: Array) -> Found:
+        k = turns.shape[1]
+        tried = [edge for edge in edges for _ in range(k)]
+        values = misfits(seen, tried, (axis, turns.ravel()), reach).reshape(turns.shape)
+        best = np.argmin(values, axis=1)[:, None]
+        return Found(np.take_along_axis(turns, best, 1)[:, 0], np.take_along_axis(values, best, 1)[:, 0])
+
+    found = best_of(candidates)
+    spacing = float(np.min(np.diff(candidates, axis=1))) if candidates.shape[1] > 1 else np.deg2rad(2.0)
     for _ in range(3):
         spacing /= 2
-        near = best + spacing * np.array([-1.0, 0.0, 1.0])
-        values = np.array([misfit(source, model, axis, float(a), reach) for a in near])
-        best = float(near[np.argmin(values)])
-    return Step(best, float(np.min(values)))
+        found = best_of(found.turns[:, None] + spacing * np.array([-1.0, 0.0, 1.0]))
+    return found
 
 
 def search_range(largest: float = np.deg2rad(25), spacing: float = np.deg2rad(2.5)) -> Array:

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.tracking.pairs import find_pairs
-from fusion.turntable.axis import Axis
 
 Array = NDArray[np.float64]
 
@@ -121,15 +119,3 @@ def _overlaid(surface: PointMap) -> NDArray[np.bool_]:
     farthest = cv2.dilate(np.nan_to_num(depth).astype(np.float32), around)
     # a surface seen at 80 degrees changes its depth by 5.7 pixel widths from one pixel to the next
     return np.asarray(farthest - depth > 5.7 * WINDOW * depth / camera.fx)
-
-
-def misfit(source: View, model: View, axis: Axis, angle_rad: float, reach: float) -> float:
-    """How badly a turn brings one view onto another: 0 (perfect) to 1 (nothing fits).
-
-    Points that the other view looked through count as wrong as points far off; points that it cannot see are left out.
-    """
-    pairs = find_pairs(source.sampled, axis.turn(angle_rad), model.map, reach, 0.5)
-    if pairs.visible < 0.2 * len(source.points) or pairs.visible < 50:
-        return 1.0
-    wrong = np.minimum((pairs.residual / (0.5 * reach)) ** 2, 1).sum() + pairs.visible - len(pairs.index)
-    return float(wrong / pairs.visible)
