@@ -6,7 +6,7 @@ Each recording is made by a Kinect v2 of its own (its noise differs by 5 %, norm
 between the presets' three. The noise law between them is taken as known, up to the light in which the paper measured:
 1 to 12 klx under clouds and 85 to 95 klx in the sun, drawn anew for each recording. The last lines take the presets as
 they are, and the simulator's own ambient_light effect on the indoor preset, which differs from the paper's law in the
-sun.
+than under clouds.
 """
 
 import argparse

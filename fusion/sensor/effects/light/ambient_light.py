@@ -12,14 +12,16 @@ from fusion.sensor.view import Image, View
 # Time of flight. Shot noise of E lux over the signal: sigma ~ sqrt(reflectance E) / (reflectance cos / range^2).
 # Beyond FILLS the wells would be full, exposures get shorter and the signal with them: sigma ~ E.
 FILLED_BY = 1000.0  # [lux] guess: room light does not shorten an exposure, daylight does
-# Added noise at 1 m, so that indoor and added noise make Fankhauser's overcast law (1 to 12 klx) at 1 to 2.8 m
-SIGMA_1M, SIGMA_LUX, SIGMA_REFLECTANCE = 0.001, 6000.0, 0.8
+# Added noise at 1 m, so that indoor and added noise make Fankhauser's law in the sun (90 klx) at 0.7 to 1.9 m, and his
+# overcast law at 1 m in its middle light of 6 klx; that law grows less with distance, and is met at 1 to 2.8 m by
+# 2.25 klx (the light was 1 to 12 klx)
+SIGMA_1M, SIGMA_LUX, SIGMA_REFLECTANCE = 0.0024, 6000.0, 0.8
 # Overcast light comes from everywhere; what exceeds it comes from the sun, in Fankhauser's setting from behind the
 # camera, and fades with cos(incidence). Other suns are nearer to their brightest than to none: the same is taken.
 DIFFUSE_LUX = 15_000.0
 # Added noise beyond which a phase is refused: 73 % valid at 1 m and 45 deg in 90 klx, none at 2.8 m (Fankhauser,
 # table II); the sharpness is a guess between that and all valid under clouds
-REFUSED, SHARPNESS = 0.01411, 4
+REFUSED, SHARPNESS = 0.03386, 4
 # Triangulation: light that equals the pattern's at 1 m, which spreads with z^2, and doubles the variance: all guesses
 EQUAL_LUX, SIGMA_PX, LOST_AT = 30_000.0, 0.08, 2.0
 
@@ -31,9 +33,9 @@ class AmbientLight(Effect):
     name: ClassVar[str] = "ambient_light"
     key: ClassVar[str] = "N12"
     formula: ClassVar[str] = (
-        "itof: sigma_range = 1 mm range^2 sqrt(g(E) / g(6 klx)) / sqrt(reflectance / 0.8), "
+        "itof: sigma_range = 2.4 mm range^2 sqrt(g(E) / g(6 klx)) / sqrt(reflectance / 0.8), "
         "g = E (1 + E / 1 klx), what exceeds 15 klx times cos(incidence); "
-        "P(missing) = 1 - exp(-(sigma_range / 14 mm)^4); "
+        "P(missing) = 1 - exp(-(sigma_range / 34 mm)^4); "
         "triangulation: sigma_disparity = 0.08 px sqrt(E z^2 / 30 klx), P(missing) = 1 - exp(-(E z^2 / 60 klx)^4)"
     )
     variables: ClassVar[tuple[str, ...]] = ("ambient", "range", "incidence", "reflectance")
