@@ -5,8 +5,8 @@
 Each recording is made by a Kinect v2 of its own (its noise differs by 5 %, normal, from that of its kind) at a light
 between the presets' three. The noise law between them is taken as known, up to the light in which the paper measured:
 1 to 12 klx under clouds and 85 to 95 klx in the sun, drawn anew for each recording. The last lines take the presets as
-they are, and the simulator's own ambient_light effect on the indoor preset, which differs from the paper's law in the
-than under clouds.
+they are, and the simulator's own ambient_light effect on the indoor preset, which is nearer to the
+paper's law in the sun than beyond 1 m under clouds.
 """
 
 import argparse
