@@ -144,7 +144,7 @@ def _offset(found: Evaluation) -> tuple[Figure, ...]:
     corrected = np.array([b.corrected for b in known])
     if np.isfinite(corrected).any() and np.nanmax(np.abs(corrected - offset)) > SAME:
         parts.append(("corrected by --sensor", corrected, LEVEL * std))
-    title = f"The depth is off by {_mm(offset.min(), True)} to {_mm(offset.max(), True)} mm"
+    title = f"The depth is off by {_span(offset, True)} mm"
     text = Figure(title, "", title + ".", "Middle of the image, the fitted plane's tilt taken out.")
     return (offset_figure(np.array([b.distance for b in known]), parts, spread, text),)
 
@@ -154,7 +154,7 @@ def _residuals(found: Evaluation) -> tuple[Figure, ...]:
     if not pairs:
         return ()
     rms = [bias.rms for _, bias in pairs]
-    title = f"Residuals from the surface: {_mm(np.nanmin(rms))} to {_mm(np.nanmax(rms))} mm rms"
+    title = f"Residuals from the surface: {_span(rms)} mm rms"
     text = Figure(
         title, "", title + ".", "Mean of all frames less the fitted plane (or the stated mesh), all on one scale."
     )
@@ -168,9 +168,9 @@ def _noise(found: Evaluation) -> tuple[Figure, ...]:
         return ()  # one number needs no figure
     depth, axial = (np.array([getattr(n, name) for n, _ in known]) for name in ("depth", "axial"))
     lateral = np.array([n.lateral for n, _ in known])
-    title = f"Axial noise {_mm(np.nanmin(axial))} to {_mm(np.nanmax(axial))} mm"
+    title = f"Axial noise {_span(axial)} mm"
     if np.isfinite(lateral).any():
-        title += f", lateral {_mm(np.nanmin(lateral))} to {_mm(np.nanmax(lateral))} mm"
+        title += f", lateral {_span(lateral)} mm"
     text = Figure(
         title, "", title + ".", "Standard deviation of single depths at the target's middle, and of its edges."
     )
@@ -223,6 +223,12 @@ def _table(found: Evaluation) -> str:
 
 def _sentence(text: str) -> str:
     return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+def _span(values: Any, signed: bool = False) -> str:
+    """From the least to the largest, in mm; one number where they read alike."""
+    low, high = (_mm(edge, signed) for edge in (np.nanmin(values), np.nanmax(values)))
+    return low if low == high else f"{low} to {high}"
 
 
 def _mm(value: Any, signed: bool = False) -> str:

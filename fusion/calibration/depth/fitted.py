@@ -66,6 +66,7 @@ def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> F
     scatter = excess(left, [e.rest for e in left], len(value) - sum(t.shape for t in chosen))
     covariance = _covariance(total, left, scatter) if every else np.zeros((0, 0))
     std = {term.key: float(s) for term, s in zip(every, np.sqrt(np.diag(covariance)), strict=True)}
+    std |= {f"period {key[4:]}": 0.0 for key in value if law.held and key.startswith("sin ")}
     numbers = _numbers(value, std, setting)
     sensor = with_law(setting.known, setting.camera, numbers)
     left = [replace(e, distance_std=float(np.hypot(e.distance_std, scatter))) for e in left]

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.ticker import LogLocator
 from numpy.typing import NDArray
 
 from fusion.evaluation.quantization import Quantization
@@ -12,6 +13,7 @@ from fusion.report.palette import BLUE, GREY, INK, ORANGE, RED, new_figure, styl
 
 AXES = {"depth": ("distance [m]", 1.0), "incidence": ("angle of incidence [deg]", 180 / np.pi),
         "brightness": ("brightness [count]", 1.0)}  # fmt: skip
+WIDE = 5.0  # ratio of brightest to darkest beyond which a logarithmic axis reads better
 Array = NDArray[np.floating]
 
 
@@ -77,8 +79,9 @@ def shares_figure(shares: Sequence[Shares], text: Figure) -> Figure:
                 ax.bar(low, values * 100, width, base * 100, align="edge", color=color, edgecolor="none",
                        label=name, alpha=0.85)  # fmt: skip
                 base = base + values
-            if part.variable == "brightness":
+            if part.variable == "brightness" and part.high[-1] > WIDE * part.low[0]:
                 ax.set_xscale("log")
+                ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
                 ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")  # powers of ten would be formulas
                 ax.xaxis.set_minor_formatter(lambda value, _: "")
             ax.set_xlabel(label)
