@@ -16,6 +16,7 @@ F64_2 = ti.types.ndarray(ti.f64, 2)
 F64_3 = ti.types.ndarray(ti.f64, 3)
 SHARED = 4  # unknowns of the axis
 PARTS = 16  # of the cells, side by side
+SPLIT = 512  # iterations that the CPU pool never splits: a part takes as many
 CUT = 3.5  # robust standard deviations at which a pixel stops to count
 
 
@@ -52,46 +53,47 @@ def assemble(
     members: I32_2, sums: F64_2,  # (parts, 4 + n) for each part to work with
 ):  # fmt: skip
     """Add up what the cells of each part say of axis and angles."""
-    ti.loop_config(block_dim=1)
-    for part in range(H.shape[0]):
-        count = offset.shape[0]
-        for cell in range(count * part // H.shape[0], count * (part + 1) // H.shape[0]):
-            total, mean = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
-            for row in range(first[cell], first[cell + 1]):
-                w = _weight(row, rows, offset[cell], scale, steady, lowest)
-                total += w
-                mean += w * rows[row, 0]
-            if total > 0.0:
-                mean /= total
-                seen = SHARED  # unknowns that the cell touches: the axis, then its frames
-                for a in range(SHARED):
-                    members[part, a] = a
-                    sums[part, a] = 0.0
+    for number in range(H.shape[0] * SPLIT):
+        if number % SPLIT == 0:
+            part = number // SPLIT
+            count = offset.shape[0]
+            for cell in range(count * part // H.shape[0], count * (part + 1) // H.shape[0]):
+                total, mean = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
                 for row in range(first[cell], first[cell + 1]):
                     w = _weight(row, rows, offset[cell], scale, steady, lowest)
-                    if w > 0.0:
-                        own = SHARED + frame[row]
-                        if members[part, seen - 1] != own:
-                            members[part, seen] = own
-                            sums[part, seen] = 0.0
-                            seen += 1
-                        by_angle = ti.cast(rows[row, 1], ti.f64)
-                        rest = w * (rows[row, 0] - mean)
-                        sums[part, seen - 1] = sums[part, seen - 1] + w * by_angle
-                        H[part, own, own] = H[part, own, own] + w * by_angle * by_angle
-                        g[part, own] = g[part, own] + rest * by_angle
-                        for a in range(SHARED):
-                            by_axis = w * rows[row, 2 + a]
-                            sums[part, a] = sums[part, a] + by_axis
-                            g[part, a] = g[part, a] + rest * rows[row, 2 + a]
-                            H[part, own, a] = H[part, own, a] + by_axis * by_angle
-                            for b in range(a + 1):
-                                H[part, a, b] = H[part, a, b] + by_axis * rows[row, 2 + b]
-                for k in range(seen):
-                    a, share = members[part, k], sums[part, k] / total
-                    for j in range(k + 1):
-                        b = members[part, j]
-                        H[part, a, b] = H[part, a, b] - share * sums[part, j]
+                    total += w
+                    mean += w * rows[row, 0]
+                if total > 0.0:
+                    mean /= total
+                    seen = SHARED  # unknowns that the cell touches: the axis, then its frames
+                    for a in range(SHARED):
+                        members[part, a] = a
+                        sums[part, a] = 0.0
+                    for row in range(first[cell], first[cell + 1]):
+                        w = _weight(row, rows, offset[cell], scale, steady, lowest)
+                        if w > 0.0:
+                            own = SHARED + frame[row]
+                            if members[part, seen - 1] != own:
+                                members[part, seen] = own
+                                sums[part, seen] = 0.0
+                                seen += 1
+                            by_angle = ti.cast(rows[row, 1], ti.f64)
+                            rest = w * (rows[row, 0] - mean)
+                            sums[part, seen - 1] = sums[part, seen - 1] + w * by_angle
+                            H[part, own, own] = H[part, own, own] + w * by_angle * by_angle
+                            g[part, own] = g[part, own] + rest * by_angle
+                            for a in range(SHARED):
+                                by_axis = w * rows[row, 2 + a]
+                                sums[part, a] = sums[part, a] + by_axis
+                                g[part, a] = g[part, a] + rest * rows[row, 2 + a]
+                                H[part, own, a] = H[part, own, a] + by_axis * by_angle
+                                for b in range(a + 1):
+                                    H[part, a, b] = H[part, a, b] + by_axis * rows[row, 2 + b]
+                    for k in range(seen):
+                        a, share = members[part, k], sums[part, k] / total
+                        for j in range(k + 1):
+                            b = members[part, j]
+                            H[part, a, b] = H[part, a, b] - share * sums[part, j]
 
 
 def normal_equations(rows, frame, first, offset, n, how):

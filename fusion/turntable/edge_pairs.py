@@ -7,7 +7,7 @@ from fusion.tracking.association import project
 
 vec3 = ti.types.vector(3, ti.f32)
 vec7 = ti.types.vector(7, ti.f32)
-vec10 = ti.types.vector(10, ti.f32)
+SPLIT = 512  # iterations that the CPU pool never splits: an edge takes as many, so that edges run side by side
 CUT = 4.685  # of Tukey's biweight
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
@@ -31,26 +31,20 @@ def _depth_terms(p: ti.template(), span: ti.template()):
 @ti.func
 def _corrected(p: ti.template(), check: ti.template(), span: ti.template(), old: ti.template(), camera: ti.template()):
     """A point with the errors of camera and depth taken out."""
-    terms = _depth_terms(p, span)
     z = p[2]
-    for k in ti.static(range(7)):
-        z += terms[k] * check[3 + k]
+    if span[3] > 0.0:
+        terms = _depth_terms(p, span)
+        for k in ti.static(range(7)):
+            z += terms[k] * check[3 + k]
     x = (p[0] / p[2] * old[0] - check[1]) / camera[0] * z
     y = (p[1] / p[2] * old[1] - check[2]) / camera[1] * z
     return vec3(x, y, z)
 
 
 @ti.func
-def _along(p: ti.template(), d: ti.template(), span: ti.template(), camera: ti.template()):
-    """Change (10,) of a point along a direction per unit of each error of camera and depth."""
-    terms = _depth_terms(p, span)
-    change = vec10(0.0)
-    change[0] = -(d[0] * p[0] + d[1] * p[1])
-    change[1] = -d[0] * p[2] / camera[0]
-    change[2] = -d[1] * p[2] / camera[1]
-    for t in ti.static(range(7)):
-        change[3 + t] = d.dot(p) / p[2] * terms[t]
-    return change
+def _along(p: ti.template(), d: ti.template(), camera: ti.template()):
+    """Change (3,) of a point along a direction per unit of focal length and principal point."""
+    return vec3(-(d[0] * p[0] + d[1] * p[1]), -d[0] * p[2] / camera[0], -d[1] * p[2] / camera[1])
 
 
 @ti.kernel
@@ -63,53 +57,66 @@ def pair_edges(
     lens: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (12,) the corrected camera, see `association`
     stated: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (2,) fx, fy as stated
     check: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (10,) errors of camera and depth
-    span: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (3,) near, far [m], 1 for triangulation
+    span: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (4,) near, far [m], 1 for triangulation, 0 without depth errors
     axis: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (4, 3) point, direction, the two across
     limits: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (3,) reach [m], least cosine, pixels between those of `maps`
+    pixel: ti.types.ndarray(dtype=ti.i32, ndim=2),  # (m, most) to work with
     code: ti.types.ndarray(dtype=ti.i8, ndim=2),  # (m, most) out
-    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, most, 7 or 17) out, of pairs: residual, sigma, derivatives
+    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, most, 7 to 17) out, of pairs: residual, sigma, derivatives
 ):
-    for e, k in ti.ndrange(edges.shape[0], code.shape[1]):
-        i, j = edges[e, 0], edges[e, 1]
-        at = first[i] + k
-        code[e, k] = ti.cast(HIDDEN, ti.i8)
-        if at < first[i + 1]:
-            p = _corrected(vec3(sources[at, 0], sources[at, 1], sources[at, 2]), check, span, stated, lens)
-            normal = vec3(sources[at, 3], sources[at, 4], sources[at, 5])
-            q, m = vec3(poses[e, 0, 3], poses[e, 1, 3], poses[e, 2, 3]), vec3(0.0)
-            for r, c in ti.static(ti.ndrange(3, 3)):
-                q[r] += poses[e, r, c] * p[c]
-                m[r] += poses[e, r, c] * normal[c]
-            x, y = project(q[0] / q[2], q[1] / q[2], lens, True)
-            u = ti.floor(x / limits[2] + 0.5, ti.i32)
-            v = ti.floor(y / limits[2] + 0.5, ti.i32)
-            if q[2] > 0.05 and 0 <= u < maps.shape[2] and 0 <= v < maps.shape[1] and maps[j, v, u, 2] > 0.0:
-                code[e, k] = ti.cast(SEEN, ti.i8)
-                there = _corrected(
-                    vec3(maps[j, v, u, 0], maps[j, v, u, 1], maps[j, v, u, 2]), check, span, stated, lens
-                )
-                n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
-                if (q - there).norm() < limits[0] and m.dot(n) > limits[1]:  # a NaN normal compares false
-                    code[e, k] = ti.cast(PAIRED, ti.i8)
-                    wide = ti.math.isnan(maps[j, v, u, 6])
-                    spread = sources[at, 6] ** 2 + (0.0 if wide else maps[j, v, u, 6] ** 2)
-                    # depth noise acts along the line of sight: seen along the normal it shrinks by the cosine
-                    out[e, k, 0] = n.dot(q - there)
-                    out[e, k, 1] = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
-                    arm = q - vec3(axis[0, 0], axis[0, 1], axis[0, 2])
-                    before, turned = vec3(0.0), vec3(0.0)  # arm and normal before the turn
-                    for r, c in ti.static(ti.ndrange(3, 3)):
-                        before[r] += poses[e, c, r] * arm[c]
-                        turned[r] += poses[e, c, r] * n[c]
-                    out[e, k, 2] = n.dot(vec3(axis[1, 0], axis[1, 1], axis[1, 2]).cross(arm))
-                    for s in ti.static(range(2)):
-                        across = vec3(axis[2 + s, 0], axis[2 + s, 1], axis[2 + s, 2])
-                        out[e, k, 3 + s] = n.dot(across.cross(arm)) - turned.dot(across.cross(before))
-                        out[e, k, 5 + s] = (n - turned).dot(across)
-                    if out.shape[2] > 7:
-                        change = _along(p, turned, span, lens) - _along(there, n, span, lens)
-                        for t in ti.static(range(10)):
-                            out[e, k, 7 + t] = change[t]
+    for part in range(edges.shape[0] * SPLIT):
+        if part % SPLIT == 0:
+            e = part // SPLIT
+            i, j = edges[e, 0], edges[e, 1]
+            R = ti.Matrix([[poses[e, r, c] for c in ti.static(range(3))] for r in ti.static(range(3))])
+            t = vec3(poses[e, 0, 3], poses[e, 1, 3], poses[e, 2, 3])
+            width = maps.shape[2]
+            # pixels first: so short a loop has several of them under way, and memory answers while it goes on
+            for k in range(code.shape[1]):
+                at = first[i] + k
+                code[e, k] = ti.cast(HIDDEN, ti.i8)
+                if at < first[i + 1]:
+                    p = _corrected(vec3(sources[at, 0], sources[at, 1], sources[at, 2]), check, span, stated, lens)
+                    q = R @ p + t
+                    x, y = project(q[0] / q[2], q[1] / q[2], lens, True)
+                    u = ti.floor(x / limits[2] + 0.5, ti.i32)
+                    v = ti.floor(y / limits[2] + 0.5, ti.i32)
+                    if q[2] > 0.05 and 0 <= u < width and 0 <= v < maps.shape[1] and maps[j, v, u, 2] > 0.0:
+                        code[e, k] = ti.cast(SEEN, ti.i8)
+                        pixel[e, k] = v * width + u
+            for k in range(code.shape[1]):
+                if code[e, k] == SEEN:
+                    at, v, u = first[i] + k, pixel[e, k] // width, pixel[e, k] % width
+                    p = _corrected(vec3(sources[at, 0], sources[at, 1], sources[at, 2]), check, span, stated, lens)
+                    q = R @ p + t
+                    there = _corrected(
+                        vec3(maps[j, v, u, 0], maps[j, v, u, 1], maps[j, v, u, 2]), check, span, stated, lens
+                    )
+                    n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
+                    m = R @ vec3(sources[at, 3], sources[at, 4], sources[at, 5])
+                    if (q - there).norm() < limits[0] and m.dot(n) > limits[1]:  # a NaN normal compares false
+                        code[e, k] = ti.cast(PAIRED, ti.i8)
+                        wide = ti.math.isnan(maps[j, v, u, 6])
+                        spread = sources[at, 6] ** 2 + (0.0 if wide else maps[j, v, u, 6] ** 2)
+                        # depth noise acts along the line of sight: seen along the normal it shrinks by the cosine
+                        out[e, k, 0] = n.dot(q - there)
+                        out[e, k, 1] = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
+                        arm = q - vec3(axis[0, 0], axis[0, 1], axis[0, 2])
+                        before, turned = R.transpose() @ arm, R.transpose() @ n  # arm and normal before the turn
+                        out[e, k, 2] = n.dot(vec3(axis[1, 0], axis[1, 1], axis[1, 2]).cross(arm))
+                        for s in ti.static(range(2)):
+                            across = vec3(axis[2 + s, 0], axis[2 + s, 1], axis[2 + s, 2])
+                            out[e, k, 3 + s] = n.dot(across.cross(arm)) - turned.dot(across.cross(before))
+                            out[e, k, 5 + s] = (n - turned).dot(across)
+                        lenses = _along(p, turned, lens) - _along(there, n, lens)
+                        for s in ti.static(range(3)):
+                            if out.shape[2] > 7 + s:
+                                out[e, k, 7 + s] = lenses[s]
+                        if out.shape[2] > 10:
+                            change = turned.dot(p) / p[2] * _depth_terms(p, span)
+                            change -= n.dot(there) / there[2] * _depth_terms(there, span)
+                            for s in ti.static(range(7)):
+                                out[e, k, 10 + s] = change[s]
 
 
 @ti.kernel
@@ -123,23 +130,25 @@ def sum_edges(
     totals: ti.types.ndarray(dtype=ti.f64, ndim=2),  # (m, 3) out: sum of squares, fitting and visible points
 ):
     """Normal equations of every edge with Tukey's weights."""
-    for e in range(code.shape[0]):
-        squares, fitting, visible = ti.cast(0.0, ti.f64), 0, 0
-        for k in range(code.shape[1]):
-            if scale[e] > 0.0 and code[e, k] > HIDDEN:
-                visible += 1
-                if code[e, k] == PAIRED:
-                    residual = ti.cast(out[e, k, 0], ti.f64)
-                    spread = scale[e] * out[e, k, 1]
-                    inside = 1.0 - (residual / (CUT * spread)) ** 2
-                    if inside > 0.0:
-                        fitting += 1
-                        squares += residual * residual
-                        for a in range(columns.shape[0]):
-                            i = columns[a]
-                            weighted = (inside / spread) ** 2 * out[e, k, 2 + i]
-                            g[e, i] = g[e, i] + weighted * residual
-                            for b in range(a + 1):
-                                j = columns[b]
-                                H[e, i, j] = H[e, i, j] + weighted * out[e, k, 2 + j]
-        totals[e, 0], totals[e, 1], totals[e, 2] = squares, fitting, visible
+    for part in range(code.shape[0] * SPLIT):
+        if part % SPLIT == 0:
+            e = part // SPLIT
+            squares, fitting, visible = ti.cast(0.0, ti.f64), 0, 0
+            for k in range(code.shape[1]):
+                if scale[e] > 0.0 and code[e, k] > HIDDEN:
+                    visible += 1
+                    if code[e, k] == PAIRED:
+                        residual = ti.cast(out[e, k, 0], ti.f64)
+                        spread = scale[e] * out[e, k, 1]
+                        inside = 1.0 - (residual / (CUT * spread)) ** 2
+                        if inside > 0.0:
+                            fitting += 1
+                            squares += residual * residual
+                            for a in range(columns.shape[0]):
+                                i = columns[a]
+                                weighted = (inside / spread) ** 2 * out[e, k, 2 + i]
+                                g[e, i] = g[e, i] + weighted * residual
+                                for b in range(a + 1):
+                                    j = columns[b]
+                                    H[e, i, j] = H[e, i, j] + weighted * out[e, k, 2 + j]
+            totals[e, 0], totals[e, 1], totals[e, 2] = squares, fitting, visible

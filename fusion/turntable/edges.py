@@ -1,7 +1,8 @@
 """The point-to-plane equations of all edges of a joint fit, shrunk to one small normal matrix per edge."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +37,17 @@ class Stack:
     maps: NDArray[np.float32]
     stride: int
 
+    def thinned(self, most: int) -> "Stack":
+        """About `most` of the points, evenly from all views."""
+        step = max(1, len(self.points) // most)
+        kept = [np.arange(a, b, step) for a, b in pairwise(self.first.tolist())]
+        first = np.concatenate([[0], np.cumsum([len(k) for k in kept])]).astype(np.int32)
+        return replace(self, first=first, points=self.points[np.concatenate(kept)])
+
 
 @dataclass(frozen=True)
 class Sums:
-    """What each of m edges adds: normal matrices (m, k, k) and vectors (m, k) in [turn, axis (4), camera (0 or 10)],
+    """What each of m edges adds: normal matrices (m, 15, 15) and vectors (m, 15) in [turn, axis (4), camera (10)],
     sums of squares (m,) [m^2], numbers of fitting and of visible points (m,)."""
 
     H: Array
@@ -93,16 +101,16 @@ def _some(
     (axis, angles), (errors, names) = motion, check
     source, model = np.array(edges).T
     turns = angles[model] - angles[source]
-    code, out = paired(seen, (axis, turns), edges, (reach, LEAST_COSINE), (errors, bool(names)))
+    asked = [k for k, name in enumerate(NAMES) if name in names]
+    code, out = paired(seen, (axis, turns), edges, (reach, LEAST_COSINE), (errors, max(asked, default=-1) + 1))
     pair = code == PAIRED
     count = pair.sum(axis=1)
     ratio = np.full(code.shape, np.inf, np.float32)
     np.divide(np.abs(out[..., 0]), out[..., 1], out=ratio, where=pair)
     scale = np.where(count >= LEAST_PAIRS, _scale(ratio, count), 0)
-    columns = [*range(5), *(5 + k for k, name in enumerate(NAMES) if name in names)]
-    m, k = len(edges), out.shape[2] - 2
+    m, k = len(edges), 5 + len(NAMES)
     H, g, totals = np.zeros((m, k, k)), np.zeros((m, k)), np.zeros((m, 3))
-    sum_edges(code, out, scale, np.array(columns, np.int32), H, g, totals)
+    sum_edges(code, out, scale, np.array([*range(5), *(5 + k for k in asked)], np.int32), H, g, totals)
     squares, fitting, visible = totals.T
     return Sums(H + np.tril(H, -1).swapaxes(1, 2), g, squares, fitting.astype(np.int64), visible.astype(np.int64))
 
@@ -120,7 +128,7 @@ def paired(
     motion: tuple[Axis, Array],
     edges: Edges,
     limits: tuple[float, float],
-    check: tuple[SelfCheck, bool],
+    check: tuple[SelfCheck, int],
 ) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
     """What became of every source point of every edge (see `edge_pairs`); of pairs residual, sigma and derivatives.
 
@@ -129,16 +137,16 @@ def paired(
         motion: axis, and the turn (m,) [rad] of each edge.
         edges: m pairs of views.
         limits: largest distance of a pair [m], least cosine between its normals.
-        check: errors of camera and depth, and whether they have columns too.
+        check: errors of camera and depth, and how many of them, in their order, have columns too.
     """
     from fusion.turntable.edge_pairs import pair_edges  # starts Taichi
 
     compute.start()
-    (axis, turns), (errors, free) = motion, check
+    (axis, turns), (errors, columns) = motion, check
     camera = seen.views[0].map.camera
     most = int(np.max(np.diff(seen.first)))
     code = np.empty((len(edges), most), np.int8)
-    out = np.empty((len(edges), most, 17 if free else 7), np.float32)
+    out = np.empty((len(edges), most, 7 + columns), np.float32)
     pair_edges(
         np.array(edges, np.int32),
         axis.turns(turns).astype(np.float32),
@@ -148,9 +156,10 @@ def paired(
         errors.camera(camera).parameters,
         np.array([camera.fx, camera.fy], np.float32),
         errors.values.astype(np.float32),
-        np.array([errors.near, errors.far, errors.triangulation], np.float32),
+        np.array([errors.near, errors.far, errors.triangulation, errors.values[3:].any()], np.float32),
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
         np.array([*limits, seen.stride], np.float32),
+        np.empty(code.shape, np.int32),
         code,
         out,
     )

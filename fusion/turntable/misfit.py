@@ -33,7 +33,7 @@ def misfits(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float,
 def _some(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck) -> Array:
     from fusion.turntable.edge_pairs import PAIRED, SEEN
 
-    code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), (check, False))
+    code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), (check, 0))
     pair = code == PAIRED
     far = np.ones(code.shape, np.float32)
     np.divide(out[..., 0], 0.5 * reach, out=far, where=pair)

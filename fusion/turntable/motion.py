@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
 POINTS_FIRST, POINTS_FINE = 1000, 3000  # source points per frame
+COARSE_POINTS = 60_000  # of all frames together, until the turns agree
 WIDEST = np.deg2rad(50)  # between two views that are compared
 WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
 DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
@@ -167,10 +168,11 @@ def together(shown: Stack, axis: Axis, angles: Array) -> tuple[Loop, list[tuple[
     """All turns brought together with the focal length free, their edges, and the fit with the camera alone free."""
     coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
     local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
-    first = close_loop(shown, (axis, angles), local, coarse)
-    angles = _close_turns(shown, first)
+    some = shown.thinned(COARSE_POINTS)
+    first = close_loop(some, (axis, angles), local, coarse)
+    angles = _close_turns(some, first)
     edges = choose_edges(angles, WIDEST, 4)
-    middle = close_loop(shown, (first.axis, angles), edges, coarse, first.check)
+    middle = close_loop(some, (first.axis, angles), edges, coarse, first.check)
     edges = choose_edges(middle.angles, WIDEST, 4)
     lens = LoopSettings((0.01, 0.008), (3, 3), free_camera=("focal", "cx", "cy"))
     camera_fit = close_loop(shown, (middle.axis, middle.angles), edges, lens, middle.check)

@@ -19,7 +19,7 @@ def views(owl_scene):
 
 def residuals(views, motion, check):
     axis, angles = motion
-    code, out = paired(stack(views), (axis, np.diff(angles)), EDGE, (REACH, 0.7), (check, True))
+    code, out = paired(stack(views), (axis, np.diff(angles)), EDGE, (REACH, 0.7), (check, len(NAMES)))
     there = code[0] == 2
     return np.where(there, out[0, :, 0], np.nan), np.where(there[:, None], out[0, :, 2:], np.nan)
 
@@ -50,7 +50,7 @@ def test_pairs_are_those_of_the_views(owl_scene, views):
     check = SelfCheck(values, 0.5, 0.9)
     there, back = check.view(views[0]), check.view(views[1])
     expected = find_pairs(there.sampled, owl_scene.axis.turn(turn), back.map, REACH, 0.7)
-    code, out = paired(stack(views), (owl_scene.axis, np.array([turn])), EDGE, (REACH, 0.7), (check, False))
+    code, out = paired(stack(views), (owl_scene.axis, np.array([turn])), EDGE, (REACH, 0.7), (check, 0))
     both = np.intersect1d(np.flatnonzero(code[0] == 2), expected.index)
     # a point on the border of two pixels may take the other one
     assert len(both) > 0.999 * len(expected.index)
