@@ -9,9 +9,11 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.naming.candidates import candidate_of, candidates_of
 from fusion.discrepancy.naming.judged import _parted
-from fusion.discrepancy.naming.naming import name_effects
+from fusion.discrepancy.naming.naming import _faint, _of_one_region, name_effects
+from fusion.discrepancy.naming.part import Part
+from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.space import Space
 from fusion.discrepancy.naming.step import _prior, best_part
 from fusion.discrepancy.observations import observe
@@ -193,3 +195,35 @@ def test_look_alikes_part_where_one_recording_alone_contradicts_one_of_them(miss
     assert (fitted @ rival) ** 2 > 0.95**2 * (fitted @ fitted) * (rival @ rival)
     fit = SimpleNamespace(observations=SimpleNamespace(place=place))
     assert _parted(fit, fitted, rival) == parted
+
+
+def test_waves_of_one_effect_share_one_region():
+    """An effect has one region for all its waves: what is to act here and elsewhere acts everywhere."""
+    sensor = sensor_of(TOF)
+    observations = observe(sensor, looks_at(sensor, 0))
+    gauge = gauge_of(observations)
+    wave = next(c for c in candidates_of(observations, gauge) if c.name == "cyclic_error")
+    far = candidate_of(observations, gauge, wave.form, (Bound("depth", 1.5),))
+    fit = refitted((), observations, gauge)
+    parts = [Part(far, np.ones(2)), Part(wave, np.ones(2))]
+    assert [part.candidate.where for part in _of_one_region(parts, fit)] == [(), ()]
+    assert [part.candidate.where for part in _of_one_region(parts[:1], fit)] == [far.where]
+
+
+@pytest.mark.slow
+def test_several_waves_are_not_one_wave_in_a_part_of_the_depths():
+    waves = CyclicError(amplitude=[0.004, 0.004, 0.003], period=[0.42, 0.65, 0.21], phase=[0.0, 1.0, 2.0])
+    found, _, _ = named(TOF, waves)
+    assert {(step.effect.name, step.candidate.where) for step in found.steps} == {("cyclic_error", ())}
+    # 280 tiles: their chi2 is known to 9 %; the rest is room for shapes that ended near by
+    assert found.white @ found.white < 1.5 * len(found.white)
+
+
+@pytest.mark.parametrize(("share", "faint"), [(0.5, True), (0.9, False)])
+def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_that_is_left(share, faint):
+    part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 100.0))  # a gain of a million
+    left = 5000.0  # 0.5 % of it
+    fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(1 + left / 100)))
+    candidate = SimpleNamespace(where=())
+    found = SimpleNamespace(part=SimpleNamespace(name="second", size=0.0, candidate=candidate), gain=share * left)
+    assert _faint(fit, found) == faint

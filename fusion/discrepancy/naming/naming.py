@@ -1,7 +1,7 @@
 """Naming: which effects, added to the model, explain the residual; each must pay, replicate and fit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,16 +9,18 @@ from numpy.typing import NDArray
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
 from fusion.discrepancy.naming.judged import Step, judged, judged_next
-from fusion.discrepancy.naming.models import rearranged
+from fusion.discrepancy.naming.models import BETTER, rearranged, score_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.review import reviewed
 from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part
 from fusion.discrepancy.observations import Observations
+from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.where import Bound
 
 Vector = NDArray[np.float64]
 
@@ -26,6 +28,7 @@ MOST_STEPS = 6  # waves of one effect count one by one
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 MOST_NAMES = 3
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
+NEARLY_ALL = 0.75  # of all that is left beyond noise: one that explains so much is no matter of form
 FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
 CHANCE = 4.0  # of the chi2 where a part hardly shows: two standard deviations of one number contradict nothing
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
@@ -60,6 +63,12 @@ def name_effects(
     What was found one by one is then tried against all sets of as many names.
     """
     fit, likely = _grown(refitted((), observations, gauge), candidates)
+    if any(part.candidate.where and _of_waves(part) for part in fit.parts):
+        # one wave fits several of them in a part of the data only
+        parts = [_everywhere(part, fit) if _of_waves(part) else part for part in fit.parts]
+        wide = _grown(refitted(parts, observations, gauge), candidates)
+        if score_of(wide[0]) > score_of(fit) + BETTER:
+            fit, likely = wide
     other = rearranged(fit, candidates, MOST_NAMES)
     if other is not fit:
         fit, likely = _grown(other, candidates)
@@ -101,12 +110,31 @@ def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]
 
 def _with(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Fit | None:
     """The fit with a further part; None where it does not help in full, or bends a law to the end of its range."""
-    larger = refitted([*fit.parts, found.part], fit.observations, fit.gauge)
+    larger = refitted(_of_one_region([*fit.parts, found.part], fit), fit.observations, fit.gauge)
     helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
     if not helped or _bent(larger):
         return None
     better = reviewed(larger, candidates)
     return None if _bent(better) else better
+
+
+def _of_one_region(parts: Sequence[Part], fit: Fit) -> list[Part]:
+    """Parts of one effect that would act in different regions act everywhere: it has one region for all its waves."""
+    regions: dict[str, set[tuple[Bound, ...]]] = {}
+    for part in parts:
+        regions.setdefault(part.name, set()).add(part.candidate.where)
+    return [_everywhere(part, fit) if len(regions[part.name]) > 1 else part for part in parts]
+
+
+def _everywhere(part: Part, fit: Fit) -> Part:
+    if not part.candidate.where:
+        return part
+    return replace(part, candidate=candidate_of(fit.observations, fit.gauge, part.candidate.form))
+
+
+def _of_waves(part: Part) -> bool:
+    """True for an effect that may hold several entries of its kind."""
+    return any(about.kind == "list" for about in parameters(part.candidate.form.kind).values())
 
 
 def _bent(fit: Fit) -> bool:
@@ -154,8 +182,11 @@ def _faint(fit: Fit, found: Found) -> bool:
         return found.gain < FAINT_REGION * max(fields)  # what one field leaves looks like another
     if found.part.candidate.where:
         return found.gain < FAINT_REGION * most
-    known = any(part.name == found.part.name for part in fit.parts)
-    return found.gain < (FAINT_WAVE if known else FAINT_NAME) * most
+    if any(part.name == found.part.name for part in fit.parts):
+        return found.gain < FAINT_WAVE * most
+    # what the form of an effect leaves follows no other plain law
+    beyond_noise = float(fit.white @ fit.white) - len(fit.white)
+    return found.gain < FAINT_NAME * most and (bool(found.part.size) or found.gain < NEARLY_ALL * beyond_noise)
 
 
 def _gain(part: Part) -> float:
