@@ -92,8 +92,9 @@ def _parameters(found: NoiseCalibration) -> str:
         wide = fit.half_width()
         for i, (name, value, std) in enumerate(zip(fit.form.names, fit.numbers, fit.std, strict=True)):
             others = [f"{fit.form.names[k]} {fit.correlation[i, k]:+.2f}" for k in range(len(fit.numbers)) if k != i]
-            rows.append([f"{effect}.{name}", f"{value:.5g}", f"{std:.2g}",
-                         f"{value - wide * std:.5g} to {value + wide * std:.5g}", units[name],
+            least, most = (edge[i] for edge in fit.form.bounds())
+            low, high = np.clip([value - wide * std, value + wide * std], least, most)
+            rows.append([f"{effect}.{name}", f"{value:.5g}", f"{std:.2g}", f"{low:.5g} to {high:.5g}", units[name],
                          ", ".join(others)])  # fmt: skip
     if found.dropout is not None:
         for name, value, std in zip(("ir_threshold", "width"), found.dropout.numbers, found.dropout.std, strict=True):

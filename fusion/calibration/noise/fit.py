@@ -14,6 +14,8 @@ Array = NDArray[np.floating]
 FOLDS = 10
 ROUNDS = 6  # of weights and scatter; they settle within four
 LEAST_SCATTER = 0.01  # share: held-out errors below this tell laws apart no better
+AT_BOUND = 1e-9  # nearer than this to its lowest a number is there
+SHORTEST = 1e-6  # [m, px] first step of a number from its bound
 SMALLEST = 1e-12  # laws stay positive where they are compared
 
 
@@ -118,10 +120,7 @@ def fit_law(form: Form, data: Data) -> Fit:
     numbers, scatter = _solve(form, data)
     value = np.maximum(form.predict(numbers), SMALLEST)
     weight = 1.0 / (data.error(value) ** 2 + (scatter * value) ** 2)
-    slopes = _slopes(form.predict, numbers, np.abs(numbers))
-    scale = np.sqrt(np.maximum((slopes**2 * weight[:, None]).sum(axis=0), 1e-300))  # numbers differ in unit
-    information = (slopes / scale).T @ (slopes / scale * weight[:, None])
-    covariance = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    covariance = _covariance(form, numbers, weight)
     rms = float(np.sqrt(np.mean((data.value - form.predict(numbers)) ** 2)))
     return Fit(form, numbers, covariance, len(data.value) - len(numbers), scatter, rms, _held_out(form, data, scatter))
 
@@ -182,6 +181,34 @@ def _held_out(form: Form, data: Data, scatter: float) -> Array:
         expected = np.hypot(measured.error(np.maximum(measured.value, SMALLEST)), LEAST_SCATTER * measured.value)
         out[left] = (measured.value - value) / expected
     return out
+
+
+def _covariance(form: Form, numbers: Array, weight: Array) -> Array:
+    """(k, k); numbers at their lowest are held, and may be as far from it as the measurements allow.
+
+    The square of a number that has no part in the law has no slope there, and would seem to be anything.
+    """
+    covariance = np.zeros((len(numbers), len(numbers)))
+    held = numbers <= form.bounds()[0] + AT_BOUND
+    slopes = _slopes(form.predict, numbers, np.abs(numbers))[:, ~held]
+    scale = np.sqrt(np.maximum((slopes**2 * weight[:, None]).sum(axis=0), 1e-300))  # numbers differ in unit
+    information = (slopes / scale).T @ (slopes / scale * weight[:, None])
+    inverse = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    covariance[np.ix_(~held, ~held)] = inverse
+    covariance[held, held] = [_reach(form, numbers, int(i), weight) ** 2 for i in np.flatnonzero(held)]
+    return covariance
+
+
+def _reach(form: Form, numbers: Array, which: int, weight: Array) -> float:
+    """How far a number moves until chi2 has grown by 1, or it is at its highest."""
+    value, moved, reach = form.predict(numbers), numbers.copy(), SHORTEST
+    room = float(form.bounds()[1][which] - numbers[which])
+    while reach < room:
+        moved[which] = numbers[which] + reach
+        if (weight * (form.predict(moved) - value) ** 2).sum() >= 1.0:
+            return reach
+        reach *= 1.2
+    return room
 
 
 def _slopes(predict: Callable[[Array], Array], numbers: Array, sizes: Array) -> Array:
