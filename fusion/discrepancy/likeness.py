@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.naming.step import inflation
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.scatter import MUCH
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.unrestricted import Group, groups_of
 from fusion.discrepancy.unknown.variables import law_variables
@@ -25,16 +27,18 @@ class Likeness:
     Attributes:
         probability: that two sets of one sensor differ as much or more.
         chi2_per_dof: of their difference; 1 when both are of one sensor and the gauge is right.
+        inflation: of the bulk of their difference, over the variance that is known to be there.
         differs: variables along which they differ most, where they do.
     """
 
     probability: float
     chi2_per_dof: float
+    inflation: float
     differs: tuple[str, ...]
 
     @property
     def alike(self) -> bool:
-        return self.probability > NEVER
+        return self.probability > NEVER and self.inflation < MUCH
 
 
 def likeness(recorded: Observations, simulated: Observations, gauge: Gauge, seed: int = 0) -> Likeness:
@@ -66,7 +70,8 @@ def likeness(recorded: Observations, simulated: Observations, gauge: Gauge, seed
     probability = float((1 + (largest[1:] >= largest[0] * (1 - 1e-12)).sum()) / len(largest))
     ranked = np.argsort(-(power[0] - usual) / spread)
     chi2 = float(np.mean(difference**2))
-    return Likeness(probability, chi2, groups[ranked[0]].variables if probability <= NEVER else ())
+    differs = groups[ranked[0]].variables if probability <= NEVER else ()
+    return Likeness(probability, chi2, inflation(difference), differs)
 
 
 def _difference(recorded: Observations, simulated: Observations) -> Vector:
@@ -81,13 +86,17 @@ def _difference(recorded: Observations, simulated: Observations) -> Vector:
 
 
 def _waves(observations: Observations, gauge: Gauge) -> list[Group]:
-    """What swings along a variable faster than smooth functions of it can."""
+    """What swings along a variable faster than smooth functions of it can: each wave for itself.
+
+    All together could follow any turning of signs, so that nothing would stand out.
+    """
     out = []
     for name, values in law_variables(observations).items():
         waves = [shape.columns(values) for shape in shapes_of(name, values) if "wave" in shape.kind]
         if waves:
-            left, sizes, _ = np.linalg.svd(gauge.whiten(np.concatenate(waves, axis=1)), full_matrices=False)
-            out.append(Group((name,), np.asarray(left[:, sizes > 1e-3 * sizes[0]])))
+            white = gauge.whiten(np.concatenate(waves, axis=1))
+            ends = np.cumsum([wave.shape[1] for wave in waves])
+            out += [Group((name,), np.linalg.qr(part)[0]) for part in np.split(white, ends[:-1], axis=1)]
     return out
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import Candidate
@@ -29,35 +28,19 @@ def scatter_of(
     """
     if inflation(white) < MUCH:
         return 0.0
-    basis = _taken_out(white, candidates, groups)
-    if basis is None:
+    basis = _spanned([c.basis for c in candidates] + [g.basis for g in groups])
+    if basis.shape[1] > MOST_COLUMNS * len(white):
+        # few recordings: maps with a square for nearly every tile would follow anything
+        basis = _spanned([c.basis for c in candidates if not c.form.map] + [g.basis for g in groups])
+    if basis.shape[1] > MOST_COLUMNS * len(white):
         return 0.0
-    kept = 1.0 - basis.shape[1] / len(white)
-    left = inflation(white - basis @ (basis.T @ white))
-    if left < MUCH * kept:
+    left = inflation(white - basis @ (basis.T @ white)) * len(white) / (len(white) - basis.shape[1])
+    if left < MUCH:
         return 0.0
-    # what a tile's own error becomes in units of the gauge: where all else is shared by neighbours, a multiple of it
-    own = solve_triangular(gauge.root, np.eye(len(white)), lower=True, check_finite=False)
-    own -= basis @ (basis.T @ own)
-    return float(np.sqrt((left - kept) / np.median((own**2).sum(axis=1))))
-
-
-def _taken_out(
-    white: NDArray[np.float64], candidates: Sequence[Candidate], groups: Sequence[Group]
-) -> NDArray[np.float64] | None:
-    """(n, r) orthonormal columns of all that could have a name; None where there are too few tiles for that."""
-    smooth = [g.basis for g in groups]
-    # few recordings: maps with a square for nearly every tile would follow anything
-    laws = [c for c in candidates if not c.form.map]
-    # fewer still: of each name the form that explains most
-    best: dict[str, Candidate] = {}
-    for law in sorted(laws, key=lambda c: float(np.linalg.norm(c.basis.T @ white))):
-        best[law.name] = law
-    for some, more in ((candidates, smooth), (laws, smooth), (best.values(), smooth), (best.values(), [])):
-        basis = _spanned([c.basis for c in some] + more)
-        if basis.shape[1] <= MOST_COLUMNS * len(white):
-            return basis
-    return None
+    # of the whole gauge, not of a tile's own noise alone: what real scenes leave is shared by neighbours in part, and
+    # would be taken for laws if it counted as independent from tile to tile
+    own = float(np.median(np.linalg.norm(gauge.bare, axis=1)))
+    return float(np.sqrt(left - 1.0)) * own
 
 
 def _spanned(bases: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:

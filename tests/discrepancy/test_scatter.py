@@ -11,7 +11,6 @@ from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.scatter import scatter_of
-from fusion.discrepancy.stage import Stage
 from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
@@ -29,12 +28,8 @@ def scattered(sensor, seed: int):
     return out
 
 
-def scatter_in(looks, mesh_sigma_m: float = 0.0) -> float:
-    bowed = [
-        replace(look, stage=Stage(None, look.place, None, 0.001, 0.001, mesh_sigma_m, f"wall {look.place}"))
-        for look in looks
-    ]
-    observations = observe(sensor_of("itof"), bowed if mesh_sigma_m else looks)
+def scatter_in(looks) -> float:
+    observations = observe(sensor_of("itof"), looks)
     gauge = gauge_of(observations)
     white = gauge.whiten(observations.residual)
     return scatter_of(white, gauge, candidates_of(observations, gauge), groups_of(observations, gauge))
@@ -53,8 +48,3 @@ def test_a_strong_law_is_no_scatter():
     far_off = sensor_of("itof", DepthScale(scale=0.03))
     assert scatter_in(looks_at(far_off, 4)) == 0.0
     assert scatter_in(scattered(far_off, 3)) == pytest.approx(SCATTER, rel=0.4)
-
-
-def test_a_mesh_that_may_be_off_does_not_blow_it_up():
-    # a bow of the target is shared by neighbours: it must not be taken for the size of a tile's own error
-    assert scatter_in(scattered(sensor_of("itof"), 3), mesh_sigma_m=0.001) == pytest.approx(SCATTER, rel=0.4)
