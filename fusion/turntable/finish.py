@@ -14,16 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion import compute
 from fusion.geometry import pose
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
+from fusion.turntable.cells import CUT, SHARED, normal_equations, settle
+from fusion.turntable.meeting import CELLS, COLUMNS, by_cell, meet
 from fusion.turntable.rays import Bundle, Rays, bundle
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
 FOOT = 0.1  # share of the height that what it stands on is mixed into, by matching windows and wide pixels (guess)
-SHARED = 4
 EARLY_FRAMES, EARLY_RAYS = 60, 500_000  # that make and meet the models before the last one
 SOME = 100_000  # equations that tell their scale
 
@@ -97,9 +97,6 @@ def _some_of(angles: Array) -> Array:
 
 def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume) -> Equations:
     """What each ray says where it meets the model."""
-    from fusion.turntable.meeting import CELLS, COLUMNS, by_cell, meet  # starts Taichi
-
-    compute.start()
     axis, angles = motion
     back = np.array([pose.about_axis(np.zeros(3), np.array([0, 0, 1.0]), -a) for a in np.nan_to_num(angles)])
     poses = np.column_stack([(back @ axis.object_frame())[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])
@@ -136,8 +133,6 @@ def _solve(e: Equations, steady: bool = False) -> _Solution:
         steady: only what tells where the axis is: not the object's foot, and of rough places as much as their windows
             tell.
     """
-    from fusion.turntable.cells import normal_equations, settle
-
     low, high = np.percentile(e.rows[:: max(1, len(e.rows) // SOME), 8], [0.2, 99.8])
     lowest = float(low + FOOT * (high - low)) if steady else -np.inf
     offset = np.zeros(len(e.first) - 1)
@@ -159,8 +154,6 @@ def _scale(e: Equations, offset: Array, steady: bool, lowest: float) -> float:
 
 def _alike(e: Equations, tiles: NDArray[np.int32], found: _Solution) -> float:
     """By how much errors that neighbouring pixels share widen the standard deviations (clustered by tiles)."""
-    from fusion.turntable.cells import CUT
-
     rest = e.rows[:, 0] - np.repeat(found.offset, np.diff(e.first))
     share = rest * e.rows[:, 1] * tukey(rest / (found.scale * e.rows[:, 6]), CUT) / e.rows[:, 6].astype(float) ** 2
     tile = np.ravel_multi_index((e.frame, *tiles[e.ray].T), (e.n, *(tiles.max(axis=0) + 1)))

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Rough places: where depth scatters about its plane by more than noise does, its error is shared by a whole window.
 
 Matching windows tear steep and strongly bent surfaces into steps, mixed pixels bend what borders on an edge, and both
@@ -5,14 +6,19 @@ read nearer or farther by as much on many pixels at a time. Such errors do not a
 object turns, and so push the axis (measured on the statue of the open challenges: 0.4 mm).
 """
 
-import cv2
 import numpy as np
+import taichi as ti
 from numpy.typing import NDArray
+
+from fusion import compute
 
 HALF = 3  # [px] of the window: a matching window and its surroundings (guess: with 2, steps are taken for slopes)
 SURE = 2.0  # standard deviations of the scatter that noise alone leaves
 
 Array = NDArray[np.float64]
+F32_2 = ti.types.ndarray(ti.f32, 2)
+F64_2 = ti.types.ndarray(ti.f64, 2)
+U8_2 = ti.types.ndarray(ti.u8, 2)
 
 
 def shared_errors(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken: NDArray[np.bool_]) -> Array:
@@ -24,48 +30,40 @@ def shared_errors(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken:
         depth, sigma: (h, w) [m].
         taken: (h, w) pixels of the surface; others say nothing.
     """
-    whole = np.zeros(depth.shape)
-    if not taken.any():
-        return whole
-    # the rest of the image says nothing
-    part = tuple(slice(int(np.min(i)), int(np.max(i)) + 1) for i in np.nonzero(taken))
-    whole[part] = _in_part(depth[part], sigma[part], taken[part])
-    return whole
+    compute.start()
+    scatter, count = np.full(depth.shape, np.nan), np.ones(depth.shape)
+    _scatter(np.ascontiguousarray(depth, np.float32), taken.astype(np.uint8), scatter, count)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = scatter / np.square(sigma, dtype=float)
+    known = np.isfinite(ratio)
+    excess = np.zeros(depth.shape)
+    if known.any():
+        typical = max(float(np.median(ratio[known])), 1e-12)
+        excess[known] = np.maximum(ratio[known] / typical - 1 - SURE * np.sqrt(2 / count[known]), 0)
+    return excess
 
 
-def _in_part(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken: NDArray[np.bool_]) -> Array:
-    scatter, count = _scatter(np.where(taken, depth, 0).astype(float), taken)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = scatter / sigma.astype(float) ** 2
-    known = taken & np.isfinite(ratio) & (count > 3)
-    if not known.any():
-        return np.zeros(depth.shape)
-    typical = max(float(np.median(ratio[known])), 1e-12)
-    excess = ratio / typical - 1 - SURE * np.sqrt(2 / np.maximum(count, 1))
-    return np.where(known, np.maximum(excess, 0), 0)
-
-
-def _scatter(depth: Array, taken: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Variance (h, w) [m^2] of the taken depths about their plane, and their number, in the window of each pixel."""
-    v, u = np.indices(depth.shape, float)
-    weight = taken.astype(float)
-    count = np.maximum(_sum(weight), 1)
-
-    def mean(values: Array) -> Array:
-        return np.asarray(_sum(weight * values) / count)
-
-    z0 = float(depth[taken].mean())  # keeps digits
-    z = depth - z0
-    mu, mv, mz = mean(u), mean(v), mean(z)
-    uu, vv, uv = mean(u * u) - mu**2, mean(v * v) - mv**2, mean(u * v) - mu * mv
-    uz, vz, zz = mean(u * z) - mu * mz, mean(v * z) - mv * mz, mean(z * z) - mz**2
-    area = uu * vv - uv**2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        explained = (uz * (uz * vv - vz * uv) + vz * (vz * uu - uz * uv)) / area
-    left = np.where(area > 1e-6, zz - explained, np.nan)  # nothing lies about a plane through a row of pixels
-    return np.maximum(left, 0) * count / np.maximum(count - 3, 1), count
-
-
-def _sum(values: Array) -> Array:
-    size = (2 * HALF + 1, 2 * HALF + 1)
-    return np.asarray(cv2.boxFilter(values, -1, size, normalize=False, borderType=cv2.BORDER_CONSTANT))
+@ti.kernel
+def _scatter(depth: F32_2, taken: U8_2, scatter: F64_2, count: F64_2):
+    """Variance [m^2] of the taken depths about their plane, and their number, in the window of each taken pixel; NaN
+    where they are too few or lie in a row, through which there is no plane."""
+    for v0, u0 in ti.ndrange(depth.shape[0], depth.shape[1]):
+        if taken[v0, u0] == 1:
+            zero = ti.cast(0.0, ti.f64)
+            n, u, v, z, uu, vv, uv, uz, vz, zz = zero, zero, zero, zero, zero, zero, zero, zero, zero, zero
+            for j in range(ti.max(v0 - HALF, 0), ti.min(v0 + HALF + 1, depth.shape[0])):
+                for i in range(ti.max(u0 - HALF, 0), ti.min(u0 + HALF + 1, depth.shape[1])):
+                    if taken[j, i] == 1:
+                        x, y = ti.cast(i - u0, ti.f64), ti.cast(j - v0, ti.f64)
+                        d = ti.cast(depth[j, i], ti.f64) - depth[v0, u0]
+                        n, u, v, z = n + 1, u + x, v + y, z + d
+                        uu, vv, uv = uu + x * x, vv + y * y, uv + x * y
+                        uz, vz, zz = uz + x * d, vz + y * d, zz + d * d
+            u, v, z = u / n, v / n, z / n
+            uu, vv, uv = uu / n - u * u, vv / n - v * v, uv / n - u * v
+            uz, vz, zz = uz / n - u * z, vz / n - v * z, zz / n - z * z
+            area = uu * vv - uv * uv
+            if n > 3 and area > 1e-6:
+                explained = (uz * (uz * vv - vz * uv) + vz * (vz * uu - uz * uv)) / area
+                scatter[v0, u0] = ti.max(zz - explained, 0.0) * n / (n - 3)
+                count[v0, u0] = n
