@@ -129,7 +129,7 @@ def explained_looks(
     possible = explained(white, groups, nothing)
     named = name_effects(looks, before, gauge, candidates)
     held = held_out_of(looks, sensor, before.scatter)
-    if named.steps and held.contradicts(named.sensor, float(white @ white - named.white @ named.white)):
+    if named.steps and held.contradicts(named.sensor, _due(named, white)):
         named = unconfirmed(named, before, white)
     beyond = None
     left = explained(named.white, groups, nothing)
@@ -165,6 +165,13 @@ def _gauged(before: Observations) -> tuple[Observations, Gauge, list[Group], lis
             break
         before = replace(before, scatter=more)
     return before, gauge, groups, candidates
+
+
+def _due(named: Named, white: Vector) -> float:
+    """Gain of which frames that took no part must show a share; 0 with a region: its edge is known to a look only."""
+    if any(step.candidate.where for step in named.steps):
+        return 0.0
+    return float(white @ white - named.white @ named.white)
 
 
 def _is_much(left: Found, named: Named, possible: Found) -> bool:
