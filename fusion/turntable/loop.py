@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 EFFECTIVE = 0.005
 MOST = 4.0  # errors of the camera stay within this many prior standard deviations
 SETTLED = 5e-5  # [rad], [m]
+COARSE_POINTS = 60_000  # of all frames together, in all passes but the last: they only have to come near
 SHARED = 4  # steps of the axis
 FIRST = SHARED + len(NAMES)  # column of the first angle
 
@@ -144,9 +145,10 @@ def close_loop(
     n = len(seen.views)
     system = _System(n)
     for reach, iterations in zip(settings.reaches, settings.iterations, strict=True):
+        some = seen if reach == settings.reaches[-1] else seen.thinned(COARSE_POINTS)
         for _ in range(iterations):
             system = _System(n)
-            _add_edges(system, seen, (axis, angles), edges, (reach, check, settings.free_camera))
+            _add_edges(system, some, (axis, angles), edges, (reach, check, settings.free_camera))
             _add_prior(system, check)
             step = _solve(system, angles, settings)
             axis = axis.moved(step[:SHARED])

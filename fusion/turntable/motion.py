@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import TrackingError
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Stack, stack
-from fusion.turntable.loop import Loop, LoopSettings, choose_edges, close_loop
+from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
 from fusion.turntable.misfit import misfits
 from fusion.turntable.plate import above, plate_height
 from fusion.turntable.selfcheck import SelfCheck
@@ -20,7 +20,6 @@ Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
 POINTS_FIRST, POINTS_FINE = 1000, 3000  # source points per frame
-COARSE_POINTS = 60_000  # of all frames together, until the turns agree
 WIDEST = np.deg2rad(50)  # between two views that are compared
 WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
 DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
