@@ -267,6 +267,11 @@ def test_a_board_places_itself(tmp_path):
     write_recording(tmp_path / "board", camera, frames)
     found = calibrate_depth([open_recording(tmp_path / "board")], DepthSettings(board=board, surface=False))
     assert len(found.walls) == 6
+    for k, wall in enumerate(found.walls):
+        normal = cv2.Rodrigues(np.array([0.1 * (-1) ** k, 0.15, 0.05]))[0][:, 2]
+        # its tilts are those of the corners, not of the noisy depth
+        assert np.hypot(wall.plane.a - normal[0] / normal[2], wall.plane.b - normal[1] / normal[2]) < 3 * wall.tilt_std
+        assert wall.tilt_std < 0.01
     # corners are good to some hundredths of a pixel: 0.2 mm of 1 m, where 10 mm were put in
     assert found.before.error > 5e-3
     assert found.best.error < 1e-3

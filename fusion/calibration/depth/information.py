@@ -28,7 +28,7 @@ class Evidence:
         terms: (t, k) change of the depth per unit of each term.
         nuisances: (t, 3) change of the depth per unit of tilt about both axes, and of distance.
         variance: (t,) [m^2] of a tile, correlation with its neighbours counted in.
-        distance_std: [m], inf where the distance is not known.
+        distance_std: [m], inf where the distance is not known; the tilts' own stands in the wall.
     """
 
     wall: Wall
@@ -45,7 +45,8 @@ class Evidence:
         w = 1 / self.variance
         WG = self.nuisances * w[:, None]
         inner = self.nuisances.T @ WG
-        inner[2, 2] += 1 / self.distance_std**2 if np.isfinite(self.distance_std) else 0.0
+        tilt = self.wall.tilt_std
+        inner += np.diag(1 / np.array([tilt, tilt, self.distance_std]) ** 2)
         weighted = (other.T * w).T
         return weighted - WG @ np.linalg.solve(inner, WG.T @ other)
 

@@ -153,11 +153,9 @@ def judge_all(problem: Problem, candidates: list[Candidate]) -> list[Judged]:
 
 
 def upright(evidence: Evidence, rest: Array) -> Array:
-    """(t,) [m] what is left of `rest` without tilt; the distance is taken out only where it is not known."""
-    G = evidence.nuisances
-    turn = _nuisances(evidence, rest)
-    free = 3 if not np.isfinite(evidence.distance_std) else 2
-    return rest - G[:, :free] @ turn[:free]
+    """(t,) [m] what is left of `rest` without tilt and distance, each taken out only where it is not known."""
+    free = ~np.isfinite([evidence.wall.tilt_std] * 2 + [evidence.distance_std])
+    return rest - evidence.nuisances[:, free] @ _nuisances(evidence, rest)[free]
 
 
 def level(evidence: Evidence, rest: Array) -> Array:

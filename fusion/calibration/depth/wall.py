@@ -35,6 +35,7 @@ class Wall:
         distance_std: of that distance [m].
         ir: (h, w) mean amplitude [count], or None.
         moment: when it was recorded.
+        tilt_std: standard deviation of the plane's tilts [1] where a board told them, else inf: the wall tells them.
         centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
         squares: (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall.
     """
@@ -52,6 +53,7 @@ class Wall:
     moment: Moment = field(default_factory=Moment)
     centre: tuple[float, float] = (0.0, 0.0)
     squares: NDArray[np.intp] | None = None
+    tilt_std: float = float("inf")
 
     @property
     def true_plane(self) -> Plane:
