@@ -185,7 +185,11 @@ def _gain(named: Named) -> float:
 
 
 def _extended(named: Named, beyond: Unknown | None) -> Sensor:
-    return named.sensor if beyond is None or not beyond.law.replicated else beyond.added_to(named.sensor)
+    """The model with what was found for the mean, and the source of each."""
+    count = len(np.unique(named.observations.place))
+    told = {step.effect.name: f"explained: what {count} recordings lack without it" for step in named.steps}
+    better = replace(named.sensor, sources={**named.sensor.sources, **told})
+    return better if beyond is None or not beyond.law.replicated else beyond.added_to(better)
 
 
 def _channels(named: Named, beyond: Unknown | None, looks: Sequence[Look]) -> Channels:

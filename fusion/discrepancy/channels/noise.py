@@ -109,7 +109,14 @@ def _step(
         gain / max(before.chi2, 1e-9),
         probability(best, names),
         _alike(best, tried, nothing, scatter, ruler),
+        variables=_seen_variables(best, patches),
     )
+
+
+def _seen_variables(best: Tried, patches: Sequence[Patch]) -> tuple[str, ...]:
+    """What the noise depends on here: not on an amplitude that nobody recorded."""
+    dark = all(patch.look.view.ir is None for patch in patches)
+    return tuple(name for name in best.free[0].effect.variables if not (dark and name == "amplitude"))
 
 
 def _all_tried(
