@@ -54,6 +54,16 @@ def found():
     return SimpleNamespace(looks=looks, before=before, gauge=gauge, white=white, beyond=beyond)
 
 
+def test_one_recording_alone_establishes_no_unknown_law(found):
+    # however clear it is there: the target itself may have that shape
+    alone = observe(sensor_of("itof"), found.looks[3:4])
+    gauge = gauge_of(alone)
+    white = gauge.whiten(alone.residual)
+    left = explained(white, groups_of(alone, gauge), np.zeros((len(white), 0)))
+    law = law_of(white, alone, gauge, left)
+    assert law.gain > 100 and not law.replicated
+
+
 def test_the_form_of_a_law_without_a_name_is_found(found):
     law = found.beyond.law
     assert law.simple and law.variables[0] == "v" and set(law.variables) <= {"v", "depth", "range"}

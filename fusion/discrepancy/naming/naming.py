@@ -87,13 +87,14 @@ def name_effects(
 def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]:
     """The fit with further parts, one by one, and what is likely beside them."""
     likely: Step | None = None
+    earlier: Step | None = None  # likely beside fewer parts
     passed_over: set[str] = set()
     for _ in range(len(fit.parts), MOST_STEPS):
         space, target = beside(fit, None)
         open_to = [c for c in candidates if c.name not in passed_over]
         found = best_part(open_to, fit.observations, fit.gauge, space, target)
         if found is None or found.probability > FALSE_ALARM or _faint(fit, found):
-            return fit, _told_of(fit, found, open_to) or likely
+            return fit, likely or _told_of(fit, found, open_to) or earlier
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
             break
         larger = _with(fit, found, candidates) if found.established else None
@@ -102,10 +103,10 @@ def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]
             likely = likely or _told_of(fit, found, open_to)
             continue
         replaced = len(larger.parts) <= len(fit.parts)
-        fit = larger
+        fit, earlier, likely = larger, likely or earlier, None
         if replaced:
             break  # it took the place of another: what the next would do is known
-    return fit, likely
+    return fit, likely or earlier
 
 
 def _with(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Fit | None:

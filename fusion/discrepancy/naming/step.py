@@ -26,6 +26,7 @@ SHAPES = 2  # of each name that are tried in regions: those that explain most ev
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
 REGION_LEAST = 12.0
 OF_TIME = ("time", "temperature")
+WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
 LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
 KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
 SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
@@ -197,7 +198,7 @@ def _own_to_region(
 def of_time(candidate: Candidate) -> bool:
     """True for what changes while one recording goes on, so that looks of a series tell of it, and not recordings."""
     about = {bound.variable for bound in candidate.where} | set(candidate.form.kind.variables)
-    return bool(about & set(OF_TIME))
+    return bool(about & set(WITHIN))
 
 
 def _replicates_more(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.naming.step import WITHIN
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import Tables, pixel_columns, table_of, unit_of
@@ -128,9 +129,17 @@ def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Obser
     gain = float(white @ white - ((white - footprint) ** 2).sum())
     inflated = max(1.0, float((np.median(np.abs(white - footprint)) / 0.6745) ** 2))
     probability = float(min(1.0, TRIED * chi2.sf(max(gain, 0.0) / inflated, columns.shape[1])))
-    held_out = gain_elsewhere(own, white, observations.place)
+    held_out = _elsewhere(variables, own, white, observations)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))
     return Law(variables, text, simple, table, footprint, native, gain, held_out, probability, std)
+
+
+def _elsewhere(variables: Sequence[str], own: Vector, white: Vector, observations: Observations) -> float:
+    """Drop of the chi2 in recordings left out; one alone tells nothing, but of what changes while it goes on."""
+    if len(np.unique(observations.place)) > 1:
+        return gain_elsewhere(own, white, observations.place)
+    changes = len(np.unique(observations.block)) > 1 and set(variables) & set(WITHIN)
+    return gain_elsewhere(own, white, observations.block) if changes else 0.0
 
 
 def _ridge(columns: Vector, white: Vector) -> Vector:
