@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
 POINTS_FIRST, POINTS_FINE = 1000, 3000  # source points per frame
+POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 WIDEST = np.deg2rad(50)  # between two views that are compared
 WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
 DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
@@ -95,7 +96,8 @@ def estimate_motion(views: Sequence[View], region: Region, commanded: Array | No
     height = plate_height(seen, final)
     if height is not None:
         final = replace(final, point=final.point + height * final.direction)
-    reach, above_point = final.distance(np.concatenate([v.points for v in seen]).astype(float))
+    some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
+    reach, above_point = final.distance(np.concatenate([v.points[::some] for v in seen]).astype(float))
     return Motion(
         axis=final,
         angles=angles,
