@@ -97,7 +97,9 @@ def _write_mask(path: Path, mask: np.ndarray) -> None:
 
 def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
     missing = verdict["missing"]
-    lines = [Light("warning" if missing else "ok", "Verdict", sentence(verdict).replace("_", " "))]
+    lines = [
+        Light("warning" if missing or verdict["indicated"] else "ok", "Verdict", sentence(verdict).replace("_", " "))
+    ]
     frames = "frames that took no part in any fit" if seen.held_out else "the fitted frames"
     after = seen.misfit[1]
     whole = "It is explained." if level(after, CHI2) == "ok" else "Something stays that nobody has named."

@@ -33,6 +33,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         (missing if found.unknown else indicated).append(unknown_claim(found, found.beyond, before))
     missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
     named = {name for entry in missing for name in (entry["effect"], *entry["indistinguishable_from"])}
+    named |= {entry["effect"] for entry in indicated}  # its size is told; a limit would deny it
     visible = visibilities(found.candidates, found.gauge)
     limits, invisible = limits_of(found, visible, named)
     flight = found.before.patches[0].view.time_of_flight
