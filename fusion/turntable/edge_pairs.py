@@ -3,7 +3,7 @@
 
 import taichi as ti
 
-from fusion.tracking.association import project
+from fusion.geometry.lanes import project
 
 vec3 = ti.types.vector(3, ti.f32)
 vec7 = ti.types.vector(7, ti.f32)
