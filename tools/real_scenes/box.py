@@ -33,8 +33,8 @@ def write_box(source: Path, folder: Path, even: bool) -> list[Path]:
     first = scan.trajectory.poses[0]
     point = first[:3, :3] @ scan.motion.axis.point + first[:3, 3]
     axis = first[:3, :3] @ scan.motion.axis.direction
-    poses = np.asarray([inverse(about_axis(point, axis, angle)) @ first for angle in stated], float)
-    stamps = APART_S * np.arange(n)
+    poses = np.stack([inverse(about_axis(point, axis, angle)) @ first for angle in stated])
+    stamps = np.asarray(APART_S * np.arange(n), float)
     # the object is found by the camera that the scan found, whichever is stated
     frames = (Frame(i, stamps[i], _of_object(recording[i].depth, scan)) for i in range(n))
     telemetry = {"timestamp": stamps, "turntable_deg": np.degrees(stated)}
