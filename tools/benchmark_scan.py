@@ -1,6 +1,8 @@
 """Where the time of a whole turntable scan goes: 180 frames of 640 x 480 px, simulated once and kept.
 
-    python tools/benchmark_scan.py [--recording FOLDER] [--runs 3]
+    OPENBLAS_NUM_THREADS=1 python tools/benchmark_scan.py [--recording FOLDER] [--runs 3]
+
+(one thread for small systems, as the command line sets it)
 
 Asked: post-pass (axis, angles, closed loop, against the model) and integration of all frames below 10 s on two cores.
 The first run compiles what is not cached and is not counted.
