@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import wrap
 
 from bench_stages.growth import Growth, by_cores, by_frames, by_pixels, by_turns, by_voxel
 from bench_stages.workloads import made
@@ -59,11 +60,12 @@ def draw(found: list[Growth], path: Path) -> None:
                 ax.set_xscale("log")
                 ax.set_yscale("log")
                 ax.set_xticks(g.x, [f"{x:g}" for x in g.x], minor=False)
+                ax.set_yticks(g.y, [f"{y:.1f}" for y in g.y], minor=False)
                 ax.minorticks_off()
             else:
                 ax.set_ylim(0, max(g.y) * 1.2)
             ax.set_title(g.name)
-            ax.set_xlabel(f"{g.x_label}\n{g.verdict}")
+            ax.set_xlabel("\n".join([g.x_label, *wrap(g.verdict, 34)]))
             ax.set_ylabel(g.y_label)
         for ax in grid[len(found) :]:
             ax.remove()
