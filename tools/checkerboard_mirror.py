@@ -99,6 +99,12 @@ def held_out(at: Squares, columns: list[Array]) -> tuple[Array, Array]:
     return left, np.array(numbers)
 
 
+def undone(at: Squares, found: tuple[Array, Array]) -> Array:
+    """Errors (n,) [m] as the corrected depth has them: what is left of the measured one, the scale taken out."""
+    left, numbers = found
+    return left / (1 + numbers[np.searchsorted(np.unique(at.view), at.view), 1])
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="what checkerboard_depth.py --output wrote")
@@ -115,6 +121,9 @@ def main() -> int:
     result = {
         **{f"held_out_{name.replace(' ', '_')}_mm": 1e3 * rms(left) for name, (left, _) in found.items()},
         "share_of_line_pixel_by_pixel": rms(found["pixel by pixel"][0]) / rms(found["line"][0]),
+        # what to expect of a calibration at best: this fit sees only these squares, and the sum that it makes least
+        "the_same_undone": rms(undone(at, found["pixel by pixel"])) / rms(found["line"][0]),
+        "the_same_undone_line_too": rms(undone(at, found["pixel by pixel"])) / rms(undone(at, found["line"])),
         "share_of_line_both": rms(found["both"][0]) / rms(found["line"][0]),
         "mirrored_share": float(share.mean()),
         "mirrored_share_std": float(np.sqrt((n - 1) / n * ((share - share.mean()) ** 2).sum())),  # jackknife
