@@ -123,6 +123,7 @@ LAWS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "effects"), LAWS, ids=lambda x: "+".join(e.name for e in x) if type(x) is tuple else ""
 )
@@ -135,6 +136,7 @@ def test_what_was_put_in_is_taken_out(camera: Camera, effects: tuple[Effect, ...
     assert found.best.error < 2 * np.hypot(LASER, NOISE)
 
 
+@pytest.mark.slow
 def test_waves_of_the_modulation_have_its_periods():
     # three and six waves per turn at 80 and 120 MHz, as three phase steps leave; a free period errs by up to 1 %
     turn = LIGHT_SPEED / (2 * 80e6), LIGHT_SPEED / (2 * 120e6)
@@ -167,6 +169,7 @@ def test_the_curve_holds_the_truth():
     assert found.curve.half_width.max() < 3 * LASER
 
 
+@pytest.mark.slow
 def test_where_nothing_is_wrong_nothing_is_found():
     laws = [calibrated(SL, (), seed=seed).best.candidate.name for seed in range(3)]
     # the choice takes chance for a law in some per cent of the cases
@@ -220,6 +223,7 @@ def test_what_is_known_of_the_unit_stays():
     assert start([_Recording(SL)], None, usual).uncorrected.effect("depth_scale") is None
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_was_found(tmp_path, capsys):
     effects = (DepthScale(0.01),)
     rng = np.random.default_rng(4)

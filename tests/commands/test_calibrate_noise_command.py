@@ -100,6 +100,7 @@ def test_broken_input_is_one_line(recordings, tmp_path, capsys):
         assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_pose_without_target_is_left_out_and_told(recordings, tmp_path, capsys):
     blank = np.full(CAMERA.shape, np.nan, np.float32)
     write_recording(tmp_path / "blank", CAMERA, [Frame(i, i / 30, blank) for i in range(12)])

@@ -16,6 +16,8 @@ from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
+pytestmark = pytest.mark.slow
+
 FRAMES = 100
 FLOOR = 1e-5  # [m] below any spread of interest
 # what the model already holds: 4 mm, enough to dither a Kinect's steps at 1 m, and more in the dark

@@ -174,6 +174,7 @@ def test_plate_around_the_object_is_left_out():
     assert found.accuracy["median"] < 1e-4
 
 
+@pytest.mark.slow
 def test_point_cloud_reference():
     mesh = _object()
     reference, turn = _moved(mesh, 7)

@@ -135,6 +135,7 @@ def test_a_clean_recording_is_left_in_peace(folder):
     json.dumps(findings.to_dict(), allow_nan=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DEFECTS)
 def test_defect(folder, name):
     plant, severity, check, seen, do = DEFECTS[name]

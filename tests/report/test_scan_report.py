@@ -84,6 +84,7 @@ def test_a_single_frame_makes_a_page(tmp_path):
     assert "Frames" in headings(tmp_path / "report.html")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh", [EMPTY, Mesh(bumpy_sphere(1).vertices), bumpy_sphere(1)], ids=["empty", "cloud", "ball"]
 )

@@ -45,6 +45,7 @@ def scene(folder, **changes):
     return folder / "my.json"
 
 
+@pytest.mark.slow
 def test_a_trajectory_file_gives_frames_stamps_and_poses(folder):
     simulation = simulate(read_scene(scene(folder)), Sensor())
     assert np.allclose(simulation.timestamps, 10 + np.arange(4) / 30, atol=1e-6)  # six decimals

@@ -36,6 +36,7 @@ def digest(folder):
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_every_scene_is_a_recording_without_complaint(tmp_path, name):
     recording = written(tmp_path / "rec", name, frames=3)
@@ -120,6 +121,7 @@ def test_a_stopped_simulation_leaves_nothing(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["checkerboard", "charuco"])
 def test_board_corners_lie_where_they_should(name):
     import cv2

@@ -41,6 +41,7 @@ def test_examples_can_be_read(pages, kind):
     assert not missing_parameters(name, given)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
 def test_every_law_shows_in_its_picture(pages, kind):
     import numpy as np

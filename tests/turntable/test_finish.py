@@ -48,6 +48,7 @@ def noisy(owl_scene):
     return run(owl_scene, start_near(owl_scene), seed=1)
 
 
+@pytest.mark.slow
 def test_noise_does_not_pull_the_axis(owl_scene, noisy):
     # a pixel is 3 mm here, the noise 1 mm, and two draws left 0.04 to 0.13 mm
     assert owl_scene.axis.distance(noisy.axis.point[None])[0][0] < 0.0003

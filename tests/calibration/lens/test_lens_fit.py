@@ -158,6 +158,7 @@ def test_uncertainty_grows_away_from_the_corners_and_with_distance():
     assert numbers["centre_mm"] == pytest.approx(numbers["centre_px"] * numbers["distance_m"] / 366.5 * 1000, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_projection_uncertainty_is_that_of_repeated_calibrations():
     """Where fixed rays are seen by ten cameras from the same views with new noise, the cameras' turns taken out."""
     clean = views(10, 0.0, 77)
