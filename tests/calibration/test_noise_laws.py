@@ -53,6 +53,7 @@ def test_noise_far_below_the_rounding_is_not_claimed():
     assert std > 1e-4 > sigma
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "principle"), [(ROOM, "itof"), (NGUYEN, "structured_light")])
 def test_intervals_hold_the_truth(effect, principle):
     names = ("c0", "c1", "c2", "angle")

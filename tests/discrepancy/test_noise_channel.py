@@ -41,6 +41,7 @@ def test_another_sensor_is_not_taken_for_light():
     assert step.effect is not None and "sensor_interference" in (step.effect.name, *step.alike)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.6, 1.5])
 def test_a_number_that_is_wrong_is_corrected(factor):
     given = replace(sensor_of("structured_light"), std={("axial_noise", "sigma_px"): 0.003})
@@ -57,6 +58,7 @@ def test_a_number_that_is_as_well_known_as_stated_is_left():
     assert found_in(given, replace(given, effects=(AxialNoise(sigma_px=0.036),)), 4)[1] == ()
 
 
+@pytest.mark.slow
 def test_frames_that_hold_the_one_before_are_told_from_less_noise():
     rng = np.random.default_rng(5)
     looks, memory = [], 0.4

@@ -41,6 +41,7 @@ def test_time_and_distance_that_went_together_are_parted_by_warming_up_alone():
     assert found.parted == ("disparity_offset",) and found.proposal.sigma > 5
 
 
+@pytest.mark.slow
 def test_brightness_is_parted_from_distance_by_what_changes_the_light():
     plans, observations, gauge, candidates = known("itof")
     effect = AmplitudeError(coefficient=0.002, exponent=1.0)

@@ -44,6 +44,7 @@ def test_scatter_is_found_and_no_law_is_named():
     assert not found.unknown
 
 
+@pytest.mark.slow
 def test_a_strong_law_is_no_scatter():
     far_off = sensor_of("itof", DepthScale(scale=0.03))
     assert scatter_in(looks_at(far_off, 4)) == 0.0

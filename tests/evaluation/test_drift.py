@@ -16,6 +16,7 @@ def slow_noise(n: int, memory: float, rng: np.random.Generator) -> np.ndarray:
     return x
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("memory", [0.0, 0.9])
 def test_the_interval_of_the_slope_holds_with_slow_noise(memory):
     rng = np.random.default_rng(3)

@@ -94,6 +94,7 @@ def test_scale_interval_holds_the_scale_under_noise():
     assert high - low < 0.01  # 0.5 mm of noise on 2562 vertices of a 0.2 m object says the scale well below 1 %
 
 
+@pytest.mark.slow
 def test_good_pose_of_a_symmetric_shape_stays():
     box = _made(trimesh.creation.box((0.2, 0.2, 0.2)))
     found = align_meshes(box, box)

@@ -47,6 +47,7 @@ def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, tmp_path):
     assert "What else it could be" in page and "What to record next" in page and "What cannot be seen here" in page
 
 
+@pytest.mark.slow
 def test_nothing_missing_says_so_and_shows_noise(nothing, tmp_path):
     verdict = verdict_of(nothing)
     explanation_report(tmp_path, nothing, verdict)

@@ -50,6 +50,7 @@ def test_every_scene_is_a_recording_without_complaint(tmp_path, name):
     assert len(about(name)) < 100 and "\n" not in about(name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["turntable", "checkerboard"])
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path, name):
     for folder, seed in (("a", 4), ("b", 4), ("c", 5)):

@@ -75,6 +75,7 @@ def test_a_harmonic_folds_onto_three_periods_of_the_phase(shots):
     assert np.nanmax(np.abs(Flight().clean(shot, [law]) - Flight().clean(shot, []))) > 1e-3
 
 
+@pytest.mark.slow
 def test_the_same_seed_makes_the_same_case_and_no_label_in_its_folder(tmp_path):
     labels = [made("null", tmp_path / name).label for name in "ab"]
     assert labels[0] == labels[1]
