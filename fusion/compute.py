@@ -14,6 +14,7 @@ from tqdm import tqdm
 
 from fusion.errors import FusionError
 
+SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits: what shall run side by side takes as many
 DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
 
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from fusion import compute
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project
+from fusion.tracking.pairs import CUT
 
 Array = NDArray[np.float64]
 
 SUMS = 32  # 21 of the matrix, 6 of the slope; weights, squares, kept, pairs, visible points, squared misfits
-CUT = 4.685  # of Tukey's biweight (Holland and Welsch 1977)
 SAMPLE = 2000  # residuals that a median is taken of: known to 3 %
 NUMBERS = 40  # at the start of the kernel's numbers, the rest is what comes out
 # largest difference of four pixels' depths in pixel widths: a surface seen at 80 degrees changes by 5.7 from one to the

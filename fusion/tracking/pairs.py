@@ -9,6 +9,7 @@ from fusion.geometry.depth import PointMap
 from fusion.tracking.association import IN_FRONT, associate
 
 Array = NDArray[np.float64]
+CUT = 4.685  # of Tukey's biweight (Holland and Welsch 1977)
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def find_pairs(
     return Pairs(index, p, n, chosen, residual, np.maximum(spread, 1e-5), visible, violating)
 
 
-def tukey(standardised: Array, cut: float = 4.685) -> Array:
+def tukey(standardised: Array, cut: float = CUT) -> Array:
     """Tukey's biweight of residuals in units of their scale (Holland and Welsch 1977): 0 beyond the cut."""
     inside = np.clip(1 - (standardised / cut) ** 2, 0, None)
     return inside**2

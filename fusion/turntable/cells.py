@@ -9,6 +9,7 @@ same result.
 import numpy as np
 import taichi as ti
 
+from fusion.compute import SPLIT
 from fusion.volume.blocks import F32_2, I32, I32_2
 
 F64 = ti.types.ndarray(ti.f64, 1)
@@ -16,7 +17,6 @@ F64_2 = ti.types.ndarray(ti.f64, 2)
 F64_3 = ti.types.ndarray(ti.f64, 3)
 SHARED = 4  # unknowns of the axis
 PARTS = 16  # of the cells, side by side
-SPLIT = 512  # iterations that the CPU pool never splits: a part takes as many
 CUT = 3.5  # robust standard deviations at which a pixel stops to count
 
 

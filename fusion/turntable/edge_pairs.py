@@ -3,12 +3,12 @@
 
 import taichi as ti
 
+from fusion.compute import SPLIT
 from fusion.geometry.lanes import project
+from fusion.tracking.pairs import CUT
 
 vec3 = ti.types.vector(3, ti.f32)
 vec7 = ti.types.vector(7, ti.f32)
-SPLIT = 512  # iterations that the CPU pool never splits: an edge takes as many, so that edges run side by side
-CUT = 4.685  # of Tukey's biweight
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
 

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.light_law import MOST_LUX, ROOM_LUX, LightLaw, light_law
-from fusion.calibration.noise.poses import Pose, pose_of
-from fusion.calibration.noise.target_noise import TargetNoise
+from fusion.calibration.noise.poses import Pose
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
 
@@ -65,12 +64,6 @@ class AmbientEstimate:
 def points_of(poses: Iterable[Pose]) -> list[LightPoint]:
     """Poses of a target as places with noise."""
     return [LightPoint(p.depth, p.tilt, p.axial, p.axial_std, p.seen.valid) for p in poses]
-
-
-def points_of_targets(seen: Iterable[TargetNoise], camera: Camera, sensor: Sensor | None = None) -> list[LightPoint]:
-    """Targets as places with noise; the rounding and what the sensor model knows of other noise are taken out."""
-    known = sensor or Sensor(principle=camera.principle)
-    return points_of([pose_of(one, "", camera, known) for one in seen])
 
 
 def estimate_ambient(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.naming.part import FIELD, Part
+from fusion.discrepancy.naming.part import FIELD
 from fusion.sensor.parameter import parameters
 
 Vector = NDArray[np.float64]
@@ -74,7 +74,3 @@ def possible(candidate: Candidate, weights: Vector) -> bool:
         if name in about and about[name].neutral == 0
     ]
     return all(p.low < 0 or value >= 0 for p, value in signs) and all(p.high > 0 or value <= 0 for p, value in signs)
-
-
-def part_of(candidate: Candidate, found: Scored) -> Part:
-    return Part(candidate, found.weights, found.size)
