@@ -13,6 +13,7 @@ from taichi.lang.ast import ast_transformer_utils
 from tqdm import tqdm
 
 from fusion.errors import FusionError
+from fusion.launch import launch_quickly
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits: what shall run side by side takes as many
 DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
@@ -34,6 +35,7 @@ def start() -> str:
     if name not in DEVICES:
         raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(DEVICES))
     _read_kernels_quickly()
+    launch_quickly()
     kept = kernels_kept_in()
     if not kept.exists():  # a line that stays, on a terminal only
         line = "compiling the kernels, once on this machine: up to a minute"
