@@ -36,6 +36,9 @@ class Effect:
     per_frequency: ClassVar[bool] = False  # from the phase at one modulation: `change` is the mean over all of them
     frozen: ClassVar[bool] = False  # noise is the spread of its own bias: never drawn a second time
 
+    # how far apart the only depths lie that it leaves: law of the distance ("constant", "z^2"), and its parameter
+    lattice: ClassVar[dict[str, str]] = {}
+
     anew: ClassVar[bool] = False  # frozen for as long as the scene stands still, drawn anew for the next one
 
     where: tuple[Bound, ...] = field(default=(), kw_only=True)

@@ -1,18 +1,21 @@
 """Steps in which depths are stored are found from the values that occur, and only where the model lacks them."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
+import fusion.discrepancy
 from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.observations import observe
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
 from fusion.recording.write import write_recording
+from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 
 CAMERA = Camera(112, 80, 100.0, 100.0, 56.0, 40.0, depth_scale=1000.0, principle="structured_light")
@@ -48,3 +51,12 @@ def test_steps_of_disparity_are_found(tmp_path):
 def test_what_the_model_has_or_nobody_has_is_not_told(tmp_path):
     assert lattice_steps(observed(tmp_path / "known", STEP_PX, DepthQuantization(step_px=STEP_PX)))[1] == ()
     assert lattice_steps(observed(tmp_path / "none", 0.0))[1] == ()
+
+
+def test_the_engine_names_no_effect_itself():
+    """All effects compete by what they declare; only the table that the engine fills itself is its own."""
+    names = {f'"{kind.name}"' for kind in EFFECTS if kind.name != "tabulated"}
+    for file in Path(fusion.discrepancy.__file__).parent.rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        assert not [name for name in names if name in text], file
+        assert "sensor.effects." not in text.replace("sensor.effects.readout.tabulated", ""), file

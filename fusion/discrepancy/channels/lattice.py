@@ -11,10 +11,14 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.observations import Observations
 from fusion.evaluation.quantization import Quantization, quantization_of
 from fusion.recording.recording import Recording
-from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects import EFFECTS
+from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
 
 COARSE = 1.5  # counts of the file: smaller steps are those of the file
+ROUND = 12**0.5  # a step over the spread of what rounding to it loses
 ALIKE = 0.1  # of a step: windows are a dozen levels long, their ends rounded to counts
 NORMAL_90 = 1.645  # half a 90 % interval in standard deviations
 LEAST = 1e-300
@@ -27,11 +31,11 @@ def lattice_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
     law = quantization_of(views, stored.per_metre) if views else None
     if law is None or law.law not in ("z^2", "constant") or (law.value < COARSE * law.unit and law.law == "constant"):
         return sensor, ()
-    focal_baseline = observations.patches[0].view.focal_baseline
-    known = sensor.effect("depth_quantization")
-    if isinstance(known, DepthQuantization) and _same(known, law, focal_baseline):
+    view = observations.patches[0].view
+    known = next((effect for effect in sensor.effects if effect.lattice), None)
+    if known is not None and _same(known, law, view):
         return sensor, ()
-    effect, std = _effect(law, focal_baseline, observations.patches[0].view.time_of_flight)
+    effect, std = _effect(law, view)
     step = ChannelStep(
         "bias",
         effect,
@@ -75,17 +79,23 @@ def _counts(recording: Recording) -> NDArray[np.int64]:
     return np.bincount(np.clip(stored, 0, 65535))
 
 
-def _same(known: DepthQuantization, law: Quantization, focal_baseline: float) -> bool:
+def _same(known: Effect, law: Quantization, view: View) -> bool:
     """True where the model's step is the one that is seen, at the distances where it is."""
-    steps = np.hypot(float(np.max(known.step)), float(np.max(known.step_px)) * law.depth**2 / focal_baseline)
+    steps = ROUND * known.noise(np.asarray(law.depth, float), view)
     return bool(abs(np.median(law.step / np.maximum(steps, 1e-9)) - 1.0) < ALIKE)
 
 
-def _effect(law: Quantization, focal_baseline: float, flight: bool) -> tuple[DepthQuantization, dict[str, float]]:
-    deviation = (law.interval[1] - law.interval[0]) / (2 * NORMAL_90)
-    if law.law == "z^2" and not flight:
-        return DepthQuantization(step_px=law.value * focal_baseline), {"step_px": deviation * focal_baseline}
-    return DepthQuantization(step=float(np.median(law.step))), {"step": deviation}
+def _effect(law: Quantization, view: View) -> tuple[Effect, dict[str, float]]:
+    """The effect of the catalogue that leaves such depths, and the standard deviation of its parameter."""
+    kind = next(kind for kind in EFFECTS if law.law in kind.lattice)
+    growing = law.law == "z^2" and not view.time_of_flight
+    name = kind.lattice[law.law if growing else "constant"]
+    # a step of disparity is told at 1 m, where it is one of depth over the focal length and the base
+    unit = view.focal_baseline if parameters(kind)[name].unit == "px" else 1.0
+    deviation = unit * (law.interval[1] - law.interval[0]) / (2 * NORMAL_90)
+    size = unit * law.value if growing else float(np.median(law.step))
+    known: dict[str, Any] = {name: size}
+    return kind(**known), {name: deviation}
 
 
 def _said(law: Quantization, recordings: int) -> str:

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observations import Patch
-from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 
 Vector = NDArray[np.float64]
 
@@ -89,13 +88,12 @@ def _sharing(patch: Patch) -> float:
 
 def _undithered(patch: Patch) -> float:
     """How far a variance may wander (share of it) with the place between two steps of the rounding."""
-    rounding = next((e for e in patch.sensor.effects if isinstance(e, DepthQuantization)), None)
+    rounding = next((effect for effect in patch.sensor.effects if effect.lattice), None)
     if rounding is None:
         return 0.0
-    slope = float(np.nanmedian(np.abs(patch.native)))
-    step = float(np.mean(rounding.step)) * slope
-    if not patch.view.time_of_flight:
-        step = max(step, float(np.mean(rounding.step_px)))
+    with np.errstate(all="ignore"):
+        lost = np.nanmedian(np.abs(rounding.noise(patch.depth, patch.view) * patch.native))
+    step = float(np.sqrt(12.0) * lost)
     total = float(np.sqrt(patch.tiles.mean((patch.sigma * patch.native) ** 2).mean()))
     before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
     # the first harmonic of the rounding's own error, which fades as the noise grows over a step

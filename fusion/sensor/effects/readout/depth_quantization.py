@@ -23,6 +23,7 @@ class DepthQuantization(Effect):
     variables: ClassVar[tuple[str, ...]] = ("depth",)
     not_undone: ClassVar[str] = "rounding loses what it rounds off; it counts as noise of step / sqrt(12)"
     frozen: ClassVar[bool] = True
+    lattice: ClassVar[dict[str, str]] = {"constant": "step", "z^2": "step_px"}
 
     step: Value = parameter(
         "m", (0, 0.1), "smallest difference of two depths", "sensor's number format", "length", typical=0.001
