@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from fusion.calibration.depth.board_patches import patches
+from fusion.calibration.depth.board_patches import patches, square_centres
+from fusion.calibration.depth.gloss import gloss_map, surfaces
 from fusion.calibration.depth.plane import Plane
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
@@ -70,6 +71,8 @@ def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) 
     except FusionError:  # a hand before the board, a reflection: one picture of many
         return None
     wall = wall if board.is_charuco else _in_squares(wall, patches(board, pose, camera), camera)
+    if known.principle == "itof":
+        wall = _with_gloss(wall, frame, camera, (board, pose))
     return _as_the_board_stands(wall, pose, pose_covariance(view, pose, camera))
 
 
@@ -92,6 +95,18 @@ def _in_squares(wall: Wall, squares: NDArray[np.intp] | None, camera: Camera) ->
     with np.errstate(invalid="ignore"):
         near = np.abs(wall.depth - wall.plane.depth(camera)) < FARTHEST
     return replace(wall, mask=(squares >= 0) & near, squares=squares)
+
+
+def _with_gloss(wall: Wall, frame: Frame, camera: Camera, stands: tuple[Board, Array]) -> Wall:
+    """The wall with what its squares mirror; `stands`: the board and its pose."""
+    if wall.squares is None or wall.ir is None or frame.ir is None:
+        return wall
+    board, pose = stands
+    turned = cv2.Rodrigues(pose[:3])[0]
+    middles = np.asarray(square_centres(board) @ turned.T + pose[3:], float)
+    normal = np.asarray(turned[:, 2], float)
+    seen = surfaces(frame.depth, frame.ir, camera)
+    return replace(wall, gloss=gloss_map(wall.squares, middles, normal, wall.ir, seen))
 
 
 def centre_depth(view: View, pose: Array, camera: Camera) -> tuple[tuple[float, float], float, float]:

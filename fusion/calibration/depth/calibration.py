@@ -20,7 +20,7 @@ from fusion.calibration.depth.radial_limit import radial_limit, within
 from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, judge_all, level
 from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
-from fusion.calibration.depth.terms import Term
+from fusion.calibration.depth.terms import Term, gloss_term
 from fusion.calibration.depth.variance import spread_of, with_variance
 from fusion.calibration.depth.visibility import Visibility, visibilities
 from fusion.calibration.depth.wall import Wall, read_walls
@@ -144,6 +144,7 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     have = {effect.name for effect in begin.uncorrected.effects}
     periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == "itof" else ()
     terms = [term for term in terms_for(known.principle, nodes, light, periods) if term.effect not in have]
+    terms += [gloss_term()] if any(wall.gloss is not None for wall in walls) else []
     problem, seen = _problem(walls, begin, terms)
     judged = judge_all(problem, _candidates(known.principle, seen, walls, periods))
     chosen = choose(judged)

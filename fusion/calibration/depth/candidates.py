@@ -90,7 +90,13 @@ def candidates_for(principle: str, terms: list[Term], periods: tuple[float, ...]
         for name, shape in shapes
         for c in curves
     ]
-    return found + ([_delayed(c) for c in found if not c.waves] if keys.issuperset(DELAYS) else [])
+    found += [_delayed(c) for c in found if not c.waves] if keys.issuperset(DELAYS) else []
+    return found + ([_glossy(c) for c in found if not c.waves] if "gloss" in keys else [])
+
+
+def _glossy(candidate: Candidate) -> Candidate:
+    """The same before a board that mirrors."""
+    return replace(candidate, name=f"{candidate.name} + the board's gloss", keys=(*candidate.keys, "gloss"))
 
 
 def _delayed(candidate: Candidate) -> Candidate:
@@ -107,7 +113,7 @@ def richer(candidate: Candidate) -> Candidate:
 def richest(candidates: list[Candidate], keys: tuple[str, ...]) -> Candidate:
     """A law that leaves over little but noise: the longest, with the brightness in it where that is known."""
     longest = max(candidates, key=lambda c: ("radius^2" in c.keys, c.numbers))
-    more = tuple(key for key in BRIGHTNESS[-1] if key in keys and key not in longest.keys)
+    more = tuple(key for key in (*BRIGHTNESS[-1], "gloss") if key in keys and key not in longest.keys)
     return replace(longest, keys=(*longest.keys, *more))
 
 

@@ -94,6 +94,9 @@ def _system(
     every = chosen if held else _with_periods(chosen, value)
     sensor = with_law(setting.known, setting.camera, _numbers(value, {}, setting))
     evidence = [_at(w, every, sensor, setting, v) for w, v in zip(walls, variances, strict=True)]
+    if "gloss" in value:  # the board's, which the sensor does not hold
+        column = [term.key for term in every].index("gloss")
+        evidence = [replace(e, rest=e.rest - value["gloss"] * e.terms[:, column]) for e in evidence]
     parts = [information_of(e, every) for e in evidence]
     return every, evidence, sum(parts[1:], parts[0])
 

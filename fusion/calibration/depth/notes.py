@@ -3,11 +3,13 @@
 import numpy as np
 
 from fusion.calibration.depth.fitted import Fitted
+from fusion.calibration.depth.gloss import FRESNEL
 from fusion.calibration.depth.selection import Judged
 from fusion.calibration.depth.visibility import Visibility
 from fusion.calibration.depth.wall import Wall
 from fusion.recording.checks.depth_values import implausible
 
+MOVED = 0.005  # [m] by what is mirrored: plainly more than a square scatters
 MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
 OF_BOARDS = (
     "a board tells distances in units of its printed squares: squares that are 1 % larger than board.json says look "
@@ -36,6 +38,8 @@ def notes_on(
         notes.append(("warning", text + f"{stated:.1f} mm would not; intervals hold that"))
     if any(wall.by_board for wall in walls):
         notes.append(("warning", OF_BOARDS))
+    if "gloss" in fitted.numbers.value:
+        notes.append(("ok", _of_gloss(fitted)))
     per_tile = float(best.chi2.sum()) / max(sum(len(e.rest) for e in fitted.evidence), 1)
     if per_tile > MISFIT:
         text = f"on walls left out the law errs {np.sqrt(per_tile):.0f} times as much as their tiles scatter: "
@@ -52,3 +56,13 @@ def notes_on(
     elif better < 0:
         notes.append(("warning", "the law is better where the walls are sharp, but not in plain millimetres"))
     return notes
+
+
+def _of_gloss(fitted: Fitted) -> str:
+    share, std = (100 * numbers["gloss"] for numbers in (fitted.numbers.value, fitted.numbers.std))
+    column = [term.key for term in fitted.terms].index("gloss")
+    moved = np.array([np.abs(e.terms[:, column]).max() * abs(share) / 100 for e in fitted.evidence])
+    text = f"the board mirrors {share:.1f} +- {std:.1f} % of the light ({100 * FRESNEL:.0f} % is usual of toner and "
+    text += f"varnish): in {np.sum(moved > MOVED)} of {len(moved)} pictures that moves a square by more than "
+    text += f"{1e3 * MOVED:.0f} mm, by {1e3 * moved.max():.0f} mm at most. It is the board's: the law is fitted beside "
+    return text + "it, and sensor.json does not hold it; a matt board, or nothing bright near it, would not need it"

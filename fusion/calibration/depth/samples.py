@@ -29,6 +29,7 @@ class Samples:
         reach: half of the image's diagonal [px]: where the radial terms are 1.
         time_of_flight: True when the sensor measures along the ray.
         label: tile of each.
+        gloss: change of the range per unit of mirrored light [m], or None.
     """
 
     depth: Array
@@ -41,6 +42,7 @@ class Samples:
     reach: float
     time_of_flight: bool
     label: NDArray[np.intp]
+    gloss: Array | None = None
 
     @property
     def along_ray(self) -> Array:
@@ -77,6 +79,7 @@ def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: Tiles) -> Samp
         reach(camera),
         sensor.principle == "itof",
         tiles.label[taken],
+        None if wall.gloss is None else wall.gloss[taken],
     )
 
 

@@ -206,7 +206,7 @@ def complexity(judged: Judged) -> int:
 
 
 def established(law: Law) -> bool:
-    """True when every number (a wave by its amplitude, a curve or a radial term as a whole) exceeds its deviation.
+    """True when every number exceeds its deviation: a wave by its amplitude, a curve, a delay, radial terms as a whole.
 
     The offset beside waves is the middle of their curve: it may be 0.
     """
@@ -216,7 +216,7 @@ def established(law: Law) -> bool:
         head = key.split()[0]
         if wavy and head == "offset":
             continue
-        name = {"sin": "wave " + key[4:], "cos": "wave " + key[4:]}.get(head, head if head == "curve" else key)
+        name = "wave " + key[4:] if head in ("sin", "cos") else head if head in ("curve", "delay") else key
         name = "radius" if name.startswith("radius") else name
         size, deviation = values.get(name, (0.0, 0.0))
         values[name] = max(size, abs(float(number))), max(deviation, float(np.sqrt(variance)))

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.depth.gloss import FRESNEL
 from fusion.calibration.depth.samples import Samples
 
 # [m] usual height of the wiggling (Fankhauser 2015: 6 mm), and of a curve about its straight line: both generous
 WAVE, CURVE = 0.01, 0.03
+BOARD = "board"  # stands for an effect where a number is the board's, not the sensor's
 DARKEST = 1e4  # reference over amplitude is held here, as the effect does
 Array = NDArray[np.floating]
 Law = Callable[[Samples], Array]
@@ -21,7 +23,7 @@ class Term:
 
     Attributes:
         key: its name among the terms, such as "offset" or "sin 0.625000".
-        effect, parameter: where it goes in a sensor file.
+        effect, parameter: where it goes in a sensor file; `BOARD`: nowhere.
         unit: of the number.
         change: change of the depth (n,) [m] per unit, at samples (n,).
         typical: a size at which it would be plainly visible.
@@ -109,6 +111,11 @@ def flight_terms(ir_reference: float | None) -> list[Term]:
     return terms
 
 
+def gloss_term() -> Term:
+    """What the board mirrors into the camera."""
+    return Term("gloss", BOARD, "gloss", "1", length(_gloss), FRESNEL, True)
+
+
 def wave_terms(periods: tuple[float, ...]) -> list[Term]:
     """Sine and cosine of the range for each period [m]."""
     return [
@@ -141,6 +148,10 @@ def curve_terms(nodes: tuple[float, ...]) -> list[Term]:
 
 def _flat(at: Samples) -> Array:
     return np.ones(len(at.depth))
+
+
+def _gloss(at: Samples) -> Array:
+    return np.zeros(len(at.depth)) if at.gloss is None else at.gloss
 
 
 def _dark(reference: float) -> Law:

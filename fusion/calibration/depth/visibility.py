@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fusion.calibration.depth.information import Information
-from fusion.calibration.depth.terms import Term
+from fusion.calibration.depth.terms import BOARD, Term
 
 LEAST = 0.02  # share of a term that must survive tilts and distances: below, rounding and lens errors decide
 SURE = 5.0  # standard deviations from which an effect counts as found
@@ -39,6 +39,8 @@ def visibilities(terms: list[Term], total: Information, measured: int, walls: in
         smallest = SURE / np.sqrt(own) if own > 0 and share > 1e-6 else float("inf")
         # where distances are known, noise alone decides; where not, what survives the free poses
         seen = smallest < 20 * term.typical and (share >= LEAST or measured >= 2)
+        if term.effect == BOARD and not seen:
+            continue  # a board that mirrors nothing: nobody misses that
         found.append(Visibility(term, share, float(smallest), seen, "" if seen else _advice(term, measured, walls)))
     return found
 

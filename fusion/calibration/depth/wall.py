@@ -36,6 +36,7 @@ class Wall:
         ir: (h, w) mean amplitude [count], or None.
         moment: when it was recorded.
         tilt_std: standard deviation of the plane's tilts [1] where a board told them, else inf: the wall tells them.
+        gloss: (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`.
         centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
         squares: (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall.
     """
@@ -54,6 +55,7 @@ class Wall:
     centre: tuple[float, float] = (0.0, 0.0)
     squares: NDArray[np.intp] | None = None
     tilt_std: float = float("inf")
+    gloss: NDArray[np.floating] | None = None
 
     @property
     def true_plane(self) -> Plane:
