@@ -214,9 +214,10 @@ def figures(at: Squares, left: dict[str, NDArray], laws: list[str], gloss: list[
 
 def verdict(share: float, alone: float) -> str:
     """The figure in words, with what it cannot tell."""
-    said = f"{share:.3f} of the line's held-out error, {ASKED} asked: {'' if share <= ASKED else 'NOT '}reached by the law "
-    said += f"and what the board mirrors; the law alone leaves {alone:.3f}. Not known: the printed size of the squares "
-    return said + "(a scale of all distances) and how flat the board is"
+    reached = "reached" if share <= ASKED else "NOT reached"
+    said = f"{share:.3f} of the line's held-out error, {ASKED} asked: {reached} by the law and what the board mirrors; "
+    said += f"the law alone leaves {alone:.3f}. Not known: the printed size of the squares (a scale of all distances) "
+    return said + "and how flat the board is"
 
 
 def contrast(at: Squares, error: NDArray, which: NDArray[np.bool_]) -> float:
