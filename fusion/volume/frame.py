@@ -10,8 +10,7 @@ from fusion.geometry.camera import Camera
 
 TILE = 8  # pixels along the edge of a tile, the unit of the first pass
 PAD = 2  # rows above and below, and at least as many columns to the right, in which nothing is measured
-
-VALUES = 6  # of a pixel's plane
+NOWHERE = 1e30  # one over the depth where nothing was measured: all that lies there is hidden
 
 Flat = NDArray[np.float32]
 
@@ -45,8 +44,8 @@ class Work:
         margin: the largest step of x or y from one pixel's centre to its border.
         inverse: flat, one over depth, 0 where missing [1/m].
         weight: flat, the weight of each pixel, where there is any.
-        planes: of eight pixels after the other, see `planes`.
-        filled: for each eight pixels, 1 where `planes` is not all 0.
+        level, slopes, scales: flat, the plane at every pixel, see `planes`.
+        filled: for each eight pixels, 1 where one of them has a plane.
         farthest: (tiles down, tiles across) the largest depth of each tile, 0 for none [m].
     """
 
@@ -57,7 +56,9 @@ class Work:
     margin: float
     inverse: Flat
     weight: Flat
-    planes: Flat
+    level: Flat
+    slopes: NDArray[np.int32]
+    scales: NDArray[np.int32]
     filled: NDArray[np.int32]
     farthest: NDArray[np.float32]
 
@@ -78,9 +79,10 @@ def work(camera: Camera) -> Work:
         turned = np.stack([yv, -yu, -xv, xu]) / (xu * yv - xv * yu)
         bend = np.concatenate([_padded(layout, image) for image in turned])
     tiles = np.zeros((down, across), np.float32)
-    planes = np.zeros(layout.rows * layout.stride * VALUES, np.float32)
-    filled = np.zeros(layout.rows * layout.stride // 8, np.int32)
-    return Work(layout, x, y, bend, margin, layout.flat(), layout.flat(), planes, filled, tiles)
+    size = layout.rows * layout.stride
+    level = np.full(size, NOWHERE, np.float32)
+    slopes, scales, filled = np.zeros(size, np.int32), np.zeros(size, np.int32), np.zeros(size // 8, np.int32)
+    return Work(layout, x, y, bend, margin, layout.flat(), layout.flat(), level, slopes, scales, filled, tiles)
 
 
 def _padded(layout: Layout, image: NDArray[np.floating]) -> Flat:

@@ -13,13 +13,13 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.lanes import gather, high, low
+from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.allocate import allocate
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
-from fusion.volume.frame import PAD, TILE, VALUES, work
+from fusion.volume.frame import PAD, TILE, work
 from fusion.volume.lens import in_cone, lens, load, project, rows
-from fusion.volume.planes import measure_planes
+from fusion.volume.planes import first, measure_planes, second
 from fusion.volume.settings import BLOCK
 
 U8_3 = ti.types.ndarray(ti.u8, 3)
@@ -50,13 +50,13 @@ def integrate(
     settings = blocks.settings
     measure_planes(
         frame.inverse, frame.x, frame.y, frame.bend, frame.farthest, camera.fx, camera.fy, settings.truncation,
-        frame.weight, frame.planes, frame.filled, any(camera.distortion), weight is not None,
+        frame.weight, frame.level, frame.slopes, frame.scales, frame.filled, any(camera.distortion), weight is not None,
     )  # fmt: skip
     colored = color is not None and settings.color
-    skip = ((PAD - 1) * frame.layout.stride - 8) * VALUES  # to the pixel before the first one, up and left
+    skip = (PAD - 1) * frame.layout.stride - 8  # to the pixel before the first one, up and left
     _update(
         blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
-        *[frame.planes[skip + 8 * n :] for n in range(VALUES)],
+        frame.level[skip:], frame.slopes[skip:], frame.scales[skip:],
         np.ascontiguousarray(color) if colored else np.zeros((1, 1, 3), np.uint8),
         frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
         settings.voxel, settings.truncation, camera.height, camera.width, frame.layout.stride,
@@ -102,10 +102,26 @@ def _in_view(centre: ti.template(), radius: ti.f32, truncation: ti.f32, c: ti.te
     return seen
 
 
+@ti.func
+def _place(at: ti.template(), z: ti.template(), right: ti.template(), down: ti.template(), corner: ti.template(),
+           along: ti.template(), across: ti.template(), c: ti.template(), height: ti.i32, width: ti.i32, stride: ti.i32,
+           distorted: ti.template()):  # fmt: skip
+    """Where the 64 voxels of a slab lie in the images: entry, depth [m], and how far from the pixel's centre [px]."""
+    for s in range(BLOCK * BLOCK):
+        j, k = float(s >> 3), float(s & 7)
+        x, y, deep = [corner[a] + along[a] * j + across[a] * k for a in ti.static(range(3))]
+        near = 1.0 / high(deep, 1e-6)
+        u, v = project(x * near, y * near, c, distorted)
+        # the nearest pixel; what lies outside of the image comes to lie beside its border, where nothing is seen
+        un = ti.cast(low(high(ti.select(deep > 1e-6, u, 0.0), 7.5), width + 8.5), ti.i32)
+        vn = ti.cast(low(high(v, 0.5), height + 1.5), ti.i32)
+        at[s], z[s], right[s], down[s] = vn * stride + un, deep, u - float(un) - 0.5, v - float(vn) - 0.5
+
+
 @ti.kernel
 def _update(
     coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3,
-    nx: F32, ny: F32, nz: F32, distance: F32, weight: F32, reach: F32, color: U8_3,
+    level: F32, slopes: I32, scales: I32, color: U8_3,
     farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
     height: ti.i32, width: ti.i32, stride: ti.i32, distorted: ti.template(), colored: ti.template(),
 ):  # fmt: skip
@@ -117,38 +133,34 @@ def _update(
                             for a in ti.static(range(3))])  # fmt: skip
         if _in_view(centre, 6.07 * voxel, truncation, c, farthest, height, width, distorted):  # 3.5 * sqrt(3)
             visible[ti.atomic_add(visible[0], 1) + 1] = n
-    # Slabs, as the CPU pool never splits below 512 iterations. All eight voxels of a row are computed side by side and
-    # without branches, and everything is read before anything is written: so the compiler makes vector instructions.
+    # Slabs, as the CPU pool never splits below 512 iterations. The compiler makes vector instructions of loops over 64
+    # numbers that have no branches and write only to arrays of their own, and of eight numbers that are written side
+    # by side after all are read.
     for slab in range(visible[0] * BLOCK):
         c = load(camera)
         c[2] += 8.5  # the images begin one pixel up and eight to the left; half a pixel for rounding
         c[3] += 1.5
         n = visible[(slab >> 3) + 1]
-        corner = ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK
-        p = (corner + ti.Vector([float(slab & 7), 0.0, -0.5])) * voxel
-        first = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
+        block = ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]])
+        p = (block * BLOCK + ti.Vector([float(slab & 7), 0.0, 0.0])) * voxel
+        corner = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
                            for a in ti.static(range(3))])  # fmt: skip
-        along = ti.Vector([pose[1], pose[5], pose[9]]) * voxel
-        m = ti.Vector([pose[2], pose[6], pose[10]])
-        k = ti.Vector([e + 0.5 for e in range(BLOCK)]) * voxel  # halves: the compiler would treat 0 and 1 apart
+        along, across = ti.Vector([pose[1], pose[5], pose[9]]), ti.Vector([pose[2], pose[6], pose[10]])
+        at, zs = ti.Vector([0] * 64), ti.Vector([0.0] * 64)
+        right, down = ti.Vector([0.0] * 64), ti.Vector([0.0] * 64)
+        _place(at, zs, right, down, corner, along * voxel, across * voxel, c, height, width, stride, distorted)
+        ds, ws = ti.Vector([0.0] * 64), ti.Vector([0.0] * 64)
+        for s in range(BLOCK * BLOCK):
+            i, z, slope, scale = level[at[s]], zs[s], slopes[at[s]], scales[at[s]]
+            ws[s] = ti.select((z - truncation) * i < 1.0, second(scale), 0.0)  # else hidden
+            i += first(slope) * right[s] + second(slope) * down[s]
+            ds[s] = low(first(scale) * (1.0 - z * i), truncation)
         for j in range(BLOCK):
-            q = first + along * float(j)
-            x, y, z = q[0] + m[0] * k, q[1] + m[1] * k, q[2] + m[2] * k
-            near = 1.0 / high(z, 1e-6)
-            u, v = project(x * near, y * near, c, distorted)
-            # the nearest pixel; what lies outside of the image comes to lie beside its border, where nothing is seen
-            un = ti.cast(low(high(u, 7.5), width + 8.5), ti.i32)
-            vn = ti.cast(low(high(v, 0.5), height + 1.5), ti.i32)
-            at = (vn * stride + un) * VALUES - (un & 7) * (VALUES - 1)
-            seen = ti.select(z > 1e-6, gather(reach, at), 0.0) - z
+            d, w = eight(ds, j), eight(ws, j)
             some = False
             for e in ti.static(range(BLOCK)):
-                some |= seen[e] > 0.0
+                some |= w[e] > 0.0
             if some:
-                d = low(
-                    gather(distance, at) - (gather(nx, at) * x + gather(ny, at) * y + gather(nz, at) * z), truncation
-                )
-                w = ti.select(seen > 0.0, gather(weight, at), 0.0)
                 o = (n << 10) | ((slab & 7) << 7) | (j << 4)
                 sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
                 weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
@@ -160,10 +172,10 @@ def _update(
                     for e in ti.static(range(BLOCK)):
                         if sums[e] < 0.0:
                             solid[n] = 1
-                if ti.static(colored):
-                    row = (slab & 7) * BLOCK + j
-                    for e in ti.static(range(BLOCK)):
-                        if w[e] > 0.0 and d[e] < truncation:
-                            for r in ti.static(range(3)):
-                                colors[n, row * BLOCK + e, r] += w[e] * color[vn[e] - 1, un[e] - 8, r]
-                            colors[n, row * BLOCK + e, 3] += w[e]
+        if ti.static(colored):
+            for s in range(BLOCK * BLOCK):
+                if ws[s] > 0.0 and ds[s] < truncation:
+                    v, u = at[s] // stride - 1, at[s] % stride - 8
+                    for r in ti.static(range(3)):
+                        colors[n, (slab & 7) * 64 + s, r] += ws[s] * color[v, u, r]
+                    colors[n, (slab & 7) * 64 + s, 3] += ws[s]

@@ -3,19 +3,44 @@
 
 In the image, one over the depth of a plane is linear. A pixel amid eight others on the same surface takes the slopes
 from all nine, and its depth as the mean of itself and, half of the weight, its four neighbours: about as quiet as
-interpolating between four pixels, at a fourth of the look-ups. A plane is a normal n away from the camera and a
-distance c, such that n . p = c on it and c - n . p is the distance of any point p in front of it.
+interpolating between four pixels, at a fourth of the look-ups. A plane is given by `level`, one over its depth at the
+pixel's centre, `slopes`, by how much that grows per pixel along u and v, and `scales`: a point at depth z is in front
+of it by the first scale * (1 - z / the plane's depth where the point lies in the image); the second is the weight.
+Slopes and scales are pairs in one number, each kept to one part in 256: half as much to look up.
 """
 
 import taichi as ti
 
 from fusion.geometry.lanes import eight, high, low
 from fusion.volume.blocks import F32, F32_2, I32
-from fusion.volume.frame import PAD, TILE, VALUES
+from fusion.volume.frame import NOWHERE, PAD, TILE
 
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
 EDGE = 0.5  # slant of pixels without neighbours (guess)
 EDGE_WEIGHT = 0.01  # of pixels beside a jump in depth: they fill in only what no other pixel sees
+
+
+@ti.func
+def pair(a: ti.f32, b: ti.f32) -> ti.i32:
+    """Two numbers in one."""
+    return _rounded(a) | ((_rounded(b) >> 16) & 0xFFFF)
+
+
+@ti.func
+def _rounded(a: ti.f32) -> ti.i32:
+    return (ti.bit_cast(a, ti.i32) + 0x8000) & -0x10000
+
+
+@ti.func
+def first(pair: ti.i32) -> ti.f32:
+    """The first of a pair."""
+    return ti.bit_cast(pair & -0x10000, ti.f32)
+
+
+@ti.func
+def second(pair: ti.i32) -> ti.f32:
+    """The second of a pair."""
+    return ti.bit_cast(pair << 16, ti.f32)
 
 
 @ti.func
@@ -39,10 +64,10 @@ def _half(here: ti.template(), before: ti.template(), after: ti.template(), trun
 @ti.kernel
 def measure_planes(
     inverse: F32, x: F32, y: F32, bend: F32, farthest: F32_2, fx: ti.f32, fy: ti.f32, truncation: ti.f32,
-    weight: F32, planes: F32, filled: I32, distorted: ti.template(), weighted: ti.template(),
+    weight: F32, level: F32, slopes: I32, scales: I32, filled: I32, distorted: ti.template(), weighted: ti.template(),
 ):  # fmt: skip
-    """Fills `planes` from one over depth; the weight is the slant, the distance to the plane per difference in z, times
-    the pixel's own, and 0 where there is no depth."""
+    """Fills the planes from one over depth; the weight is the slant, the distance to the plane per difference in z,
+    times the pixel's own, and 0 where there is no depth."""
     rows, across = farthest.shape[0] * TILE, inverse.shape[0] // (farthest.shape[0] * TILE + 2 * PAD) // 8
     for m in range(rows * across):  # eight pixels at a time
         deep = 0.0
@@ -51,8 +76,8 @@ def measure_planes(
         if deep > 0.0 or filled[m] == 1:  # else it is empty and stays so
             filled[m] = ti.select(deep > 0.0, 1, 0)
             g = m + PAD * across
-            A, B, C = ti.Vector([0.0] * 8), ti.Vector([0.0] * 8), ti.Vector([0.0] * 8)
-            gain, w, reach = ti.Vector([0.0] * 8), ti.Vector([0.0] * 8), ti.Vector([0.0] * 8)
+            i, du, dv = ti.Vector([NOWHERE] * 8), ti.Vector([0.0] * 8), ti.Vector([0.0] * 8)
+            gain, w = ti.Vector([0.0] * 8), ti.Vector([0.0] * 8)
             if deep > 0.0:
                 ul, u, ur = _row(inverse, g - across)
                 cl, c, cr = _row(inverse, g)
@@ -71,30 +96,22 @@ def measure_planes(
                     du = ti.select(jump < 0.0, du, du_half)
                     dv = ti.select(jump < 0.0, dv, dv_half)
                     least = ti.select(low(sides_u, sides_v) < 0.5, EDGE, STEEP)
+                A, B = du * fx, dv * fy
                 if ti.static(distorted):  # pixels are no steps along x or y alone
                     n = inverse.shape[0] // 8
                     A = du * eight(bend, g) + dv * eight(bend, g + n)
                     B = du * eight(bend, g + 2 * n) + dv * eight(bend, g + 3 * n)
-                else:
-                    A, B = du * fx, dv * fy
                 C = i - A * eight(x, g) - B * eight(y, g)
                 slant = high(i / ti.sqrt(A * A + B * B + C * C), least)
                 w = ti.select(jump < 0.0, slant, slant * EDGE_WEIGHT)
                 if ti.static(weighted):
                     w *= eight(weight, g)
                 w = ti.select(c > 0.0, w, 0.0)
-                reach = ti.select(c > 0.0, 1.0 / i + truncation, 0.0)
                 gain = ti.select(c > 0.0, slant / i, 0.0)
-            A, B, C = A * gain, B * gain, C * gain
+                i = ti.select(c > 0.0, i, NOWHERE)
             for e in ti.static(range(8)):
-                planes[g * (8 * VALUES) + e] = A[e]
+                level[(g << 3) | e] = i[e]
             for e in ti.static(range(8)):
-                planes[g * (8 * VALUES) + (8 + e)] = B[e]
+                slopes[(g << 3) | e] = pair(du[e], dv[e])
             for e in ti.static(range(8)):
-                planes[g * (8 * VALUES) + (16 + e)] = C[e]
-            for e in ti.static(range(8)):
-                planes[g * (8 * VALUES) + (24 + e)] = gain[e]
-            for e in ti.static(range(8)):
-                planes[g * (8 * VALUES) + (32 + e)] = w[e]
-            for e in ti.static(range(8)):
-                planes[g * (8 * VALUES) + (40 + e)] = reach[e]
+                scales[(g << 3) | e] = pair(gain[e], w[e])

@@ -108,8 +108,9 @@ def test_integrate_equals_its_twin(one_view):
     blocks = volume.blocks.coordinates[: volume.block_count : 4]  # every fourth: the twin is slow
     twin = integrate_twin(blocks, depth, camera, T, 0.01, 0.04).reshape(len(blocks), -1, 2)
     found = by_voxel(volume.blocks.voxels[: volume.block_count : 4])
-    # single precision may put a voxel on the other side of a rounding limit (pixel, edge, truncation)
-    equal = np.isclose(found, twin, rtol=1e-3, atol=2e-6).all(axis=2)
+    # single precision may put a voxel on the other side of a rounding limit (pixel, edge, truncation); a plane's weight
+    # and scale are kept to one part in 256 each, their product to one in 128
+    equal = np.isclose(found, twin, rtol=8e-3, atol=2e-6).all(axis=2)
     assert equal.mean() > 0.999
 
 
