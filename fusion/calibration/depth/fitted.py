@@ -66,6 +66,8 @@ def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> F
     scatter = excess(left, [e.rest for e in left], len(value) - sum(t.shape for t in chosen))
     covariance = _covariance(total, left, scatter) if every else np.zeros((0, 0))
     std = {term.key: float(s) for term, s in zip(every, np.sqrt(np.diag(covariance)), strict=True)}
+    if "gloss" in std:
+        std["gloss"] = max(std["gloss"], _without_each(left, every, "gloss"))
     std |= {f"period {key[4:]}": 0.0 for key in value if law.held and key.startswith("sin ")}
     numbers = _numbers(value, std, setting)
     sensor = with_law(setting.known, setting.camera, numbers)
@@ -81,6 +83,15 @@ def _covariance(total: Information, evidence: list[Evidence], scatter: float) ->
     covariance = total.covariance(list(range(len(total.b))))
     pulls = [e.terms.T @ e.projected(e.nuisances[:, 2]) for e in evidence if np.isfinite(e.distance_std)]
     return covariance + sum((scatter**2 * np.outer(p, p) for p in (covariance @ q for q in pulls)), 0 * covariance)
+
+
+def _without_each(evidence: list[Evidence], terms: list[Term], key: str) -> float:
+    """Standard deviation of a number by leaving out every wall once: a few boards may decide what is mirrored."""
+    parts = [information_of(e, terms) for e in evidence]
+    which, every = [term.key for term in terms].index(key), list(range(len(terms)))
+    others = [parts[:i] + parts[i + 1 :] for i in range(len(parts))]
+    moved = np.array([sum(some[1:], some[0]).fit(every)[which] for some in others])
+    return float(np.sqrt((len(moved) - 1) * np.mean((moved - moved.mean()) ** 2)))
 
 
 def _system(
