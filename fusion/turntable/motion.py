@@ -143,11 +143,11 @@ def _refine(shown: list[View], fine: Callable[[], list[View]], axis: Axis, angle
     """
     seen = stack(shown)
     middle, edges, camera_fit = together(seen, axis, angles)
-    fits = []
+    fits, some = [], seen.thinned(COARSE_POINTS)  # which one is right shows in some of the points
     for free in ((), ("focal",), DEPTH_ERRORS):
         passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free)
         fits.append(
-            (free, close_loop(seen, (middle.axis, middle.angles), edges, passes, middle.check if free else None))
+            (free, close_loop(some, (middle.axis, middle.angles), edges, passes, middle.check if free else None))
         )
     chosen, best = fits[0]
     for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
