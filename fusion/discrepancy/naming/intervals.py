@@ -1,10 +1,11 @@
-"""Intervals: how far fitted parameters may be off, by the gauge and by how much recordings disagree."""
+"""Intervals: how far fitted parameters may be off, by the gauge, by recordings that disagree and by the law's form."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.refit import Fit
 from fusion.discrepancy.naming.step import inflation
+from fusion.discrepancy.naming.uneven import unevenness
 
 Vector = NDArray[np.float64]
 
@@ -13,19 +14,30 @@ ALONE = 4.0  # a recording without which the variance grows by more than this is
 
 
 def spreads_of(fit: Fit) -> Vector:
-    """Standard deviations (p,) of all weights and logarithms of shapes: the larger of the gauge's and the jackknife's.
+    """Standard deviations (p,) of all weights and logarithms of shapes.
 
-    The gauge's is scaled by how much the bulk of the residuals exceeds it; the jackknife leaves out each recording.
+    The larger of the gauge's and the jackknife's; a size that differs over the data is no better known than it differs.
     """
     if not fit.parts:
         return np.zeros(0)
+    variance = _by_chance(fit)
+    for k, (part, (own, _)) in enumerate(zip(fit.parts, fit.places, strict=True)):
+        variance[own] += (unevenness(fit, k) * part.weights) ** 2
+    return np.asarray(np.sqrt(variance))
+
+
+def _by_chance(fit: Fit) -> Vector:
+    """Variances (p,) of what one draw of the noise, of the poses and of the recordings does.
+
+    The gauge's is scaled by how much the bulk of the residuals exceeds it; the jackknife leaves out each recording.
+    """
     normal = fit.normal
     cov = np.linalg.inv(normal)
     own = np.diag(cov) * inflation(fit.white)
     place = fit.observations.place
     places = np.unique(place)
     if len(places) < FEWEST:
-        return np.asarray(np.sqrt(own))
+        return np.asarray(own)
     total = np.zeros(len(own))
     for g in places:
         rows = place == g
@@ -34,4 +46,4 @@ def spreads_of(fit: Fit) -> Vector:
         moved = without @ (J.T @ rest)
         known = np.diag(without) < ALONE * np.diag(cov)
         total += np.where(known, moved, 0.0) ** 2
-    return np.asarray(np.sqrt(np.maximum(own, total * (len(places) - 1) / len(places))))
+    return np.asarray(np.maximum(own, total * (len(places) - 1) / len(places)))

@@ -54,12 +54,22 @@ def scored(candidate: Candidate, white: Matrix, target: Vector) -> Scored:
     if white.shape[1] < FIELD:
         can_be = possible(candidate, weights)
         return Scored(gain, gain - len(values) * float(np.log(n)) if can_be else -np.inf, weights, 0.0, len(values))
+    size, evidence = usual_size(values, power)
+    shrunk = vectors @ (along / (values + size**-2))
+    return Scored(gain, evidence - float(np.log(n)), shrunk, size, len(values))
+
+
+def usual_size(values: Vector, power: Vector) -> tuple[float, float]:
+    """The usual size of weights that are draws of one size, and the chi2 by which it is likelier than none.
+
+    Args:
+        values: (k,) eigenvalues of the columns' products, above 0.
+        power: (k,) chi2 that each of these directions explains.
+    """
     t = SIZES[:, None] ** 2 * values[None] / float(np.median(values))
     evidence = (power * t / (1 + t) - np.log1p(t)).sum(axis=1)
     best = int(np.argmax(evidence))
-    size = float(SIZES[best] / np.sqrt(np.median(values)))
-    shrunk = vectors @ (along / (values + size**-2))
-    return Scored(gain, float(evidence[best] - np.log(n)), shrunk, size, len(values))
+    return float(SIZES[best] / np.sqrt(np.median(values))), float(evidence[best])
 
 
 def possible(candidate: Candidate, weights: Vector) -> bool:

@@ -1,0 +1,56 @@
+"""Uneven: by how much the size of a part differs from place to place in the data, beyond chance.
+
+A law whose form is right has one size everywhere. Where the form is only nearly right, the size that fits is another
+one near and far, in the middle and at the border, in this recording and in that: then no number of tiles makes the
+size better known than it differs.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.score import usual_size
+from fusion.discrepancy.naming.step import inflation
+from fusion.discrepancy.unknown.unrestricted import covariates
+
+Vector = NDArray[np.float64]
+
+CHANCE = 2.7  # evidence for a spread that chance alone gives in one case of twenty: half a chi2 of one number
+
+
+def unevenness(fit: Fit, k: int) -> float:
+    """Standard deviation of the local size of part k over the tiles, as a share of it; 0 where one size will do."""
+    part = fit.parts[k]
+    weight = part.footprint**2
+    if part.size or not weight.any():
+        return 0.0  # a map has a size of its own for each of its squares
+    ways = _ways(fit, weight / weight.sum())
+    space, target = beside(fit, None)
+    change = (part.candidate.columns @ part.weights)[:, None] * ways
+    noise = np.sqrt(inflation(target))
+    seen, rest = space.of(fit.gauge.whiten(change)) / noise, target / noise
+    values, vectors = np.linalg.eigh(seen.T @ seen)
+    told = values > 1e-9 * values[-1]
+    values, vectors = values[told], vectors[:, told]
+    along = vectors.T @ (seen.T @ rest)
+    size, evidence = usual_size(values, along**2 / values)
+    if evidence < CHANCE:
+        return 0.0
+    local = ways @ (vectors @ (along / (values + size**-2)))
+    return float(np.sqrt(weight @ local**2 / weight.sum()))
+
+
+def _ways(fit: Fit, weight: Vector) -> NDArray[np.float64]:
+    """(n, k) ways in which a size may differ: along each variable, to one side or to both ends, and by recording.
+
+    Their mean over the tiles is 0 and their spread 1, each tile with its weight (n,).
+    """
+    place, ways = fit.observations.place, []
+    for values in covariates(fit.observations).values():
+        rank = np.searchsorted(np.sort(values), values) / len(values) - 0.5
+        ways += [rank, rank**2]
+    ways += [(place == g).astype(float) for g in np.unique(place)]
+    columns = np.column_stack(ways) - weight @ np.column_stack(ways)
+    spread = np.sqrt(weight @ columns**2)
+    return np.asarray(columns[:, spread > 1e-6] / spread[spread > 1e-6])
