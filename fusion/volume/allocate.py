@@ -9,11 +9,10 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, I32, I64, Blocks, lookup, pack, unpack
-from fusion.volume.frame import PAD, TILE, Work
+from fusion.volume.frame import CELL, PAD, TILE, Work
 from fusion.volume.lens import rows
 from fusion.volume.settings import BLOCK, LATTICE
 
-CELL = 4  # pixels along the edge of a square that is looked at as one
 FILTER = 1 << 15  # entries of the table that keeps most doublets out of the list of missing blocks
 
 
@@ -116,13 +115,12 @@ def _scan(
     count: I32, voxel: ti.f32, truncation: ti.f32, focal: ti.f32, margin: ti.f32, height: ti.i32, width: ti.i32,
 ):  # fmt: skip
     """Fills `farthest`, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""
-    tiles = farthest.shape[1]
-    across = inverse.shape[0] // (farthest.shape[0] * TILE + 2 * PAD) // 8
-    for tile in range(farthest.shape[0] * tiles):
+    tiles = farthest.shape[1] // 2
+    across = inverse.shape[0] // (farthest.shape[0] * CELL + 2 * PAD) // 8
+    for tile in range(farthest.shape[0] * tiles // 2):
         v0, g0 = tile // tiles * TILE + PAD, tile % tiles
         corner = ti.Vector([1 << 30, 0, 0])  # of 4 x 4 x 4 blocks, most often all that a tile meets: met once,
         met = ti.cast(0, ti.i64)  # as a bit, they are looked up once
-        far = 0.0
         for half in range(2):
             near8, far8 = ti.Vector([0.0] * 8), ti.Vector([1e30] * 8)  # one over the depths
             for v in ti.static(range(CELL)):
@@ -135,8 +133,10 @@ def _scan(
                 for e in ti.static(range(CELL)):
                     nearest = ti.max(nearest, near8[side * CELL + e])
                     remote = ti.min(remote, far8[side * CELL + e])
+                farthest[tile // tiles * 2 + half, tile % tiles * 2 + side] = ti.select(
+                    nearest > 0.0, 1.0 / remote, 0.0
+                )
                 if nearest > 0.0:
-                    far = ti.max(far, 1.0 / remote)
                     # a cell is looked at as one where it is small and all on one surface, else pixel by pixel
                     size = CELL
                     if nearest - remote > 4.0 * voxel * nearest * remote or CELL > 4.0 * voxel * focal * remote:  # noqa: SIM300
@@ -167,7 +167,6 @@ def _scan(
                                         _want(
                                             low[0] + j, low[1] + k, low[2] + m, keys, ids, seen, missing, count
                                         )  # fmt: skip
-        farthest[tile // tiles, tile % tiles] = far
         for i in range(4):
             slab = ti.cast((met >> 16 * i) & 0xFFFF, ti.i32)
             if slab != 0:

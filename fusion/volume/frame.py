@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 
 TILE = 8  # pixels along the edge of a tile, the unit of the first pass
+CELL = 4  # pixels along the edge of a square that is looked at as one
 PAD = 2  # rows above and below, and at least as many columns to the right, in which nothing is measured
 NOWHERE = 1e30  # one over the depth where nothing was measured: all that lies there is hidden
 
@@ -46,7 +47,7 @@ class Work:
         weight: flat, the weight of each pixel, where there is any.
         level, slopes, scales: flat, the plane at every pixel, see `planes`.
         filled: for each eight pixels, 1 where one of them has a plane.
-        farthest: (tiles down, tiles across) the largest depth of each tile, 0 for none [m].
+        farthest: (2 * tiles down, 2 * tiles across) the largest depth of each cell, 0 for none [m].
     """
 
     layout: Layout
@@ -78,11 +79,11 @@ def work(camera: Camera) -> Work:
         (yv, yu), (xv, xu) = np.gradient(rays[..., 1].astype(float)), np.gradient(rays[..., 0].astype(float))
         turned = np.stack([yv, -yu, -xv, xu]) / (xu * yv - xv * yu)
         bend = np.concatenate([_padded(layout, image) for image in turned])
-    tiles = np.zeros((down, across), np.float32)
+    cells = np.zeros((down * TILE // CELL, across * TILE // CELL), np.float32)
     size = layout.rows * layout.stride
     level = np.full(size, NOWHERE, np.float32)
     slopes, scales, filled = np.zeros(size, np.int32), np.zeros(size, np.int32), np.zeros(size // 8, np.int32)
-    return Work(layout, x, y, bend, margin, layout.flat(), layout.flat(), level, slopes, scales, filled, tiles)
+    return Work(layout, x, y, bend, margin, layout.flat(), layout.flat(), level, slopes, scales, filled, cells)
 
 
 def _padded(layout: Layout, image: NDArray[np.floating]) -> Flat:

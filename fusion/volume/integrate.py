@@ -17,7 +17,7 @@ from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.allocate import allocate
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
-from fusion.volume.frame import PAD, TILE, work
+from fusion.volume.frame import CELL, PAD, work
 from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.planes import first, measure_planes, second
 from fusion.volume.settings import BLOCK
@@ -65,39 +65,39 @@ def integrate(
 
 
 @ti.func
-def _in_view(centre: ti.template(), radius: ti.f32, truncation: ti.f32, c: ti.template(), farthest: ti.template(),
-             height: ti.i32, width: ti.i32, distorted: ti.template()):  # fmt: skip
-    """False when the sphere around a block lies outside of the image or behind all that the image measured there."""
-    near = centre[2] - radius
+def _in_view(centre: ti.template(), extent: ti.template(), truncation: ti.f32, c: ti.template(),
+             farthest: ti.template(), height: ti.i32, width: ti.i32, distorted: ti.template()):  # fmt: skip
+    """False when the box around a block lies outside of the image or behind all that the image measured there."""
+    near, end = centre[2] - extent[2], centre[2] + extent[2]
+    radius = extent.norm()
     seen = in_cone(centre, radius, c)
     if seen and near > 0.25 * radius:
-        x = centre[0] / centre[2]
-        y = centre[1] / centre[2]
-        r = ti.sqrt(x * x + y * y)
-        spread = radius * (1.0 + r) / near
-        scale = 1.0
+        left, right, top, bottom = (
+            centre[0] - extent[0], centre[0] + extent[0], centre[1] - extent[1], centre[1] + extent[1],
+        )  # fmt: skip
+        left, right = left / ti.select(left < 0.0, near, end), right / ti.select(right > 0.0, near, end)
+        top, bottom = top / ti.select(top < 0.0, near, end), bottom / ti.select(bottom > 0.0, near, end)
+        x, y, du, dv = 0.5 * (left + right), 0.5 * (top + bottom), 0.5 * (right - left), 0.5 * (bottom - top)
         if ti.static(distorted):
-            limit = ti.sqrt(c[12])
-            seen = seen and r - spread < limit
-            scale = c[13]
-            if r > limit:  # draw the centre in to where the lens is known, and the sphere with it
+            limit, r, spread = ti.sqrt(c[12]), ti.sqrt(x * x + y * y), ti.sqrt(du * du + dv * dv)
+            seen = r - spread < limit
+            if r > limit:  # draw the centre in to where the lens is known, and the box with it
                 spread += r - limit
                 x *= limit / r * 0.9999
                 y *= limit / r * 0.9999
+            du = dv = spread * c[13]
         u, v = project(x, y, c, distorted)
-        du = spread * scale * c[0]
-        dv = spread * scale * c[1]
+        du, dv = du * c[0], dv * c[1]
         seen = seen and u + du > -1.0 and v + dv > -1.0 and u - du < width and v - dv < height
         if seen:
-            v0 = ti.cast(ti.max(v - dv, 0.0), ti.i32) // TILE
-            u0 = ti.cast(ti.max(u - du, 0.0), ti.i32) // TILE
-            v1 = ti.cast(ti.min(v + dv + 1.0, height - 1.0), ti.i32) // TILE
-            u1 = ti.cast(ti.min(u + du + 1.0, width - 1.0), ti.i32) // TILE
+            v0, u0 = ti.cast(ti.max(v - dv, 0.0), ti.i32) // CELL, ti.cast(ti.max(u - du, 0.0), ti.i32) // CELL
+            v1 = ti.cast(ti.min(v + dv + 1.0, height - 1.0), ti.i32) // CELL
+            u1 = ti.cast(ti.min(u + du + 1.0, width - 1.0), ti.i32) // CELL
             if (v1 - v0 + 1) * (u1 - u0 + 1) <= 400:
                 far = 0.0
                 for a in range(v0, v1 + 1):
                     for b in range(u0, u1 + 1):
-                        far = ti.max(far, farthest[a, b])
+                        far = high(far, farthest[a, b])
                 seen = far > 0.0 and far + truncation > near
     return seen
 
@@ -131,7 +131,9 @@ def _update(
         p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
         centre = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
                             for a in ti.static(range(3))])  # fmt: skip
-        if _in_view(centre, 6.07 * voxel, truncation, c, farthest, height, width, distorted):  # 3.5 * sqrt(3)
+        extent = ti.Vector([ti.abs(pose[a * 4]) + ti.abs(pose[a * 4 + 1]) + ti.abs(pose[a * 4 + 2])
+                            for a in ti.static(range(3))])  # fmt: skip
+        if _in_view(centre, extent * 3.5 * voxel, truncation, c, farthest, height, width, distorted):
             visible[ti.atomic_add(visible[0], 1) + 1] = n
     # Slabs, as the CPU pool never splits below 512 iterations. The compiler makes vector instructions of loops over 64
     # numbers that have no branches and write only to arrays of their own, and of eight numbers that are written side

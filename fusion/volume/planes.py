@@ -13,7 +13,7 @@ import taichi as ti
 
 from fusion.geometry.lanes import eight, high, low
 from fusion.volume.blocks import F32, F32_2, I32
-from fusion.volume.frame import NOWHERE, PAD, TILE
+from fusion.volume.frame import CELL, NOWHERE, PAD
 
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
 EDGE = 0.5  # slant of pixels without neighbours (guess)
@@ -68,11 +68,12 @@ def measure_planes(
 ):  # fmt: skip
     """Fills the planes from one over depth; the weight is the slant, the distance to the plane per difference in z,
     times the pixel's own, and 0 where there is no depth."""
-    rows, across = farthest.shape[0] * TILE, inverse.shape[0] // (farthest.shape[0] * TILE + 2 * PAD) // 8
+    rows = farthest.shape[0] * CELL
+    across = inverse.shape[0] // (rows + 2 * PAD) // 8
     for m in range(rows * across):  # eight pixels at a time
         deep = 0.0
-        if m % across < farthest.shape[1]:
-            deep = farthest[m // across // TILE, m % across]
+        if m % across * 2 < farthest.shape[1]:
+            deep = farthest[m // across // CELL, m % across * 2] + farthest[m // across // CELL, m % across * 2 + 1]
         if deep > 0.0 or filled[m] == 1:  # else it is empty and stays so
             filled[m] = ti.select(deep > 0.0, 1, 0)
             g = m + PAD * across
