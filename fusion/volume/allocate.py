@@ -115,10 +115,9 @@ def _scan(
     count: I32, voxel: ti.f32, truncation: ti.f32, focal: ti.f32, margin: ti.f32, height: ti.i32, width: ti.i32,
 ):  # fmt: skip
     """Fills `farthest`, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""
-    tiles = farthest.shape[1] // 2
-    across = inverse.shape[0] // (farthest.shape[0] * CELL + 2 * PAD) // 8
-    for tile in range(farthest.shape[0] * tiles // 2):
-        v0, g0 = tile // tiles * TILE + PAD, tile % tiles
+    across = farthest.shape[1] // 2
+    for tile in range(farthest.shape[0] * across // 2):
+        v0, g0 = tile // across * TILE + PAD, tile % across
         corner = ti.Vector([1 << 30, 0, 0])  # of 4 x 4 x 4 blocks, most often all that a tile meets: met once,
         met = ti.cast(0, ti.i64)  # as a bit, they are looked up once
         for half in range(2):
@@ -133,7 +132,7 @@ def _scan(
                 for e in ti.static(range(CELL)):
                     nearest = ti.max(nearest, near8[side * CELL + e])
                     remote = ti.min(remote, far8[side * CELL + e])
-                farthest[tile // tiles * 2 + half, tile % tiles * 2 + side] = ti.select(
+                farthest[tile // across * 2 + half, tile % across * 2 + side] = ti.select(
                     nearest > 0.0, 1.0 / remote, 0.0
                 )
                 if nearest > 0.0:

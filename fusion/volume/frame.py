@@ -11,6 +11,7 @@ from fusion.geometry.camera import Camera
 TILE = 8  # pixels along the edge of a tile, the unit of the first pass
 CELL = 4  # pixels along the edge of a square that is looked at as one
 PAD = 2  # rows above and below, and at least as many columns to the right, in which nothing is measured
+STRIP = 32  # pixels of a row that are looked at in turn; rows are whole strips
 NOWHERE = 1e30  # one over the depth where nothing was measured: all that lies there is hidden
 
 Flat = NDArray[np.float32]
@@ -21,7 +22,7 @@ class Layout:
     """Pixel (v, u) is entry (v + PAD) * stride + u of every flat image.
 
     Attributes:
-        stride: entries per row, a multiple of 8.
+        stride: entries per row, a multiple of STRIP.
         rows: whole tiles of rows, and the padding.
     """
 
@@ -46,8 +47,8 @@ class Work:
         inverse: flat, one over depth, 0 where missing [1/m].
         weight: flat, the weight of each pixel, where there is any.
         level, slopes, scales: flat, the plane at every pixel, see `planes`.
-        filled: for each eight pixels, 1 where one of them has a plane.
-        farthest: (2 * tiles down, 2 * tiles across) the largest depth of each cell, 0 for none [m].
+        filled: for each strip, 1 where one of them has a plane.
+        farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
     """
 
     layout: Layout
@@ -68,8 +69,8 @@ class Work:
 def work(camera: Camera) -> Work:
     """Kept for the next frame: fresh memory would cost more than filling it."""
     height, width = camera.shape
-    down, across = -(-height // TILE), -(-width // TILE)
-    layout = Layout((width + PAD + 7) // 8 * 8, down * TILE + 2 * PAD)
+    down = -(-height // TILE) * TILE
+    layout = Layout(-(-(width + PAD) // STRIP) * STRIP, down + 2 * PAD)
     rays = camera.rays()
     x, y = (_padded(layout, rays[..., axis]) for axis in range(2))
     steps = [np.abs(np.diff(rays, axis=axis)) for axis in range(2)]
@@ -79,10 +80,10 @@ def work(camera: Camera) -> Work:
         (yv, yu), (xv, xu) = np.gradient(rays[..., 1].astype(float)), np.gradient(rays[..., 0].astype(float))
         turned = np.stack([yv, -yu, -xv, xu]) / (xu * yv - xv * yu)
         bend = np.concatenate([_padded(layout, image) for image in turned])
-    cells = np.zeros((down * TILE // CELL, across * TILE // CELL), np.float32)
+    cells = np.zeros((down // CELL, layout.stride // CELL), np.float32)
     size = layout.rows * layout.stride
     level = np.full(size, NOWHERE, np.float32)
-    slopes, scales, filled = np.zeros(size, np.int32), np.zeros(size, np.int32), np.zeros(size // 8, np.int32)
+    slopes, scales, filled = np.zeros(size, np.int32), np.zeros(size, np.int32), np.zeros(size // STRIP, np.int32)
     return Work(layout, x, y, bend, margin, layout.flat(), layout.flat(), level, slopes, scales, filled, cells)
 
 

@@ -13,7 +13,7 @@ import taichi as ti
 
 from fusion.geometry.lanes import eight, high, low
 from fusion.volume.blocks import F32, F32_2, I32
-from fusion.volume.frame import CELL, NOWHERE, PAD
+from fusion.volume.frame import CELL, NOWHERE, PAD, STRIP
 
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
 EDGE = 0.5  # slant of pixels without neighbours (guess)
@@ -44,11 +44,9 @@ def second(pair: ti.i32) -> ti.f32:
 
 
 @ti.func
-def _row(image: ti.template(), g: ti.i32):
-    """The pixels to the left of those of group g, they themselves, and those to the right."""
-    a, b, c = image[(g << 3) - 1], eight(image, g), image[(g << 3) + 8]
-    left = ti.Vector([a] + [b[e] for e in range(7)])
-    return left, b, ti.Vector([b[e + 1] for e in range(7)] + [c])
+def _three(image: ti.template(), at: ti.i32):
+    """The pixel to the left, this one, and the one to the right."""
+    return image[at - 1], image[at], image[at + 1]
 
 
 @ti.func
@@ -68,51 +66,65 @@ def measure_planes(
 ):  # fmt: skip
     """Fills the planes from one over depth; the weight is the slant, the distance to the plane per difference in z,
     times the pixel's own, and 0 where there is no depth."""
-    rows = farthest.shape[0] * CELL
-    across = inverse.shape[0] // (rows + 2 * PAD) // 8
-    for m in range(rows * across):  # eight pixels at a time
+    across = farthest.shape[1] * CELL // STRIP
+    stride = across * STRIP
+    # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
+    for n in range(farthest.shape[0] * CELL * across):
         deep = 0.0
-        if m % across * 2 < farthest.shape[1]:
-            deep = farthest[m // across // CELL, m % across * 2] + farthest[m // across // CELL, m % across * 2 + 1]
-        if deep > 0.0 or filled[m] == 1:  # else it is empty and stays so
-            filled[m] = ti.select(deep > 0.0, 1, 0)
-            g = m + PAD * across
-            i, du, dv = ti.Vector([NOWHERE] * 8), ti.Vector([0.0] * 8), ti.Vector([0.0] * 8)
-            gain, w = ti.Vector([0.0] * 8), ti.Vector([0.0] * 8)
-            if deep > 0.0:
-                ul, u, ur = _row(inverse, g - across)
-                cl, c, cr = _row(inverse, g)
-                dl, d, dr = _row(inverse, g + across)
+        for cell in range(STRIP // CELL):
+            deep += farthest[n // across // CELL, n % across * (STRIP // CELL) + cell]
+        if deep > 0.0 or filled[n] == 1:  # else it is empty and stays so
+            filled[n] = ti.select(deep > 0.0, 1, 0)
+            at = n * STRIP + PAD * stride
+            i, du, dv = ti.Vector([NOWHERE] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
+            jump, least = ti.Vector([0.0] * STRIP), ti.Vector([STEEP] * STRIP)
+            for s in range(STRIP):
+                ul, u, ur = _three(inverse, at + s - stride)
+                cl, c, cr = _three(inverse, at + s)
+                dl, d, dr = _three(inverse, at + s + stride)
                 lowest = low(low(low(low(ul, u), low(ur, cl)), low(low(c, cr), low(dl, d))), dr)
                 highest = high(high(high(high(ul, u), high(ur, cl)), high(high(c, cr), high(dl, d))), dr)
-                jump = high(highest - c - truncation * highest * c, c - lowest - truncation * lowest * c)
-                du = ((ur - ul) + (cr - cl) + (dr - dl)) * (1.0 / 6.0)
-                dv = ((dl - ul) + (d - u) + (dr - ur)) * (1.0 / 6.0)
-                i = c + ((u + d) + (cl + cr) - 4.0 * c) * 0.125
-                least = ti.Vector([STEEP] * 8)
-                if jump.max() >= 0.0:
-                    i = ti.select(jump < 0.0, i, c)
-                    du_half, sides_u = _half(c, cl, cr, truncation)
-                    dv_half, sides_v = _half(c, u, d, truncation)
-                    du = ti.select(jump < 0.0, du, du_half)
-                    dv = ti.select(jump < 0.0, dv, dv_half)
-                    least = ti.select(low(sides_u, sides_v) < 0.5, EDGE, STEEP)
-                A, B = du * fx, dv * fy
+                jump[s] = high(highest - c - truncation * highest * c, c - lowest - truncation * lowest * c)
+                du[s] = ((ur - ul) + (cr - cl) + (dr - dl)) * (1.0 / 6.0)
+                dv[s] = ((dl - ul) + (d - u) + (dr - ur)) * (1.0 / 6.0)
+                i[s] = c + ((u + d) + (cl + cr) - 4.0 * c) * 0.125
+            broken = False
+            for g in range(STRIP // 8):
+                edge = eight(jump, g)
+                for e in ti.static(range(8)):
+                    broken |= edge[e] >= 0.0
+            if broken:
+                for s in range(STRIP):
+                    cl, c, cr = _three(inverse, at + s)
+                    across_u, sides_u = _half(c, cl, cr, truncation)
+                    across_v, sides_v = _half(c, inverse[at + s - stride], inverse[at + s + stride], truncation)
+                    whole = jump[s] < 0.0
+                    i[s] = ti.select(whole, i[s], c)
+                    du[s] = ti.select(whole, du[s], across_u)
+                    dv[s] = ti.select(whole, dv[s], across_v)
+                    least[s] = ti.select(low(sides_u, sides_v) < 0.5, EDGE, STEEP)
+            slope, scale = ti.Vector([0] * STRIP), ti.Vector([0] * STRIP)
+            for s in range(STRIP):
+                A, B = du[s] * fx, dv[s] * fy
                 if ti.static(distorted):  # pixels are no steps along x or y alone
-                    n = inverse.shape[0] // 8
-                    A = du * eight(bend, g) + dv * eight(bend, g + n)
-                    B = du * eight(bend, g + 2 * n) + dv * eight(bend, g + 3 * n)
-                C = i - A * eight(x, g) - B * eight(y, g)
-                slant = high(i / ti.sqrt(A * A + B * B + C * C), least)
-                w = ti.select(jump < 0.0, slant, slant * EDGE_WEIGHT)
+                    m = inverse.shape[0]
+                    A = du[s] * bend[at + s] + dv[s] * bend[at + s + m]
+                    B = du[s] * bend[at + s + 2 * m] + dv[s] * bend[at + s + 3 * m]
+                C = i[s] - A * x[at + s] - B * y[at + s]
+                known = inverse[at + s] > 0.0
+                slant = high(i[s] / ti.sqrt(A * A + B * B + C * C), least[s])
+                w = ti.select(jump[s] < 0.0, slant, slant * EDGE_WEIGHT)
                 if ti.static(weighted):
-                    w *= eight(weight, g)
-                w = ti.select(c > 0.0, w, 0.0)
-                gain = ti.select(c > 0.0, slant / i, 0.0)
-                i = ti.select(c > 0.0, i, NOWHERE)
-            for e in ti.static(range(8)):
-                level[(g << 3) | e] = i[e]
-            for e in ti.static(range(8)):
-                slopes[(g << 3) | e] = pair(du[e], dv[e])
-            for e in ti.static(range(8)):
-                scales[(g << 3) | e] = pair(gain[e], w[e])
+                    w *= weight[at + s]
+                slope[s] = pair(du[s], dv[s])
+                scale[s] = ti.select(known, pair(slant / i[s], w), 0)
+                i[s] = ti.select(known, i[s], NOWHERE)
+            for g in range(STRIP // 8):
+                o = at + g * 8
+                a, b, c = eight(i, g), eight(slope, g), eight(scale, g)
+                for e in ti.static(range(8)):
+                    level[o + e] = a[e]
+                for e in ti.static(range(8)):
+                    slopes[o + e] = b[e]
+                for e in ti.static(range(8)):
+                    scales[o + e] = c[e]
