@@ -28,12 +28,6 @@ def table() -> NDArray[np.int8]:
     return np.array([case + [-1] * (width - len(case)) for case in cases], np.int8)
 
 
-def used() -> NDArray[np.int32]:
-    """(256,) bit e of each case: edge e is crossed."""
-    crossed = [[bool(case >> a & 1) != bool(case >> b & 1) for a, b in EDGES] for case in range(256)]
-    return (np.array(crossed) << np.arange(12)).sum(axis=1).astype(np.int32)
-
-
 def _loops(case: int) -> list[tuple[int, ...]]:
     """Closed loops of edges that the surface passes through."""
     after = {start: end for face in _FACES for start, end in _lines(case, face)}

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
 from fusion.volume import cubes
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks, entry
+from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
+from fusion.volume.crossings import ROWS, case_of, cells, classify, cross, look, row_of
 from fusion.volume.sample import place, value
 from fusion.volume.settings import BLOCK
 
@@ -29,23 +30,24 @@ def surface(blocks: Blocks, min_weight: float) -> Mesh:
     n, colored = blocks.count, blocks.settings.color
     if n == 0:
         return _empty(colored)
-    cases, index = np.empty((n, BLOCK**3), np.uint8), np.empty((n, BLOCK**3), np.int32)
-    triangles, crossings = np.empty(n * BLOCK**2, np.int32), np.empty(n * BLOCK**2, np.int32)  # per row of voxels
-    table, used = cubes.table().astype(np.int32), cubes.used()
-    _classify(blocks.neighbours, blocks.flat, max(min_weight, 1e-30), table, n, cases, triangles)
-    _cross(blocks.neighbours, cases, used, n, index, crossings)
+    rows = n * ROWS
+    signs, valid, triangles, crossed, crossings = (np.empty(rows, np.int32) for _ in range(5))
+    table = cubes.table().astype(np.int32)
+    look(blocks.flat, max(min_weight, 1e-30), n, signs)
+    classify(blocks.neighbours, signs, np.sum(table >= 0, axis=1, dtype=np.int32) // 3, n, valid, triangles)
+    cross(blocks.neighbours, signs, valid, n, crossed, crossings)
     vertex_of, face_of = _starts(crossings), _starts(triangles)
     if face_of[-1] == 0:
         return _empty(colored)
     vertices = np.empty((vertex_of[-1], 3))
     normals, colors = np.empty((len(vertices), 3), np.float32), np.empty((len(vertices), 3), np.uint8)
     _place(
-        blocks.coordinates, blocks.neighbours, blocks.flat, blocks.colors, blocks.settings.voxel, vertex_of, n,
-        index, vertices, normals, colors, colored,
+        blocks.coordinates, blocks.neighbours, blocks.flat, blocks.colors, blocks.settings.voxel, vertex_of, crossed, n,
+        vertices, normals, colors, colored,
     )  # fmt: skip
     faces = np.empty((face_of[-1], 3), np.int32)
     edges = np.array(cubes.EDGES, np.int32)[:, 0].copy()
-    _connect(blocks.neighbours, cases, index, table, edges, face_of, n, faces)
+    _connect(blocks.neighbours, signs, crossed, vertex_of, table, edges, face_of, n, faces)
     return Mesh(vertices, faces, normals, colors if colored else None)
 
 
@@ -57,68 +59,6 @@ def _empty(colored: bool) -> Mesh:
 def _starts(counts: NDArray[np.int32]) -> NDArray[np.int32]:
     """(n + 1,) where each row's items begin, and the total."""
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int32)
-
-
-@ti.kernel
-def _classify(
-    neighbours: I32_2, voxels: F32, min_weight: ti.f32, table: I32_2, count: ti.i32, cases: U8_2, triangles: I32
-):
-    """The case of every cell, 0 for cells with an unknown corner, and the number of triangles in every row."""
-    for row in range(count * (BLOCK * BLOCK)):
-        n = row // (BLOCK * BLOCK)
-        i = row // BLOCK % BLOCK
-        j = row % BLOCK
-        total = 0
-        before, known_before = 0, False
-        for k in range(BLOCK + 1):
-            corners, known = 0, True  # of the four columns at height k; corner 2 c of the cell is column c
-            for c in ti.static(range(4)):
-                block, o = place(n, i + c // 2, j + c % 2, k, neighbours)
-                at = entry(block, o)
-                if block < 0 or not voxels[at + BLOCK] >= min_weight:
-                    known = False
-                elif voxels[at] < 0.0:
-                    corners |= 1 << 2 * c
-            if k > 0:
-                case = 0
-                if known and known_before:
-                    case = before | (corners << 1)
-                cases[n, (i * BLOCK + j) * BLOCK + k - 1] = ti.cast(case, ti.u8)
-                if case != 0 and case != 255:
-                    m = 0
-                    while m < table.shape[1] and table[case, m] >= 0:
-                        m += 3
-                    total += m // 3
-            before, known_before = corners, known
-        triangles[row] = total
-
-
-@ti.kernel
-def _cross(neighbours: I32_2, cases: U8_2, used: I32, count: ti.i32, index: I32_2, crossings: I32):
-    """Which of the three edges that start at each voxel carry a vertex (bits), and how many there are per row."""
-    for row in range(count * (BLOCK * BLOCK)):
-        n = row // (BLOCK * BLOCK)
-        i = row // BLOCK % BLOCK
-        j = row % BLOCK
-        total = 0
-        for k in range(BLOCK):
-            bits = 0
-            for o in ti.static(range(7)):  # the cells around that hold one of the three edges: all but (-1, -1, -1)
-                di, dj, dk = ti.static(o // 4, o // 2 % 2, o % 2)
-                block, c = place(n, i - di, j - dj, k - dk, neighbours)
-                if block >= 0:
-                    edges = used[ti.cast(cases[block, c], ti.i32)]
-                    for axis in ti.static(range(3)):
-                        if ti.static(not o & (4 >> axis)):
-                            bits |= ((edges >> ti.static(_edge(o, axis))) & 1) << axis
-            index[n, (i * BLOCK + j) * BLOCK + k] = bits
-            total += (bits & 1) + (bits >> 1 & 1) + (bits >> 2)
-        crossings[row] = total
-
-
-def _edge(corner: int, axis: int) -> int:
-    """The cell edge that starts at a corner along an axis."""
-    return cubes.EDGES.index((corner, corner | 4 >> axis))
 
 
 @ti.func
@@ -138,28 +78,31 @@ def _gradient(n: ti.i32, at: ti.template(), neighbours: ti.template(), voxels: t
     return g
 
 
+@ti.func
+def _number(bits: ti.i32, axis: ti.i32, k: ti.i32):
+    """Which of a row's vertices lies on the edge that starts at its k-th voxel along an axis."""
+    return ti.math.popcnt(bits & ((1 << (8 * axis + k)) - 1))
+
+
 @ti.kernel
 def _place(
-    coordinates: I32_2, neighbours: I32_2, voxels: F32, colors: F32_3, voxel: ti.f64, starts: I32, count: ti.i32,
-    index: I32_2, vertices: F64_2, normals: F32_2, rgb: U8_2, colored: ti.template(),
+    coordinates: I32_2, neighbours: I32_2, voxels: F32, colors: F32_3, voxel: ti.f64, starts: I32, crossed: I32,
+    count: ti.i32, vertices: F64_2, normals: F32_2, rgb: U8_2, colored: ti.template(),
 ):  # fmt: skip
-    """Vertices, normals and colours; turns `index` into 8 * (first vertex of the voxel) + its edge bits."""
-    for row in range(count * (BLOCK * BLOCK)):
-        at = starts[row]
-        if starts[row + 1] > at:
-            n = row // (BLOCK * BLOCK)
-            i = row // BLOCK % BLOCK
-            j = row % BLOCK
+    """Vertices, normals and colours."""
+    for row in range(count * ROWS):
+        bits = crossed[row]
+        if bits != 0:
+            n, i, j = row // ROWS, row // BLOCK % BLOCK, row % BLOCK
             for k in range(BLOCK):
-                o = (i * BLOCK + j) * BLOCK + k
-                bits = index[n, o]
-                index[n, o] = at * 8 + bits
-                if bits != 0:
+                if bits >> k & 0x10101 != 0:
+                    o = (i * BLOCK + j) * BLOCK + k
                     f0, _w0 = value(n, i, j, k, neighbours, voxels)
                     here = ti.Vector([i, j, k])
                     g0 = _gradient(n, here, neighbours, voxels)
                     for axis in ti.static(range(3)):
-                        if bits >> axis & 1 == 1:
+                        if bits >> (8 * axis + k) & 1 == 1:
+                            at = starts[row] + _number(bits, axis, k)
                             step = ti.Vector([axis == 0, axis == 1, axis == 2])
                             there = here + step
                             f1, _w1 = value(n, there[0], there[1], there[2], neighbours, voxels)
@@ -186,29 +129,28 @@ def _place(
                                     if w1 > 0.0:
                                         mix += colors[b, q, x] * a / (w0 + w1)
                                     rgb[at, x] = ti.cast(ti.min(mix + 0.5, 255.0), ti.u8)
-                            at += 1
 
 
 @ti.kernel
 def _connect(
-    neighbours: I32_2, cases: U8_2, index: I32_2, table: I32_2, corner: I32, starts: I32, count: ti.i32, faces: I32_2
-):
+    neighbours: I32_2, signs: I32, crossed: I32, vertex_of: I32, table: I32_2, corner: I32, starts: I32, count: ti.i32,
+    faces: I32_2,
+):  # fmt: skip
     """Triangles as vertex numbers."""
-    for row in range(count * (BLOCK * BLOCK)):
+    for row in range(count * ROWS):
         at = starts[row]
         if starts[row + 1] > at:
-            n = row // (BLOCK * BLOCK)
-            i = row // BLOCK % BLOCK
-            j = row % BLOCK
+            n, i, j = row // ROWS, row // BLOCK % BLOCK, row % BLOCK
+            _known, mixed, behind = cells(row, neighbours, signs)
             for k in range(BLOCK):
-                case = ti.cast(cases[n, (i * BLOCK + j) * BLOCK + k], ti.i32)
-                m = 0
-                while m < table.shape[1] and table[case, m] >= 0:
-                    edge = table[case, m]
-                    c = corner[edge]
-                    block, o = place(n, i + c // 4, j + c // 2 % 2, k + c % 2, neighbours)
-                    entry = index[block, o]
-                    below = entry & ((1 << edge // 4) - 1)  # the voxel's edges along earlier axes
-                    faces[at + m // 3, 2 - m % 3] = (entry >> 3) + (below & 1) + (below >> 1)
-                    m += 1
-                at += m // 3
+                if mixed >> k & 1 == 1:
+                    case = case_of(behind, k)
+                    m = 0
+                    while m < table.shape[1] and table[case, m] >= 0:
+                        edge = table[case, m]
+                        c = corner[edge]
+                        other = row_of(n, i + c // 4, j + c // 2 % 2, k + c % 2, neighbours)
+                        vertex = vertex_of[other] + _number(crossed[other], edge // 4, (k + c % 2) % BLOCK)
+                        faces[at + m // 3, 2 - m % 3] = vertex
+                        m += 1
+                    at += m // 3

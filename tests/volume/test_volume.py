@@ -10,6 +10,7 @@ from volume_twin import crossings_twin, integrate_twin, raycast_twin
 from fusion.errors import VolumeError
 from fusion.geometry.camera import Camera
 from fusion.volume.blocks import by_voxel
+from fusion.volume.cubes import table
 from fusion.volume.volume import Volume, VolumeSettings
 
 CAMERAS = {
@@ -145,6 +146,29 @@ def test_surface_equals_its_twin(one_view):
     found, twin = volume.surface().vertices, crossings_twin(volume)
     assert len(found) == len(twin) > 200
     assert cKDTree(twin).query(found)[0].max() < 1e-6  # [m] single against double precision
+
+
+def test_a_torn_field_has_the_triangles_of_its_known_cells():
+    """Random signs and unseen voxels across blocks, some missing: every row of eight voxels meets every neighbour."""
+    rng = np.random.default_rng(1)
+    volume = Volume(VolumeSettings(1.0, 4.0))
+    places = np.argwhere(rng.random((3, 3, 3)) < 0.8).astype(np.int32)
+    volume.blocks.insert(places)
+    weight = np.zeros((24, 24, 24), np.float32)
+    distance = rng.choice([-1.0, 1.0], weight.shape).astype(np.float32)
+    for n, (x, y, z) in enumerate(places * 8):
+        weight[x : x + 8, y : y + 8, z : z + 8] = rng.random((8, 8, 8)) < 0.95
+        block = np.s_[x : x + 8, y : y + 8, z : z + 8]
+        rows = np.stack([distance[block] * weight[block], weight[block]], axis=2)  # (8, 8, 2, 8)
+        volume.blocks.voxels[n] = rows.reshape(64, 2, 8)
+    mesh = volume.surface()
+    corners = [np.s_[o // 4 : o // 4 + 23, o // 2 % 2 : o // 2 % 2 + 23, o % 2 : o % 2 + 23] for o in range(8)]
+    known = np.all([weight[c] > 0 for c in corners], axis=0)
+    case = sum((distance[c] < 0).astype(int) << o for o, c in enumerate(corners))[known]
+    assert len(mesh.faces) == ((table()[case] >= 0).sum(axis=1) // 3).sum()
+    assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))  # each vertex once, none for nothing
+    size = np.linalg.norm(np.ptp(mesh.vertices[mesh.faces], axis=1), axis=1)
+    assert size.max() <= np.sqrt(3)  # [m] no triangle leaves its cell of one metre
 
 
 def test_sample_is_the_field(sphere):
