@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fusion.sensor.view import Image
 
@@ -70,6 +69,8 @@ def lines_of(crossings: Crossings, shape: tuple[int, ...]) -> Lines:
 
 def dominant(crossings: Crossings, width: int) -> Crossings:
     """Leave out crossings close to one with a jump several times as large: on the brink of a surface, its own folds."""
+    from scipy.spatial import cKDTree
+
     jump = np.nan_to_num(np.abs(crossings.depths[:, 1] - crossings.depths[:, 0]), nan=np.inf)
     near = cKDTree(_points(crossings, width)).query_pairs(OVERSHADOWED_PX, output_type="ndarray")
     a, b = near[:, 0], near[:, 1]
@@ -114,6 +115,8 @@ def second_is_far(crossings: Crossings) -> NDArray[np.bool_]:
 
 def nearest_points(lines: Lines, pixels: Image) -> tuple[Image, Indices, Image]:
     """The point of the lines nearest to each pixel (n, 2) [px], its line, and the share of the line before it."""
+    from scipy.spatial import cKDTree
+
     middle = (lines.start + lines.end) / 2
     count = min(3, len(middle))  # lines are at most 1.5 px long: the nearest is among the three nearest middles
     _, near = cKDTree(middle, balanced_tree=False, compact_nodes=False).query(pixels, k=count, workers=-1)

@@ -5,7 +5,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 Array = NDArray[np.floating]
 Whole = NDArray[np.intp]
@@ -23,6 +22,8 @@ class Layers:
     """
 
     def __init__(self, table: Array, grid: Sequence[Sequence[float]], shape: tuple[int, int]) -> None:
+        from scipy.ndimage import map_coordinates
+
         rows, columns = (
             np.interp(np.arange(size), axis, np.arange(float(len(axis))))
             for size, axis in zip(shape, grid[:2], strict=True)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import map_coordinates
 
 
 def interpolated(
@@ -19,6 +18,8 @@ def interpolated(
     """
     if len(grid) == 1:
         return np.interp(np.asarray(at[0]), grid[0], table)
+    from scipy.ndimage import map_coordinates
+
     # in counts of entries, held at the borders
     places = [np.interp(np.asarray(x), nodes, np.arange(float(len(nodes)))) for nodes, x in zip(grid, at, strict=True)]
     together = np.stack(np.broadcast_arrays(*places))

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array, angle, inverse, pose
@@ -161,7 +160,8 @@ def _misfit(points: Points, T_model_source: Array, seen: PointMap, reach: float)
 
 def _orthonormal(T: Array) -> Array:
     """The nearest rigid pose: rounding errors double with each velocity guess otherwise."""
-    return pose(Rotation.from_matrix(T[:3, :3]).as_matrix(), T[:3, 3])
+    U, _, Vt = np.linalg.svd(T[:3, :3])
+    return pose(U @ Vt, T[:3, 3])
 
 
 def _spread(poses: Sequence[Array], count: int) -> list[Array]:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import ndtr
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.mixing import mixed
@@ -42,5 +41,7 @@ class Defocus(Effect):
             width = np.broadcast_to(np.asarray(self.width, depth.dtype), depth.shape)
             # four standard deviations away 3e-5 of the light is left; beyond it the edge counts as out of sight
             where = np.nonzero(view.edges.distance < 4 * width)
+            from scipy.special import ndtr
+
             share[where] = ndtr(-view.edges.distance[where] / width[where])
         return share

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import expit
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
@@ -36,6 +35,8 @@ class AmplitudeDropout(Effect):
     def dropout(self, depth: Image, view: View) -> Image:
         if view.ir is None or not np.any(self.ir_threshold):
             return np.zeros((), depth.dtype)
+        from scipy.special import expit
+
         threshold, width = np.asarray(self.ir_threshold, depth.dtype), np.asarray(self.width, depth.dtype)
         width = np.where(width > 0, width, np.maximum(HARD * threshold, np.finfo(depth.dtype).tiny))
         missing = expit((threshold - np.asarray(view.ir, depth.dtype)) / width)

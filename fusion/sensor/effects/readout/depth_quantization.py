@@ -5,7 +5,6 @@ from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import ndtr
 
 from fusion.sensor.disparity import disparity
 from fusion.sensor.effect import Effect
@@ -79,6 +78,8 @@ def rounded(mean: Image, sigma: Image) -> tuple[Image, Image]:
 
 def _rounded_finely(mean: Image, sigma: Image) -> tuple[Image, Image]:
     """The same by the shares of the values that are near."""
+    from scipy.special import ndtr
+
     base = np.round(mean)
     reach = np.arange(-4, 5)
     below = [ndtr((k - 0.5 - (mean - base)) / sigma) for k in (*reach, reach[-1] + 1)]
