@@ -78,8 +78,6 @@ def write(folder: Path, found: "DepthCalibration", settings: dict[str, Any]) -> 
 
 def summary(found: "DepthCalibration") -> dict[str, Any]:
     """The numbers that a caller wants first; lengths in metres."""
-    import numpy as np
-
     walls = [
         {
             "recording": wall.name,
@@ -99,7 +97,7 @@ def summary(found: "DepthCalibration") -> dict[str, Any]:
         "law": found.best.candidate.name,
         "heldout_before_m": found.before.error,
         "heldout_after_m": found.best.error,
-        "heldout_axis_m": _number(float(np.sqrt(np.mean(found.best.offset**2)))),
+        "heldout_axis_m": _number(found.best.axis_error),
         "radial_limit_px": found.radial_limit,
         "walls": walls,
         "candidates": {j.candidate.name: j.error for j in found.judged},
@@ -129,9 +127,10 @@ def _reach(limit: float | None) -> str:
 
 def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
     low, high = numbers["heldout_before_m"] * 1e3, numbers["heldout_after_m"] * 1e3
+    held_out = f"{high:.2f} mm rms on a wall left out, {low:.2f} mm without correction"
     return [
         f"law       {numbers['law']}, of {len(numbers['candidates'])} candidates",
-        f"held out  {high:.2f} mm rms on a wall left out, {low:.2f} mm without correction",
+        f"held out  {held_out if len(numbers['walls']) > 1 else 'one wall: nothing'}",
         f"good to   {_reach(numbers['radial_limit_px'])}",
         *(f"note      {text}" for text in numbers["notes"]),
         f"sensor    {folder / 'sensor.json'}",

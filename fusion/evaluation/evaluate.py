@@ -8,6 +8,7 @@ import numpy as np
 from fusion.calibration.depth.known import start
 from fusion.calibration.noise.ambient import AmbientEstimate
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
+from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError
 from fusion.evaluation.bias import Bias, bias_of
 from fusion.evaluation.drift import Drift, drift_of
@@ -17,7 +18,6 @@ from fusion.evaluation.notes import Note, notes_on
 from fusion.evaluation.quantization import Quantization, quantization_of
 from fusion.evaluation.shares import Shares, Tiles, brightness_of, joined, shares_over, tiles_of
 from fusion.evaluation.still import Sample, Still, measure_still, sample_of
-from fusion.evaluation.stretches import Stretch, still_stretches
 from fusion.evaluation.surface import Surface, expected_depth, surface_of
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Recording

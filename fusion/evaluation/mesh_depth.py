@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.stretches import Stretch
 from fusion.errors import SceneError
-from fusion.evaluation.stretches import Stretch
 from fusion.geometry.camera import Camera
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from fusion.calibration.series import PixelSeries
+from fusion.calibration.stretches import Stretch
 from fusion.errors import FusionError, RecordingError
 from fusion.evaluation.reference import Reference, reference_of
 from fusion.evaluation.robust import RobustSpread
-from fusion.evaluation.stretches import Stretch
 from fusion.recording.recording import Frame
 from fusion.recording.sample import spread
 

@@ -22,7 +22,7 @@ def depth_report(path: Path, found: DepthCalibration, command: str = "", setting
     """Write `report.html` of a depth calibration."""
     page = Page(
         title="Depth calibration",
-        subtitle=f"{len(found.walls)} walls; {found.camera.principle}, {found.camera.width} x {found.camera.height} px",
+        subtitle=f"{_count(found)}; {found.camera.principle}, {found.camera.width} x {found.camera.height} px",
         summary=_summary(found),
         numbers=_numbers(found),
         sections=[
@@ -41,9 +41,12 @@ def depth_report(path: Path, found: DepthCalibration, command: str = "", setting
 
 def _summary(found: DepthCalibration) -> list[Light]:
     before, after = found.before.error, found.best.error
-    text = f"On walls that were left out the error falls from {before * 1e3:.2f} to {after * 1e3:.2f} mm rms."
-    lines = [Light(level(after / before if before else 1.0, SHARE_LEFT), "Correction", text)]
-    lines.append(Light("ok", "Law", f"Chosen of {len(found.judged)} candidates: {found.best.candidate.name}."))
+    if len(found.walls) > 1:
+        text = f"On walls that were left out the error falls from {before * 1e3:.2f} to {after * 1e3:.2f} mm rms."
+        lines = [Light(level(after / before if before else 1.0, SHARE_LEFT), "Correction", text)]
+        lines.append(Light("ok", "Law", f"Chosen of {len(found.judged)} candidates: {found.best.candidate.name}."))
+    else:
+        lines = [Light("bad", "Correction", "None: of a single wall nothing can be left out to judge a law.")]
     seen = {v.term.effect for v in found.visibility if v.seen}
     hidden = sorted({v.term.effect for v in found.visibility if not v.seen} - seen)
     if hidden:
@@ -55,6 +58,10 @@ def _summary(found: DepthCalibration) -> list[Light]:
         text = f"The walls scatter by {found.fitted.scatter * 1e3:.1f} mm more than their stated distances would."
         lines.append(Light("warning", "Distances", text))
     return lines
+
+
+def _count(found: DepthCalibration) -> str:
+    return "one wall" if len(found.walls) == 1 else f"{len(found.walls)} walls"
 
 
 def _numbers(found: DepthCalibration) -> list[Number]:
@@ -130,7 +137,7 @@ def _mean(images: list[NDArray[np.floating]]) -> NDArray[np.floating]:
 
 def _bars(found: DepthCalibration) -> Figure:
     errors = np.array([j.error for j in found.judged])
-    offsets = np.array([np.sqrt(np.mean(j.offset**2)) for j in found.judged])
+    offsets = np.array([j.axis_error for j in found.judged])
     return candidates_figure([j.candidate.name for j in found.judged], errors, offsets, found.chosen)
 
 
@@ -141,7 +148,7 @@ def _candidates(found: DepthCalibration) -> str:
             j.candidate.name + (" (chosen)" if i == found.chosen else ""),
             str(j.candidate.numbers),
             f"{j.error * 1e3:.3f}",
-            f"{np.sqrt(np.mean(j.offset**2)) * 1e3:.3f}",
+            "unknown" if np.isnan(j.axis_error) else f"{j.axis_error * 1e3:.3f}",
             f"{j.chi2.sum() / total:.3f}",
         ]
         for i, j in enumerate(found.judged)
@@ -184,7 +191,9 @@ def _visible(found: DepthCalibration) -> str:
         if v.term.key.startswith(("sin", "cos", "curve")):
             waves += not v.seen
             continue
-        smallest = f"{v.smallest:.2g} {v.term.unit}" if np.isfinite(v.smallest) else "none"
+        smallest = (
+            f"{v.smallest:.2g} {'' if v.term.unit == '1' else v.term.unit}" if np.isfinite(v.smallest) else "none"
+        )
         rows.append([f"{v.term.effect}.{v.term.parameter} ({v.term.key})", f"{100 * v.share:.1f}", smallest,
                      "yes" if v.seen else "no: record " + v.record])  # fmt: skip
     return numbers_table(["number", "survives free tilts [%]", "found from, alone", "seen"], rows)

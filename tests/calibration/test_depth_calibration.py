@@ -403,3 +403,38 @@ def test_a_single_wall_gets_no_law():
     found = calibrate_walls(walls_of(TOF, (DepthOffset(0.02),))[:1], begin)
     assert found.best is found.before and found.sensor.effects == ()
     assert any(level == "bad" and "one wall" in text for level, text in found.notes)
+
+
+def test_walls_in_one_recording_without_a_log_are_told_apart_by_the_images(tmp_path):
+    """Averaged into one, they would be a wall that nobody recorded."""
+    rng, frames = np.random.default_rng(1), []
+    for z in (0.8, 1.2, 1.6):
+        depth = Plane(z, 0.02, 0.03).depth(SL)
+        frames += [
+            Frame(len(frames) + i, float(len(frames) + i), depth + 1e-3 * rng.standard_normal(SL.shape))
+            for i in range(4)
+        ]
+    write_recording(tmp_path / "walls", SL, iter(frames))
+    found = calibrate_depth([open_recording(tmp_path / "walls")])
+    assert [wall.name for wall in found.walls] == ["walls [0:4]", "walls [4:8]", "walls [8:12]"]
+    assert [wall.plane.distance for wall in found.walls] == pytest.approx([0.8, 1.2, 1.6], abs=1e-3)
+
+
+def test_images_of_another_size_are_named(tmp_path):
+    small = replace(SL, width=48, height=36)
+    for name, camera in (("a", SL), ("b", small)):
+        write_recording(tmp_path / name, camera, iter([Frame(0, 0.0, Plane(1.0, 0, 0).depth(camera))]))
+    a, b = (open_recording(tmp_path / name) for name in "ab")
+    with pytest.raises(FusionError, match="b; found 48 x 36 px; expected 96 x 72 px"):
+        calibrate_depth([a, b])
+    with pytest.raises(FusionError, match="in --camera; found 48 x 36 px"):
+        calibrate_depth([a], DepthSettings(camera=small))
+
+
+def test_a_single_wall_is_said_to_tell_no_law(tmp_path, capsys):
+    write_recording(tmp_path / "a", SL, iter([Frame(0, 0.0, Plane(1.0, 0, 0).depth(SL))]))
+    main(["calibrate", "depth", str(tmp_path / "a"), "-o", str(tmp_path / "out")])
+    assert "held out  one wall: nothing" in capsys.readouterr().out
+    text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "of a single wall nothing can be left out" in text and "error falls" not in text
+    assert ">nan<" not in text

@@ -33,6 +33,7 @@ from fusion.sensor.view import MODULATIONS_HZ, stretch
 
 NODE = 0.04  # [m] a fifth of the shortest wave that matters: c / 2f over six at 120 MHz
 LEAST_LIMIT = 10.0  # [px] a smaller disc says nothing about a wall's tilt
+CHECK_BOARD = "check board.json, and that there are IR images in the depth camera's pixels"
 DISTANCE_STD = 0.001  # [m] of a stated distance: what makers of laser distance meters promise
 
 
@@ -132,8 +133,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
     walls = [wall for recording in recordings for wall in walls_of(recording, begin, settings)]
     if settings.board is not None and not any(any(wall.centre) for wall in walls):
-        do = "check board.json, and that there are IR images in the depth camera's pixels"
-        raise FusionError("no picture shows the board", found=f"{len(recordings)} recordings", do=do)
+        raise FusionError("no picture shows the board", found=f"{len(recordings)} recordings", do=CHECK_BOARD)
     return calibrate_walls(walls, begin, settings.surface)
 
 
@@ -179,7 +179,13 @@ def walls_of(recording: Recording, begin: Start, settings: DepthSettings) -> lis
     found: list[Wall] = []
     if settings.board is not None:
         found = board_walls(recording, begin.camera, begin.known, settings.board)
-    found = found or read_walls(recording, begin.camera, begin.known, settings.distance_std)
+    try:
+        found = found or read_walls(recording, begin.camera, begin.known, settings.distance_std)
+    except FusionError as error:
+        if settings.board is None:
+            raise
+        what = f"no picture shows the board, and as a wall: {error.what}"
+        raise FusionError(what, error.where, error.found, error.expected, CHECK_BOARD) from error
     if settings.radial_limit is None:
         return found
     inside = within(begin.camera, settings.radial_limit)

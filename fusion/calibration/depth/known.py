@@ -48,8 +48,6 @@ def start(recordings: Sequence[Recording], camera: Camera | None, sensor: Sensor
     own = recordings[0].camera
     names = _one_unit(recordings, camera, force)
     right = camera or own
-    if right.shape != own.shape:
-        raise FusionError("the camera has another image size", "--camera", right.shape, f"{own.shape} (height, width)")
     principle = own.principle if own.principle != "unknown" else right.principle
     notes: list[tuple[str, str]] = []
     model = sensor or Sensor(principle=principle)
@@ -108,7 +106,9 @@ def _one_unit(recordings: Sequence[Recording], camera: Camera | None, force: boo
             do = "calibrate each unit by itself, or pass --force"
             raise FusionError(f"recordings of different cameras ({field})", where, second, first, do)
         found.append(next(iter(stated), ""))
-    shapes = {c.shape for _, c in cameras}
-    if len(shapes) > 1:
-        raise FusionError("images of different sizes", found=shapes, expected="one size (height, width)")
+    expected = cameras[0][1]
+    for where, c in cameras:
+        if c.shape != expected.shape:
+            sizes = f"{c.width} x {c.height} px", f"{expected.width} x {expected.height} px"
+            raise FusionError("images of different sizes", where, *sizes)
     return found[0], found[1]

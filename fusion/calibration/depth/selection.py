@@ -97,6 +97,12 @@ class Judged:
         """Root mean square over the walls [m]."""
         return float(np.sqrt(np.mean(self.rms**2)))
 
+    @property
+    def axis_error(self) -> float:
+        """Root mean square on the axis of the walls whose distance is known [m]; NaN where none is."""
+        known = self.offset[np.isfinite(self.offset)]
+        return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
+
 
 def fit(problem: Problem, information: Information, candidate: Candidate, fold: int = -1) -> Law:
     """The numbers of a candidate on the walls of `information`; `fold` names them, so that waves are searched once."""

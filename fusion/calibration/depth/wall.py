@@ -8,6 +8,7 @@ from tqdm import tqdm
 
 from fusion.calibration.depth.plane import Plane, find_wall
 from fusion.calibration.series import PixelSeries
+from fusion.calibration.stretches import still_stretches
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.moved import unmoved_parts
@@ -115,7 +116,7 @@ def frame_means(recording: Recording, frames: range) -> Means:
 
 
 def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> list[Wall]:
-    """Reduce a recording of a wall, or of one wall after the other where the log or the poses say so.
+    """Reduce a recording of a wall, or of one wall after the other where the log, the poses or the images say so.
 
     Args:
         recording: its telemetry's `distance_m`, where there is one, is the distance along the optical axis.
@@ -123,9 +124,12 @@ def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std
         known: effects that are undone before anything is fitted.
         distance_std: of `distance_m` [m].
     Raises:
-        FusionError: no frames, no plane, or a plane far from the stated distance.
+        FusionError: no frames, nothing stands still, no plane, or a plane far from the stated distance.
     """
-    column, parts, walls = recording.telemetry_at_frames("distance_m"), unmoved_parts(recording), []
+    column, walls = recording.telemetry_at_frames("distance_m"), []
+    parts = unmoved_parts(recording)
+    if column is None or not np.isfinite(column).any():  # nobody wrote down when the camera was moved
+        parts = [range(*stretch.frames) for stretch in still_stretches(recording)]
     for part in parts:
         means, frames = frame_means(recording, part), slice(part.start, part.stop)
         distance = float(np.mean(column[frames])) if column is not None else float("nan")

@@ -88,25 +88,27 @@ def board_from_dict(fields: dict[str, Any], where: object = "board.json") -> Boa
 
 
 def _count(fields: dict[str, Any], name: str, where: object) -> int:
-    value = fields.get(name, "nothing")
+    value: Any = fields.get(name)
+    found = repr(value) if name in fields else "nothing"
     if isinstance(value, bool) or not isinstance(value, int | float) or value != value or value not in range(MOST + 1):
-        raise _wrong(name, where, value, f"a whole number of INNER corners, {FEWEST} to {MOST}")
+        raise _wrong(name, where, found, f"a whole number of INNER corners, {FEWEST} to {MOST}")
     if value < FEWEST:
-        raise _wrong(name, where, value, f"{FEWEST} inner corners or more (one less than there are squares)")
+        raise _wrong(name, where, found, f"{FEWEST} inner corners or more (one less than there are squares)")
     return int(value)
 
 
 def _length(fields: dict[str, Any], name: str, where: object) -> float:
-    value = fields.get(name, "nothing")
+    value: Any = fields.get(name)
+    found = repr(value) if name in fields else "nothing"
     usable = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
     if not usable or not math.isfinite(value) or value <= 0:
-        raise _wrong(name, where, value, "metres, above 0")
+        raise _wrong(name, where, found, "metres, above 0")
     if value > LARGEST_M:
         expected = f"metres, up to {LARGEST_M:g}"
         hint = f"; {value:g} looks like millimetres: write {value / 1000:g}" if value <= 1000 * LARGEST_M else ""
-        raise _wrong(name, where, value, expected + hint)
+        raise _wrong(name, where, found, expected + hint)
     if value < SMALLEST_M:
-        raise _wrong(name, where, value, f"metres, {SMALLEST_M:g} or more")
+        raise _wrong(name, where, found, f"metres, {SMALLEST_M:g} or more")
     return float(value)
 
 
