@@ -9,6 +9,7 @@ from fusion.calibration.depth.calibration import calibrate_walls
 from fusion.calibration.depth.gloss import LOBE, Surfaces, gloss_map, mirrored, surfaces
 from fusion.calibration.depth.known import Start
 from fusion.calibration.depth.plane import Plane
+from fusion.calibration.depth.selection import Law, established
 from fusion.calibration.depth.wall import Means, wall_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
@@ -67,7 +68,7 @@ def test_the_map_holds_one_number_for_each_square():
     squares = np.full((4, 6), -1)
     squares[:2, :3], squares[2:, 3:] = 0, 1
     ir = np.where(squares == 0, 100.0, 1000.0)
-    found = gloss_map(squares, np.array([BOARD, BOARD]), -SLANTED, ir, plate(0.2, 0.5, 3000.0))
+    found = gloss_map(squares, (np.array([BOARD, BOARD]), -SLANTED), ir, plate(0.2, 0.5, 3000.0))
     assert np.all(found[squares < 0] == 0)
     assert np.ptp(found[squares == 0]) == 0
     # the same light on a square ten times darker
@@ -95,3 +96,9 @@ def test_the_law_beside_a_glossy_board_is_not_bent():
     assert numbers.value["offset"] == pytest.approx(0.005, abs=4 * numbers.std["offset"])
     assert [effect.name for effect in found.sensor.effects] == ["depth_offset"]
     assert found.best.error < 0.2 * found.before.error
+
+
+def test_a_board_mirrors_no_less_than_nothing():
+    law = Law(("offset", "gloss"), np.array([0.005, 0.06]), np.diag([1e-6, 1e-4]), 1.0)
+    assert established(law)
+    assert not established(replace(law, numbers=law.numbers * [1, -1]))

@@ -21,6 +21,7 @@ from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame, Recording
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import MODULATIONS_HZ
 
 CORNER_PX = 0.05  # [px] a corner is never taken to be known better
 WARPED = 0.002  # standard deviation of a tilt as the depth sees it: 0.2 mm over half a board of 20 cm (guess)
@@ -72,7 +73,7 @@ def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) 
         return None
     wall = wall if board.is_charuco else _in_squares(wall, patches(board, pose, camera), camera)
     if known.principle == "itof":
-        wall = _with_gloss(wall, frame, camera, (board, pose))
+        wall = _with_gloss(wall, frame, camera, (board, pose), known.frequencies or MODULATIONS_HZ)
     return _as_the_board_stands(wall, pose, pose_covariance(view, pose, camera))
 
 
@@ -97,8 +98,10 @@ def _in_squares(wall: Wall, squares: NDArray[np.intp] | None, camera: Camera) ->
     return replace(wall, mask=(squares >= 0) & near, squares=squares)
 
 
-def _with_gloss(wall: Wall, frame: Frame, camera: Camera, stands: tuple[Board, Array]) -> Wall:
-    """The wall with what its squares mirror; `stands`: the board and its pose."""
+def _with_gloss(
+    wall: Wall, frame: Frame, camera: Camera, stands: tuple[Board, Array], frequencies: tuple[float, ...]
+) -> Wall:
+    """The wall with what its squares mirror; `stands`: the board and its pose; `frequencies`: modulations [Hz]."""
     if wall.squares is None or wall.ir is None or frame.ir is None:
         return wall
     board, pose = stands
@@ -106,7 +109,7 @@ def _with_gloss(wall: Wall, frame: Frame, camera: Camera, stands: tuple[Board, A
     middles = np.asarray(square_centres(board) @ turned.T + pose[3:], float)
     normal = np.asarray(turned[:, 2], float)
     seen = surfaces(frame.depth, frame.ir, camera)
-    return replace(wall, gloss=gloss_map(wall.squares, middles, normal, wall.ir, seen))
+    return replace(wall, gloss=gloss_map(wall.squares, (middles, normal), wall.ir, seen, frequencies))
 
 
 def centre_depth(view: View, pose: Array, camera: Camera) -> tuple[tuple[float, float], float, float]:

@@ -65,4 +65,5 @@ def _of_gloss(fitted: Fitted) -> str:
     text = f"the board mirrors {share:.1f} +- {std:.1f} % of the light ({100 * FRESNEL:.0f} % is usual of toner and "
     text += f"varnish): in {np.sum(moved > MOVED)} of {len(moved)} pictures that moves a square by more than "
     text += f"{1e3 * MOVED:.0f} mm, by {1e3 * moved.max():.0f} mm at most. It is the board's: the law is fitted beside "
-    return text + "it, and sensor.json does not hold it; a matt board, or nothing bright near it, would not need it"
+    text += "it, and sensor.json does not hold it; errors held out are without it. A matt board, or nothing bright "
+    return text + "near it, would not need it"

@@ -214,7 +214,7 @@ def complexity(judged: Judged) -> int:
 def established(law: Law) -> bool:
     """True when every number exceeds its deviation: a wave by its amplitude, a curve, a delay, radial terms as a whole.
 
-    The offset beside waves is the middle of their curve: it may be 0.
+    The offset beside waves is the middle of their curve: it may be 0. The share that a board mirrors is above 0.
     """
     values: dict[str, tuple[float, float]] = {}
     wavy = any(key.startswith("sin ") for key in law.keys)
@@ -225,5 +225,6 @@ def established(law: Law) -> bool:
         name = "wave " + key[4:] if head in ("sin", "cos") else head if head in ("curve", "delay") else key
         name = "radius" if name.startswith("radius") else name
         size, deviation = values.get(name, (0.0, 0.0))
-        values[name] = max(size, abs(float(number))), max(deviation, float(np.sqrt(variance)))
+        own = float(number) if key == "gloss" else abs(float(number))
+        values[name] = max(size, own), max(deviation, float(np.sqrt(variance)))
     return all(size > deviation for size, deviation in values.values())
