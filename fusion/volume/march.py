@@ -107,20 +107,21 @@ def _march(
 
 @ti.func
 def _expected(depth: ti.template(), v: ti.i32, u: ti.i32, step: ti.i32):
-    """Depth of a pixel on the plane through those around that are done, and how much these differ; 0 where one of
-    them is missing. Along a line in the image, 1 / z of a plane is linear."""
+    """Depth of a pixel on the plane through those around that are done, and how much these differ, 0 where one of them
+    is missing; and whether one of them is there. Along a line in the image, 1 / z of a plane is linear."""
     height, width = depth.shape[0], depth.shape[1]
     dv = ti.select(v & (2 * step - 1) == 0, 0, step)
     du = ti.select(u & (2 * step - 1) == 0, 0, step)
-    z, difference = 0.0, 0.0
+    z, difference, some = 0.0, 0.0, True
     if v + dv < height and u + du < width:
         a, b = depth[v - dv, u - du], depth[v + dv, u + du]
         c, e = depth[v - dv, u + du], depth[v + dv, u - du]  # the same two unless the pixel lies amid four
         nearest, farthest = ti.min(a, b, c, e), ti.max(a, b, c, e)
+        some = a > 0.0 or b > 0.0 or c > 0.0 or e > 0.0
         if a > 0.0 and b > 0.0 and c > 0.0 and e > 0.0:
             z = 4.0 / (1.0 / a + 1.0 / b + 1.0 / c + 1.0 / e)
             difference = farthest - nearest
-    return z, difference
+    return z, difference, some
 
 
 @ti.func
@@ -176,8 +177,8 @@ def cast(
     depth: F32_2,
 ):  # fmt: skip
     """Fills in the depths (NaN before) of every step-th pixel in both directions; those at twice the step are taken as
-    done, unless the step is COARSE. What two such rays enclose is less than SPACING wide, or else every ray is followed
-    from its start."""
+    done, unless the step is COARSE. What such rays enclose is less than SPACING wide, or else every ray is followed
+    from its start; where they all met nothing, neither do those between them."""
     height, width = depth.shape[0], depth.shape[1]
     side = TILE // step
     bits = ti.select(side == TILE, 3, ti.select(side == 4, 2, 1))  # divisions would take as long as the rest
@@ -189,9 +190,11 @@ def cast(
         done = step != COARSE and (v | u) & (2 * step - 1) == 0
         if v < height and u < width and not done:
             end = last[tv, tu]
-            z, difference, hit = 0.0, 0.0, -1.0
+            z, difference, some, hit = 0.0, 0.0, True, -1.0
             if step != COARSE:
-                z, difference = _expected(depth, v, u, step)
+                z, difference, some = _expected(depth, v, u, step)
+                if not some and 2.0 * step * end < SPACING * voxel * focal:
+                    continue
                 if 2.0 * step * z > SPACING * voxel * focal or difference > 8.0 * voxel:
                     z = 0.0
                 if z > 0.0 and difference < 2.0 * voxel:
