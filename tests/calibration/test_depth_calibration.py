@@ -438,3 +438,9 @@ def test_a_single_wall_is_said_to_tell_no_law(tmp_path, capsys):
     text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "of a single wall nothing can be left out" in text and "error falls" not in text
     assert ">nan<" not in text
+
+
+def test_both_slopes_of_a_delay_have_a_deviation():
+    numbers = Numbers({"delay u": 1e-5, "delay v": 2e-5}, {"delay u": 1e-6, "delay v": 3e-6})
+    sensor = with_law(Sensor(principle="itof"), TOF, numbers)
+    assert (sensor.std["column_delay", "slope"], sensor.std["column_delay", "slope_v"]) == (1e-6, 3e-6)

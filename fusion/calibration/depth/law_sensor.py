@@ -77,8 +77,8 @@ def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
         std["disparity_offset", "offset"] = deviation["disparity"]
     _add_brightness(numbers, effects, std)
     if "delay u" in value:
-        effects["column_delay"] = ColumnDelay(value["delay u"], value.get("delay v", 0.0))
-        std["column_delay", "slope"] = deviation["delay u"]
+        effects["column_delay"] = ColumnDelay(value["delay u"], value["delay v"])
+        std["column_delay", "slope"], std["column_delay", "slope_v"] = deviation["delay u"], deviation["delay v"]
     _add_waves(numbers, effects, std)
     _add_table(numbers, camera, known, effects, std)
     sources = dict.fromkeys(effects, "")
