@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 EFFECTIVE = 0.005
 MOST = 4.0  # errors of the camera stay within this many prior standard deviations
 SETTLED = 5e-5  # [rad], [m]
-COARSE_POINTS = 60_000  # of all frames together, in all passes but the last: they only have to come near
+COARSE_POINTS = 30_000  # of all frames together, in all passes but the last: they only have to come near
 SHARED = 4  # steps of the axis
 FIRST = SHARED + len(NAMES)  # column of the first angle
 
