@@ -84,7 +84,8 @@ def _shared_noise(look: "Look") -> list[Note]:
     jumps = known[off[known] > max(JUMP * spread, JUMP_M)]
     if len(jumps):
         most = f"the most frame {int(np.nanargmax(off))}, by {np.nanmax(off) * 1e3:.1f} mm"
-        notes.append(("warning", f"{len(jumps)} frame{'s' if len(jumps) > 1 else ''} jump as a whole, {most}."))
+        count = "1 frame jumps" if len(jumps) == 1 else f"{len(jumps)} frames jump"
+        notes.append(("warning", f"{count} as a whole, {most}."))
     sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
     one = float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
     if look.common > SHARED * one:

@@ -11,6 +11,7 @@ from fusion.calibration.lens.search import Search
 from fusion.calibration.lens.solve import NAMES
 from fusion.report.figures.lens import (
     Shown,
+    brief,
     corners_figure,
     correlation_figure,
     residuals_figure,
@@ -98,7 +99,9 @@ def _numbers(fit: CameraFit, title: str) -> list[Number]:
     rows = [Number(f"{title}, {name}", f"{getattr(p, name):.2f} +- {p.std[name]:.2f}", "px") for name in NAMES[:4]]
     return [
         *rows,
-        Number(f"{title}, rays at {at['distance_m']:.2f} m", f"{at['centre_mm']:.2g} to {at['worst_mm']:.2g}", "mm"),
+        Number(
+            f"{title}, rays at {at['distance_m']:.2f} m", f"{brief(at['centre_mm'])} to {brief(at['worst_mm'])}", "mm"
+        ),
     ]
 
 

@@ -26,6 +26,11 @@ class Shown:
     used: bool
 
 
+def brief(value: float) -> str:
+    """Two digits, and no power of ten where there are zeros to write: 0.043, 6.2, 1200."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
 def corners_figure(pictures: Sequence[Shown], name: str) -> Figure:
     """A few of the pictures with the corners found in them."""
     columns = min(len(pictures), 4)
@@ -82,8 +87,8 @@ def uncertainty_figure(fit: CameraFit, name: str) -> Figure:
     known = fit.uncertainty
     at = known.numbers()
     title = (
-        f"Rays are known to {at['centre_px']:.2g} px at the centre and {at['worst_px']:.2g} px in the worst corner: "
-        f"{at['centre_mm']:.2g} and {at['worst_mm']:.2g} mm at {at['distance_m']:.2f} m"
+        f"Rays are known to {brief(at['centre_px'])} px at the centre and {brief(at['worst_px'])} px in the worst "
+        f"corner: {brief(at['centre_mm'])} and {brief(at['worst_mm'])} mm at {at['distance_m']:.2f} m"
     )
     seen = np.concatenate([view.pixels for view in fit.judged.views])
     with styled():
@@ -99,7 +104,7 @@ def uncertainty_figure(fit: CameraFit, name: str) -> Figure:
             ax.grid(visible=False)
             bar = figure.colorbar(mesh, ax=ax, shrink=0.9)
             ticks = [float(tick) for tick in bar.get_ticks()]
-            bar.set_ticks(ticks, labels=[f"{10**tick:.2g}" for tick in ticks])
+            bar.set_ticks(ticks, labels=[brief(10**tick) for tick in ticks])
             bar.outline.set_visible(False)
         svg = to_svg(figure, f"uncertainty-{name}")
     caption = (
