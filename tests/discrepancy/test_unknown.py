@@ -28,6 +28,7 @@ from fusion.sensor.file import read_sensor, write_sensor
 from fusion.sensor.view import Image, View
 
 PERIOD = 37.0
+FINE = 24.0
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,15 @@ class RowWave(Effect):
 
 @pytest.fixture(scope="module")
 def found():
+    return beyond_of(RowWave())
+
+
+def beyond_of(effect):
+    """What is found where this is at work."""
     sensor = sensor_of("itof")
     looks = looks_at(sensor, 3)
     for look in looks:
-        look.mean[...] = look.mean + RowWave().bias(look.view.depth, look.view)
+        look.mean[...] = look.mean + effect.bias(look.view.depth, look.view)
     before = observe(sensor, looks)
     gauge = gauge_of(before)
     white, groups = gauge.whiten(before.residual), groups_of(before, gauge)
@@ -144,6 +150,22 @@ def test_rings_finer_than_two_tiles_are_found_and_score_more_than_a_map(found):
     assert law.gain - 60 < law.score < law.gain
     field = next(c for c in candidates_of(before, found.gauge) if c.name == "fixed_pattern")
     assert law.score > scored(field, field.white, white).score
+
+
+@dataclass(frozen=True)
+class FineWave(RowWave):
+    """A wave shorter than two tiles of 16 px."""
+
+    def bias(self, depth: Image, view: View) -> Image:
+        return 0.001 * depth * np.sin(2 * np.pi * view.v / FINE) / view.stretch
+
+
+def test_a_wave_shorter_than_two_tiles_is_told_from_the_longer_one_that_looks_alike_in_their_means():
+    found = beyond_of(FineWave())
+    side = found.before.patches[0].tiles.side
+    assert 1.1 * side < FINE < 2 * side  # so the means of tiles show a wave of 1 / (1 / side - 1 / FINE)
+    # sin(2 pi v / 24 px) * ...
+    assert float(found.beyond.law.text.split(" px")[0].split("/ ")[1]) == pytest.approx(FINE, rel=0.03)
 
 
 def test_a_formula_takes_the_place_of_names_that_explain_clearly_less():

@@ -17,6 +17,9 @@ BEST = 2  # shapes per variable and kind that are tried with others
 IN_ALL = 14
 FINAL = 24  # forms that are tried on recordings left out
 EXACT = 6  # of these, that are computed pixel by pixel
+ALIKE = 0.8  # of the gain: a finer wave that has it may be the better one once its period is right
+NEARBY = (0.96, 0.98, 1.0, 1.02, 1.04)  # times the period that means of tiles give
+SHORTEST = 0.75  # tiles: a tile's mean keeps a fifth of a wave of that length
 FAINT = 1e-6
 MORE = 0.08  # of the gain: what a further variable must bring, as a further term must
 
@@ -80,10 +83,43 @@ def best_term(
     # what differs from recording to recording follows any of their differences: only new recordings tell
     tried = sorted(tried, key=lambda item: -gain_elsewhere(item[2], white, place))
     plain = [item for item in tried[EXACT:] if len(item[1].variables) == 1]
-    final = [(term, gauge.whiten(_sized(exact(term)))) for _, term, _ in (*tried[:EXACT], *plain[:1])]
-    gains = [gain_elsewhere(columns, white, place) for _, columns in final]
-    best = _plainest([term for term, _ in final], gains)
-    return final[best] if _score(final[best][1], white) > 0 and gains[best] > 0 else None
+    terms = [term for _, term, _ in (*tried[:EXACT], *plain[:1])]
+
+    def at_pixels(term: Term) -> tuple[float, Term, Vector]:
+        columns = gauge.whiten(_sized(exact(term)))
+        return gain_elsewhere(columns, white, place), term, columns
+
+    final = [at_pixels(term) for term in terms]
+    final += _finer(terms[0], data[0].patches[0].tiles.side, at_pixels, max(gain for gain, _, _ in final))
+    gains = [gain for gain, _, _ in final]
+    best = final[_plainest([term for _, term, _ in final], gains)]
+    return best[1:] if _score(best[2], white) > 0 and best[0] > 0 else None
+
+
+def _finer(
+    term: Term, side: int, at_pixels: Callable[[Term], tuple[float, Term, Vector]], gain: float
+) -> list[tuple[float, Term, Vector]]:
+    """Waves shorter than two tiles, which look alike in their means; only their pixels tell them apart.
+
+    Those that do nearly as well as the wave of this term are taken with their period between those that were tried.
+    """
+    found, first = [], term.shapes[0]
+    for finer in _aliases(term, side):
+        if at_pixels(finer)[0] < ALIKE * gain:
+            continue
+        period = finer.shapes[0].number
+        other = [replace(term, shapes=(first.tuned(period * part), *term.shapes[1:])) for part in NEARBY]
+        found.append(max((at_pixels(one) for one in other), key=lambda item: item[0]))
+    return found
+
+
+def _aliases(term: Term, side: int) -> Iterator[Term]:
+    """The same with a wave that is shorter than two tiles."""
+    first = term.shapes[0]
+    if first.kind == "wave" and first.variable in ("u", "v"):
+        for waves in (1 / side - 1 / first.number, 1 / side + 1 / first.number):
+            if waves * SHORTEST * side < 1:
+                yield replace(term, shapes=(first.tuned(1 / waves), *term.shapes[1:]))
 
 
 def _plainest(terms: Sequence[Term], gains: Sequence[float]) -> int:
