@@ -7,6 +7,10 @@ Matrix = NDArray[np.float64]
 
 # lengths over which a real surface may leave its mesh [m]: guess, from a dent to the bow of a wall
 BOWS_M = (0.1, 0.4, 1.2)
+# of the image width, over which an error changes that recordings have for themselves: guess, a spot to half the image
+DRIFTS = (0.15, 0.5)
+SMOOTH = 2.0  # squares over which it changes at least: what changes faster is each square's own
+FAINT = 1e-3  # of the largest direction of such a field: what is left out is no hundredth of it
 
 
 def grain(cell: NDArray[np.intp], other: NDArray[np.intp], side: int, window_px: float) -> Matrix:
@@ -21,10 +25,37 @@ def grain(cell: NDArray[np.intp], other: NDArray[np.intp], side: int, window_px:
     return along[steps[..., 0]] * along[steps[..., 1]]
 
 
+def neighbours(alike: Matrix, side: int) -> float:
+    """By how much (at least 1) the mean of a square varies more than that of as many independent pixels.
+
+    Args:
+        alike: (2, k) correlation of pixels 0, 1, ... apart along u and along v.
+    """
+    apart = np.arange(1, min(alike.shape[1], side))
+    along = 1.0 + 2.0 * (alike[:, apart] * (1.0 - apart / side)).sum(axis=1)
+    return max(1.0, float(np.prod(np.maximum(along, 0.0))))
+
+
 def bow(points: Matrix, others: Matrix, sigma_m: float) -> Matrix:
     """Covariance (n, m) [m^2] of a smooth unknown shape between surface points (n, 3) and (m, 3) [m]."""
     apart = ((points[:, None] - others[None]) ** 2).sum(axis=-1)
     return np.asarray(sigma_m**2 * np.mean([np.exp(-0.5 * apart / length**2) for length in BOWS_M], axis=0))
+
+
+def drifting(at: Matrix, side: float, width: float) -> Matrix:
+    """(n, k) columns of which the products sum up to the covariance of a smooth field of unit spread.
+
+    Args:
+        at: (n, 2) places of squares in the image [px]; equal places have one value.
+        side, width: of the squares and of the image [px].
+    """
+    places, number = np.unique(at, axis=0, return_inverse=True)
+    apart = ((places[:, None] - places[None]) ** 2).sum(axis=-1)
+    lengths = [max(share * width, SMOOTH * side) for share in DRIFTS]
+    field = np.mean([np.exp(-0.5 * apart / length**2) for length in lengths], axis=0)
+    values, vectors = np.linalg.eigh(field)
+    kept = values > FAINT * values[-1]
+    return np.asarray((vectors[:, kept] * np.sqrt(values[kept]))[number.ravel()])
 
 
 def _between(side: int, steps: int, window: float) -> float:

@@ -13,7 +13,7 @@ from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.observations import Observations, observe
-from fusion.discrepancy.scatter import scatter_of
+from fusion.discrepancy.scatter import Loose, loose_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.in_place import explains_more, is_asked
@@ -128,7 +128,7 @@ def explained_looks(
     progress("asking what could be explained at all")
     possible = explained(white, groups, nothing)
     named = name_effects(looks, before, gauge, candidates)
-    held = held_out_of(looks, sensor, before.scatter)
+    held = held_out_of(looks, sensor, before)
     if named.steps and held.contradicts(named.sensor, _due(named, white)):
         named = unconfirmed(named, before, white)
     beyond = None
@@ -156,14 +156,14 @@ def explained_looks(
 
 
 def _gauged(before: Observations) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:
-    """The gauge, and all that is measured in it; with the tiles' own scatter where the scene has much of it."""
+    """The gauge, and all that is measured in it; with the tiles' own scatter and the recordings' drift, if any."""
     for _ in range(2):
         gauge = gauge_of(before)
         groups, candidates = groups_of(before, gauge), candidates_of(before, gauge)
-        more = 0.0 if before.scatter else scatter_of(gauge.whiten(before.residual), gauge, candidates, groups)
-        if not more:
+        loose = Loose() if before.scatter or before.drift else loose_of(before, gauge, candidates, groups)
+        if loose == Loose():
             break
-        before = replace(before, scatter=more)
+        before = replace(before, scatter=loose.scatter, drift=loose.drift)
     return before, gauge, groups, candidates
 
 

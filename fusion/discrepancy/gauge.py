@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.lapack import dpotri
 
-from fusion.discrepancy.covariance import bow, grain
+from fusion.discrepancy.covariance import bow, drifting, grain, neighbours
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
@@ -70,11 +70,28 @@ def gauge_of(observations: Observations) -> Gauge:
                 _add_grain(observations, effect, total)  # of the simulation, which has its own
     _add_shape(observations, total)
     total[np.diag_indices(n)] += observations.scatter**2
+    if observations.drift:
+        drift = drift_columns(observations)
+        total += observations.drift**2 * (drift @ drift.T)
     bare = cholesky(total, lower=True, check_finite=False)
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
     common = np.column_stack([*_poses(observations), known])
     total += common @ common.T
     return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
+
+
+def drift_columns(observations: Observations) -> NDArray[np.float64]:
+    """(n, k) columns of which the products sum up to the covariance of a drift of unit standard deviation."""
+    place, width = observations.place, observations.patches[0].view.camera.width
+    at = np.concatenate([(patch.tiles.cell + 0.5) * patch.tiles.side for patch in observations.patches])
+    side = max(patch.tiles.side for patch in observations.patches)
+    blocks = []
+    for g in np.unique(place):
+        own = drifting(at[place == g], side, width)
+        block = np.zeros((len(place), own.shape[1]))
+        block[place == g] = own
+        blocks.append(block)
+    return np.concatenate(blocks, axis=1)
 
 
 def _noise(patch: Patch) -> NDArray[np.float64]:
@@ -90,6 +107,9 @@ def _noise(patch: Patch) -> NDArray[np.float64]:
     shared = np.minimum(np.sqrt(variance), shared) * np.sqrt(tiles.side**2 / tiles.pixels)
     own = (variance - np.minimum(variance, shared**2 * tiles.pixels / tiles.side**2)) / tiles.pixels
     spread = grain(tiles.cell, tiles.cell, tiles.side, window) * np.outer(shared, shared)
+    if patch.look.alike is not None:
+        # neighbours that share their noise without the model's knowing: frames show it
+        own = np.maximum(own, neighbours(patch.look.alike, tiles.side) * variance / tiles.pixels - np.diag(spread))
     floor = FLOOR[patch.view.time_of_flight] ** 2
     # noise of a simulation that stands for the prediction comes on top
     more = 1.0 + _simulated(patch) * frames / np.maximum(variance, 1e-300)

@@ -1,7 +1,7 @@
 """Held out: frames that take no part in any fit, and how well a sensor model predicts their mean."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -55,12 +55,14 @@ class HeldOut:
         return (before - after) * len(self.observations.residual) <= max(0.0, SHOWN * due - 2 * np.sqrt(due))
 
 
-def held_out_of(looks: Sequence[Look], sensor: Sensor, scatter: float = 0.0) -> HeldOut:
-    """The frames held out of looks, under the given model; `scatter` as of the others."""
+def held_out_of(looks: Sequence[Look], sensor: Sensor, others: Observations | None = None) -> HeldOut:
+    """The frames held out of looks, under the given model; with the scatter and the drift of the others."""
     held = [look.held for look in looks if look.held is not None]
     seen = observe(sensor, held) if held else None
     share = sum(len(look.frames) for look in held) / max(sum(len(look.frames) for look in looks), 1)
-    return HeldOut(replace(seen, scatter=scatter) if seen is not None and len(seen.residual) else None, share)
+    if seen is None or not len(seen.residual):
+        return HeldOut(None, share)
+    return HeldOut(seen if others is None else seen.as_loose_as(others), share)
 
 
 def before_and_after(held: HeldOut, sensor: Sensor, better: Sensor) -> dict[str, float]:

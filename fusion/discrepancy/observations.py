@@ -72,11 +72,13 @@ class Observations:
         sensor: the model that predicted.
         patches: one per look.
         scatter: standard deviation [native unit] of an error that every tile has for itself.
+        drift: the same of a smooth error of the image that every recording has for itself.
     """
 
     sensor: Sensor
     patches: tuple[Patch, ...]
     scatter: float = 0.0
+    drift: float = 0.0
 
     @cached_property
     def residual(self) -> NDArray[np.float64]:
@@ -115,7 +117,11 @@ class Observations:
         for patch in self.patches:
             mean, sigma = predicted(sensor, patch.look)
             patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
-        return Observations(sensor, tuple(patches), self.scatter)
+        return replace(self, sensor=sensor, patches=tuple(patches))
+
+    def as_loose_as(self, others: "Observations") -> "Observations":
+        """The same with the scatter and the drift that others of these recordings have."""
+        return replace(self, scatter=others.scatter, drift=others.drift)
 
 
 def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:

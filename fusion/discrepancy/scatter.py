@@ -1,49 +1,102 @@
-"""Scatter: what differs from tile to tile beyond the gauge, and follows no law of the catalogue and no variable."""
+"""Scatter and drift: what differs from tile to tile, and from recording to recording, and follows no law at all."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
-from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.gauge import Gauge, drift_columns
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.step import inflation
+from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.unknown.unrestricted import Group
+
+Vector = NDArray[np.float64]
 
 MUCH = 4.0  # times the gauge's variance: real scenes (second bounces, bent boards, traced labels), not its own faults
 MOST_COLUMNS = 0.7  # of the tiles: with more, what is left says nothing
 FAINT = 1e-8  # of the largest direction: rounding
+SURE = 10.0  # chi2 by which a drift must be likelier than none: chance has it in one case of some hundreds
+FAR = 4.0  # standard deviations beyond which a tile is told of otherwise, and not by the spread of all
+SIZES = np.geomspace(1e-3, 1e3, 25)  # of a drift where it shows, over the noise, that are tried
 
 
-def scatter_of(
-    white: NDArray[np.float64], gauge: Gauge, candidates: Sequence[Candidate], groups: Sequence[Group]
-) -> float:
-    """Standard deviation [native unit] of the tiles' own error; 0 where the gauge does without.
+@dataclass(frozen=True)
+class Loose:
+    """Errors that no law follows, as standard deviations [native unit]; 0 where the gauge does without.
+
+    Attributes:
+        scatter: of each tile for itself.
+        drift: of a smooth field of the image in each recording.
+    """
+
+    scatter: float = 0.0
+    drift: float = 0.0
+
+
+def loose_of(
+    observations: Observations, gauge: Gauge, candidates: Sequence[Candidate], groups: Sequence[Group]
+) -> Loose:
+    """The two kinds of errors, told apart by how smooth they are.
 
     All forms and all smooth functions together are taken out first, so that nothing that could have a name is called
-    scatter; maps too, where there are recordings enough.
+    scatter or drift; maps too, where there are recordings enough.
+    """
+    basis = _spanned(candidates, groups)
+    if basis is None:
+        return Loose()
+    white = gauge.whiten(observations.residual)
+    white = white - basis @ (basis.T @ white)
+    far = FAR * np.sqrt(inflation(white))
+    white = np.clip(white, -far, far)
+    seen = gauge.whiten(drift_columns(observations))
+    noise, drift = _two_sizes(white, seen - basis @ (basis.T @ seen), len(white) - basis.shape[1])
+    if len(np.unique(observations.place)) < 2:
+        drift = 0.0  # one recording alone may be off as a law has it
+    # of what is rough: of a tile beside its neighbours
+    own = 1.0 / float(np.median(np.diag(gauge.inverse)))
+    return Loose(float(np.sqrt((noise - 1.0) * own)) if noise >= MUCH else 0.0, drift)
+
+
+def _two_sizes(white: Vector, seen: Vector, freedom: int) -> tuple[float, float]:
+    """Variance of all directions alike, and standard deviation of the weights of columns (n, k), likeliest together.
 
     Args:
-        white: (n,) residual in units of the gauge.
+        freedom: number of independent directions of white (n,).
     """
-    if inflation(white) < MUCH:
-        return 0.0
-    basis = _spanned([c.basis for c in candidates] + [g.basis for g in groups])
-    if basis.shape[1] > MOST_COLUMNS * len(white):
+    values, vectors = np.linalg.eigh(seen.T @ seen)
+    told = values > 1e-6 * values[-1]
+    values, vectors = values[told], vectors[:, told]
+    power = (vectors.T @ (seen.T @ white)) ** 2 / values
+    beside, rest = freedom - len(values), float(white @ white - power.sum())
+
+    def cost(logarithms: Vector) -> float:
+        noise, drift = np.exp(logarithms)
+        both = noise + drift * values
+        return float(beside * np.log(noise) + rest / noise + (np.log(both) + power / both).sum())
+
+    alone = float(white @ white) / freedom
+    starts = [(alone / (1 + t), alone * t / (1 + t) / float(np.median(values))) for t in SIZES]
+    start = min((np.log(pair) for pair in starts), key=cost)
+    best = minimize(cost, start, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.01})
+    without = freedom * (np.log(alone) + 1.0)
+    if without - best.fun < SURE:
+        return alone, 0.0
+    return float(np.exp(best.x[0])), float(np.exp(best.x[1] / 2))
+
+
+def _spanned(candidates: Sequence[Candidate], groups: Sequence[Group]) -> Vector | None:
+    """(n, r) orthonormal columns that span all forms and smooth functions; None where too little is left beside."""
+    whole = _directions([c.basis for c in candidates] + [g.basis for g in groups])
+    if whole.shape[1] > MOST_COLUMNS * len(whole):
         # few recordings: maps with a square for nearly every tile would follow anything
-        basis = _spanned([c.basis for c in candidates if not c.form.map] + [g.basis for g in groups])
-    if basis.shape[1] > MOST_COLUMNS * len(white):
-        return 0.0
-    left = inflation(white - basis @ (basis.T @ white)) * len(white) / (len(white) - basis.shape[1])
-    if left < MUCH:
-        return 0.0
-    # of the whole gauge, not of a tile's own noise alone: what real scenes leave is shared by neighbours in part, and
-    # would be taken for laws if it counted as independent from tile to tile
-    own = float(np.median(np.linalg.norm(gauge.bare, axis=1)))
-    return float(np.sqrt(left - 1.0)) * own
+        whole = _directions([c.basis for c in candidates if not c.form.map] + [g.basis for g in groups])
+    return whole if whole.shape[1] <= MOST_COLUMNS * len(whole) else None
 
 
-def _spanned(bases: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+def _directions(bases: Sequence[Vector]) -> Vector:
     """(n, r) orthonormal columns that span all of them."""
     columns = np.concatenate(bases, axis=1)
     power, directions = np.linalg.eigh(columns.T @ columns)

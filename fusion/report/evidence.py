@@ -1,6 +1,6 @@
 """What a report shows of an explanation: residuals without likely pose errors, and what each claim changes in them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -79,9 +79,9 @@ def compared(found: Explanation) -> Compared:
     """
     held = [look.held for look in found.looks if look.held is not None]
     if {look.place for look in held} == {look.place for look in found.looks}:
-        before = replace(observe(found.before.sensor, held), scatter=found.before.scatter)
+        before = observe(found.before.sensor, held).as_loose_as(found.before)
         changed = found.named.steps or found.spread or found.unknown
-        after = replace(observe(found.sensor, held), scatter=found.before.scatter) if changed else before
+        after = observe(found.sensor, held).as_loose_as(found.before) if changed else before
         if len(before.residual) == len(after.residual):
             return Compared(before, after, gauge_of(after if found.spread else before), True)
     after = observe(found.mean_sensor, found.looks) if found.unknown else found.named.observations

@@ -111,6 +111,13 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
             "second bounces, a bent target, poses. All that is said holds beyond that."
         )
         lines.append(Light("warning", "Scatter", text))
+    drift = verdict["fit"]["drift"]
+    if drift["value"]:
+        text = (
+            f"Every recording has a smooth error of its own of about {drift['value']:.2g} {drift['unit']} over the "
+            "image, for no reason that is known here. What is said holds beyond that."
+        )
+        lines.append(Light("warning", "Drift", text))
     if "reference" in verdict:
         lines.append(Light("warning", "Reference", verdict["reference"]["text"].replace("_", " ")))
     for entry in missing:

@@ -10,7 +10,7 @@ from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.observations import observe
-from fusion.discrepancy.scatter import scatter_of
+from fusion.discrepancy.scatter import loose_of
 from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
@@ -31,8 +31,7 @@ def scattered(sensor, seed: int):
 def scatter_in(looks) -> float:
     observations = observe(sensor_of("itof"), looks)
     gauge = gauge_of(observations)
-    white = gauge.whiten(observations.residual)
-    return scatter_of(white, gauge, candidates_of(observations, gauge), groups_of(observations, gauge))
+    return loose_of(observations, gauge, candidates_of(observations, gauge), groups_of(observations, gauge)).scatter
 
 
 @pytest.mark.slow

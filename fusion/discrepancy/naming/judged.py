@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
@@ -14,7 +13,15 @@ from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, shapes_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import REPLICATED, Found, inflation, left_out_gain, of_time, replicated_share
+from fusion.discrepancy.naming.step import (
+    REPLICATED,
+    Found,
+    by_chance,
+    inflation,
+    left_out_gain,
+    of_time,
+    replicated_share,
+)
 from fusion.discrepancy.naming.two import like_two
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
@@ -102,7 +109,7 @@ def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, pr
     own = scored(part.candidate, seen, target)
     fitted = seen @ part.weights
     names = len({c.name for c in candidates})
-    probability = float(min(1.0, names * chi2.sf(own.gain / inflation(fit.white), own.freedom)))
+    probability = by_chance(own, fitted, target, names)
     weights, shapes = fit.places[k]
     about = {
         name: float(part.candidate.form.fixed[name] * spread)

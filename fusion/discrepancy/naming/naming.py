@@ -75,9 +75,9 @@ def name_effects(
     fit, beyond, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
-    while steps and steps[-1].held_out < 0:
-        # beside the others, as they are now, it makes recordings worse that took no part in its fit
-        rest = [part for part in fit.parts if part.candidate is not steps[-1].candidate]
+    while weak := [step for step in steps if step.held_out < 0 or step.probability > LIKELY]:
+        # beside the others, as they are now, chance makes it, or it makes recordings worse that took no part in its fit
+        rest = [part for part in fit.parts if part.candidate is not weak[-1].candidate]
         fit = refitted(rest, observations, gauge)
         beyond, steps = extrapolated(fit), judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations

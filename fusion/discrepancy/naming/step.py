@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
+from scipy.stats import f as variance_ratio
 
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of
@@ -82,8 +83,7 @@ def best_part(
             tried *= regional.tried
     part = Part(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
-    inflated = inflation(target - seen @ result.weights)
-    probability = float(min(1.0, tried * chi2.sf(result.gain / inflated, result.freedom)))
+    probability = by_chance(result, seen @ result.weights, target, tried)
     held_out = left_out_gain(seen, target, observations.place, result.size)
     if held_out < REPLICATED * result.gain and of_time(candidate):
         held_out = left_out_gain(seen, target, observations.block, result.size)
@@ -140,6 +140,20 @@ def replicated_share(candidate: Candidate, place: NDArray[np.intp], gauge: Gauge
         weights = np.linalg.pinv(normal - power) @ (moment - own_moment)
         total += float(2 * weights @ own_moment - weights @ power @ weights)
     return total / whole if whole > 0 else 0.0
+
+
+def by_chance(found: Scored, fitted: Vector, target: Vector, tried: int) -> float:
+    """Probability that noise alone makes one of so many names explain as much of a target (n,).
+
+    What a law says of a handful of tiles is judged by a handful of numbers, and not as if their spread was known from
+    all the others: real tiles far out are more frequent than normal ones.
+    """
+    gain = found.gain / inflation(target - fitted)
+    own = fitted**2
+    tiles = float(own.sum() ** 2 / max(float((own**2).sum()), 1e-300))
+    if found.size:  # the many weights of a field have paid for themselves
+        return float(min(1.0, tried * chi2.sf(gain, found.freedom)))
+    return float(min(1.0, tried * variance_ratio.sf(gain / found.freedom, found.freedom, max(tiles - 1.0, 1.0))))
 
 
 def inflation(white: Vector) -> float:

@@ -46,6 +46,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
             "heldout": {key: _number(value) for key, value in found.held_out.items()},
             "extrapolation": [beyond.entry() for beyond in extrapolated(found)],
             "scatter": {"value": found.before.scatter, "unit": "m" if flight else "px"},
+            "drift": {"value": found.before.drift, "unit": "m" if flight else "px"},
             "frames_fitted": sum(len(look.frames) for look in found.looks),
             "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
         },
