@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bench_stages.environments import GICP, IGL, OPEN3D, OPENCV, VDB, Needs, interpreter
+from bench_stages.environments import CLOUDCOMPARE, GICP, IGL, OPEN3D, OPENCV, VDB, Needs, interpreter
 
 PROGRAMS = Path(__file__).parent / "programs"
 OURS = "fusion"
@@ -41,6 +41,7 @@ CONTESTANTS = (
     Contestant(OURS, "fusion_distances", ("distances",)),
     Contestant("Open3D unsigned", "open3d_distances", ("distances",), OPEN3D),
     Contestant("libigl signed", "libigl_distances", ("distances",), IGL),
+    Contestant("CloudCompare signed", "cloudcompare_distances", ("distances",), CLOUDCOMPARE),
 )
 
 

@@ -1,4 +1,5 @@
-"""Python environments of the peers: the running one where it has the packages, else one made in the cache."""
+"""Environments of the peers: the running Python where it has the packages, else one made in the cache; programs of
+Debian unpacked there, as nothing is installed on the machine."""
 
 import shutil
 import subprocess
@@ -15,11 +16,13 @@ class Needs:
         modules: names to import, for the check.
         packages: what pip installs for them.
         python: "3.10" where wheels exist for that version only, "" for the running one.
+        debian: a package of Debian that it runs.
     """
 
     modules: tuple[str, ...]
     packages: tuple[str, ...]
     python: str = ""
+    debian: str = ""
 
 
 OPEN3D = Needs(("open3d",), ("open3d==0.20.0",))
@@ -27,10 +30,13 @@ OPENCV = Needs(("cv2",), ("opencv-contrib-python-headless==5.0.0.93",))
 GICP = Needs(("small_gicp",), ("small_gicp==1.0.1", "numpy"))
 IGL = Needs(("igl",), ("libigl==2.6.3", "numpy"))
 VDB = Needs(("vdbfusion",), ("vdbfusion==0.1.6", "numpy<2"), "3.10")
+CLOUDCOMPARE = Needs(("numpy",), ("numpy",), debian="cloudcompare")
 
 
 def interpreter(needs: Needs, cache: Path) -> tuple[str, str]:
     """The interpreter that has what a program needs, and "" or the reason why there is none."""
+    if needs.debian and (reason := unpacked(needs.debian, cache)):
+        return "", reason
     if not needs.python and _imports(sys.executable, needs):
         return sys.executable, ""
     folder = cache / ("venv-" + "-".join(needs.modules))
@@ -46,6 +52,38 @@ def interpreter(needs: Needs, cache: Path) -> tuple[str, str]:
         if done.returncode:
             return "", (done.stderr.strip().splitlines() or ["unknown"])[-1]
     return (str(inside), "") if _imports(str(inside), needs) else ("", "installed, but does not import")
+
+
+def unpacked(package: str, cache: Path) -> str:
+    """Put a package of Debian, with all that it needs and is not installed, below cache/debian-PACKAGE.
+
+    Returns:
+        "" or the reason why there is none.
+    """
+    folder, archives = (cache / f"debian-{package}").resolve(), (cache / f"archives-{package}").resolve()
+    if folder.exists():
+        return ""
+    if shutil.which("apt-get") is None:
+        return "no apt-get on this machine"
+    archives.mkdir(parents=True, exist_ok=True)
+    plan = subprocess.run(
+        ["apt-get", "install", "--simulate", "--no-install-recommends", package],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    missing = [line.split()[1] for line in plan.stdout.splitlines() if line.startswith("Inst ")]
+    if not missing:
+        return f"apt-get finds no {package}; apt-get update may help"
+    done = subprocess.run(["apt-get", "download", *missing], cwd=archives, capture_output=True, text=True, check=False)
+    if done.returncode:
+        return (done.stderr.strip().splitlines() or ["unknown"])[-1]
+    partial = folder.with_suffix(".partial")
+    for archive in archives.glob("*.deb"):
+        subprocess.run(["dpkg", "-x", archive, partial], check=True)
+    shutil.rmtree(archives)
+    partial.rename(folder)
+    return ""
 
 
 def _base(version: str) -> str:

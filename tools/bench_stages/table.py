@@ -87,12 +87,14 @@ def text(t: Table) -> str:
     """A table for the terminal."""
     verdict = "" if np.isnan(t.ratio) else f"ratio {t.ratio:.2f}, asked {t.asked:g}"
     lines = [f"{t.stage}, {t.workload}: {verdict}"]
-    lines += [f"  {r.name:26s}{r.median:10.2f} {t.unit}  ({r.low:.2f} to {r.high:.2f})  {_said(r)}" for r in t.rows]
+    lines += [f"  {r.name:26s}{r.median:10.2f} {t.unit}  ({r.low:.2f} to {r.high:.2f})  {_said(t, r)}" for r in t.rows]
     return "\n".join(lines + [f"  WRONG: {c}" for c in t.complaints])
 
 
-def _said(row: Row) -> str:
-    return f"{row.note}; does not count: {row.wrong}" if row.wrong else row.note
+def _said(t: Table, row: Row) -> str:
+    ratio = t.rows[0].median / row.median
+    parts = [row.note, f"ours over it {ratio:.2f}" if row is not t.rows[0] and np.isfinite(ratio) else ""]
+    return "; ".join(p for p in [*parts, f"does not count: {row.wrong}" if row.wrong else ""] if p)
 
 
 def draw(tables: list[Table], path: Path) -> None:
