@@ -16,6 +16,7 @@ SIGMA_M, SIGMA_RAD = 0.0005, 0.0005
 SIZE = np.array([SIGMA_RAD] * 3 + [SIGMA_M] * 3)
 LONG = ("warm",)
 GREYS = np.array([15, 64, 204]) / 255.0
+NEAREST = 0.4  # [m] before the camera: nearer, no such sensor gives a depth
 CARD = 217 / 255.0
 
 
@@ -119,7 +120,10 @@ def scene_of(
         )
     frontal = kind == "ordered" or (not how.least_deg and rng.random() < 0.25)
     tilts = (0.0, 4.0) if frontal else (how.least_deg, how.most_deg)
-    return panels, _pose(rng, distance, tilts, kind == "corner")
+    stated = _pose(rng, distance, tilts, kind == "corner")
+    for panel in panels[1:] if kind != "corner" else []:  # a board, which a camera near the wall would stand in
+        panel.corner[1] = max(panel.corner[1], stated[1, 3] + NEAREST)
+    return panels, stated
 
 
 def _pose(rng: Rng, distance: float, tilts_deg: tuple[float, float], corner: bool) -> Array:
