@@ -29,6 +29,7 @@ REGION_LEAST = 12.0
 OF_TIME = ("time", "temperature")
 WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
 LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
+PARTED = 25.0  # of the chi2: five standard deviations, from which on data tell two laws apart
 KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
 SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
@@ -84,7 +85,7 @@ def best_part(
     part = Part(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
     probability = by_chance(result, seen @ result.weights, target, tried)
-    held_out = left_out_gain(seen, target, observations.place, result.size)
+    held_out = left_out_gain(seen, target, observations.replicate, result.size)
     if held_out < REPLICATED * result.gain and of_time(candidate):
         held_out = left_out_gain(seen, target, observations.block, result.size)
     if candidate.name in held:
@@ -192,19 +193,24 @@ def _own_to_region(
     gauge: Gauge,
     aim: tuple[Space, Vector],
 ) -> tuple[Candidate, Scored]:
-    """Of look-alikes in a region, one whose law depends on what bounds it: any other needs a second cause."""
+    """Of look-alikes in a region, one whose law depends on what bounds it: any other needs a second cause.
+
+    Look-alikes explain nearly as much, and the data do not tell them apart.
+    """
     space, target = aim
     where = regional.candidate.where
     chosen, best = regional.candidate, regional.scored
     bound = {where[0].variable} | (set(OF_TIME) if where[0].variable in OF_TIME else set())
     if bound & set(chosen.form.kind.variables):
         return chosen, best
+    open_by = PARTED * inflation(target - space.of(chosen.white) @ best.weights)
+    enough = max(LOOK_ALIKE * best.gain, best.gain - open_by)
     own: tuple[Candidate, Scored] | None = None
     for other in candidates:
         if other.columns.shape[1] <= 2 and bound & set(other.form.kind.variables):
             candidate = candidate_of(observations, gauge, other.form, where)
             found = scored(candidate, space.of(candidate.white), target)
-            if found.gain > LOOK_ALIKE * best.gain and (own is None or found.score > own[1].score):
+            if found.gain > enough and (own is None or found.score > own[1].score):
                 own = candidate, found
     return own or (chosen, best)
 
@@ -220,7 +226,7 @@ def _replicates_more(
 ) -> bool:
     space, target = aim
     size = scored(whole, space.of(whole.white), target).size
-    place = observations.block if of_time(regional.candidate) else observations.place
+    place = observations.block if of_time(regional.candidate) else observations.replicate
     inside = left_out_gain(space.of(regional.candidate.white), target, place, regional.scored.size)
     outside = left_out_gain(space.of(whole.white), target, place, size)
     return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
