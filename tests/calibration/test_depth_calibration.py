@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from fusion.calibration.depth import board_walls
 from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
 from fusion.calibration.depth.harmonics import ALIKE, harmonics
 from fusion.calibration.depth.known import start
@@ -284,6 +285,18 @@ def test_a_board_places_itself(tmp_path):
     assert "printed size looks like a scale" in (tmp_path / "report.html").read_text()
     with pytest.raises(FusionError, match="no picture shows the board"):
         calibrate_depth([open_recording(tmp_path / "board")], DepthSettings(board=Board(9, 8, 0.06)))
+
+
+def test_a_wall_is_not_searched_for_a_board_frame_by_frame(tmp_path, monkeypatch):
+    frames = [Frame(k, k / 30, np.full(TOF.shape, 1.0), ir=np.full(TOF.shape, 500, np.uint16)) for k in range(40)]
+    write_recording(tmp_path / "wall", TOF, frames)
+    asked = []
+    monkeypatch.setattr(board_walls, "find_checkerboard", lambda *_: asked.append(1))
+    assert (
+        board_walls.board_walls(open_recording(tmp_path / "wall"), TOF, Sensor(principle="itof"), Board(7, 5, 0.06))
+        == []
+    )
+    assert len(asked) <= board_walls.LOOKS + 1
 
 
 def _picture(board: Board, camera: Camera, effects: tuple[Effect, ...], pose: np.ndarray, index: int) -> Frame:

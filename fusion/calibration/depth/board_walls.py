@@ -13,12 +13,13 @@ from fusion.calibration.depth.plane import Plane
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.charuco import find_charuco
-from fusion.calibration.lens.detect import find_checkerboard
+from fusion.calibration.lens.detect import ATTEMPTS, Attempt, Found, find_checkerboard
 from fusion.calibration.lens.solve import placed
 from fusion.calibration.lens.views import View, view_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame, Recording
+from fusion.recording.sample import spread
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import MODULATIONS_HZ
@@ -26,13 +27,16 @@ from fusion.sensor.view import MODULATIONS_HZ
 CORNER_PX = 0.05  # [px] a corner is never taken to be known better
 WARPED = 0.002  # standard deviation of a tilt as the depth sees it: 0.2 mm over half a board of 20 cm (guess)
 STEPS = 1e-6 * np.eye(6)
+LOOKS = 8  # frames that tell whether a recording shows the board at all
 FARTHEST = 0.1  # [m] off the board's plane: no brightness moves a depth that far, a lost phase does
 Array = NDArray[np.floating]
 
 
 def board_walls(recording: Recording, camera: Camera, known: Sensor, board: Board) -> list[Wall]:
     """One wall for each frame that shows the board in its IR (or colour) image; the others are left out."""
-    walls = []
+    walls: list[Wall] = []
+    if not _shows(recording, board):
+        return walls
     for frame in tqdm(recording, desc=recording.path.name, unit="frame", disable=None, leave=False):
         name = f"{recording.path.name}/{frame.timestamp:.6f}"
         wall = _wall(frame, camera, known, board, name)
@@ -40,12 +44,26 @@ def board_walls(recording: Recording, camera: Camera, known: Sensor, board: Boar
     return walls
 
 
-def seen_board(frame: Frame, camera: Camera, board: Board) -> tuple[View, Array] | None:
-    """Corners of the board in the frame's IR (or colour) image, and the board's pose (6,); None when it is not seen."""
+def _shows(recording: Recording, board: Board) -> bool:
+    """True when one of some frames shows the board: a hundred frames of a wall are not searched one by one."""
+    if len(recording) <= LOOKS:
+        return True
+    some = [recording[index] for index in spread(len(recording), LOOKS)]
+    if any(_corners(frame, board, ATTEMPTS[:1]) is not None for frame in some):
+        return True
+    return _corners(some[len(some) // 2], board, ATTEMPTS) is not None
+
+
+def _corners(frame: Frame, board: Board, attempts: tuple[Attempt, ...] = ATTEMPTS) -> Found | None:
     picture = frame.ir if frame.ir is not None else frame.color
     if picture is None:
         return None
-    found = (find_charuco if board.is_charuco else find_checkerboard)(picture, board)
+    return find_charuco(picture, board) if board.is_charuco else find_checkerboard(picture, board, attempts)
+
+
+def seen_board(frame: Frame, camera: Camera, board: Board) -> tuple[View, Array] | None:
+    """Corners of the board in the frame's IR (or colour) image, and the board's pose (6,); None when it is not seen."""
+    found = _corners(frame, board)
     if found is None:
         return None
     view = view_of("", found.pixels, board, found.ids)
