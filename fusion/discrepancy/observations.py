@@ -10,6 +10,7 @@ from scipy.ndimage import binary_dilation
 
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.tiles import SIDE_PX, Tiling, tiling
+from fusion.discrepancy.views import views_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
@@ -97,6 +98,15 @@ class Observations:
             series = sum(other.look.place == patch.look.place for other in self.patches) > SERIES
             out.append(np.full(len(patch.tiles), patch.look.place + (number * (k + 1) if series else 0)))
         return np.concatenate(out)
+
+    @cached_property
+    def replicate(self) -> NDArray[np.intp]:
+        """(n,) recording of each tile; of one recording alone its view, as long as there are several."""
+        places = {patch.look.place for patch in self.patches}
+        views = views_of([patch.look.T_world_camera for patch in self.patches])
+        if len(places) > 1 or len(set(views)) == 1:
+            return self.place
+        return np.concatenate([np.full(len(p.tiles), view) for p, view in zip(self.patches, views, strict=True)])
 
     def rows(self) -> Iterator[tuple[slice, Patch]]:
         """Each patch and where its tiles stand in the vectors."""

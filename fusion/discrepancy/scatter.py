@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 
 from fusion.discrepancy.gauge import Gauge, drift_columns
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.part import FIELD
 from fusion.discrepancy.naming.step import inflation
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.unknown.unrestricted import Group
@@ -89,11 +90,15 @@ def _two_sizes(white: Vector, seen: Vector, freedom: int) -> tuple[float, float]
 
 def _spanned(candidates: Sequence[Candidate], groups: Sequence[Group]) -> Vector | None:
     """(n, r) orthonormal columns that span all forms and smooth functions; None where too little is left beside."""
-    whole = _directions([c.basis for c in candidates] + [g.basis for g in groups])
-    if whole.shape[1] > MOST_COLUMNS * len(whole):
-        # few recordings: maps with a square for nearly every tile would follow anything
-        whole = _directions([c.basis for c in candidates if not c.form.map] + [g.basis for g in groups])
-    return whole if whole.shape[1] <= MOST_COLUMNS * len(whole) else None
+    forms, smooth = [c.basis for c in candidates], [g.basis for g in groups]
+    # few recordings: maps with a square for nearly every tile would follow anything; few tiles: so do smooth functions
+    unmapped = [c.basis for c in candidates if not c.form.map]
+    plain = [c.basis for c in candidates if c.columns.shape[1] < FIELD]
+    for bases in ([*forms, *smooth], [*unmapped, *smooth], plain):
+        whole = _directions(bases)
+        if whole.shape[1] <= MOST_COLUMNS * len(whole):
+            return whole
+    return None
 
 
 def _directions(bases: Sequence[Vector]) -> Vector:

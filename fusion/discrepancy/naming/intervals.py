@@ -34,7 +34,7 @@ def _by_chance(fit: Fit) -> Vector:
     normal = fit.normal
     cov = np.linalg.inv(normal)
     own = np.diag(cov) * inflation(fit.white)
-    place = fit.observations.place
+    place = fit.observations.replicate
     places = np.unique(place)
     if len(places) < FEWEST:
         return np.asarray(own)

@@ -136,10 +136,9 @@ def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, pr
 
 
 def _held_out(fit: Fit, part: Part, seen: Matrix, target: Vector, gain: float) -> float:
-    place = fit.observations.place
     if fit.observations.sensor.effect(part.name) is not None:
-        return gain * replicated_share(part.candidate, place, fit.gauge, target)
-    share = left_out_gain(seen, target, place, part.size)
+        return gain * replicated_share(part.candidate, fit.observations.place, fit.gauge, target)
+    share = left_out_gain(seen, target, fit.observations.replicate, part.size)
     if of_time(part.candidate) and share < REPLICATED * gain:
         return left_out_gain(seen, target, fit.observations.block, part.size)
     return share

@@ -72,7 +72,7 @@ def _sound(fit: Fit, k: int) -> bool:
     space, target = beside(fit, k)
     seen = space.of(part.candidate.white)
     own = scored(part.candidate, seen, target)
-    place = fit.observations.block if of_time(part.candidate) else fit.observations.place
+    place = fit.observations.block if of_time(part.candidate) else fit.observations.replicate
     return own.score > 0 and left_out_gain(seen, target, place) >= REPLICATED * own.gain
 
 

@@ -46,7 +46,7 @@ def _ways(fit: Fit, weight: Vector) -> NDArray[np.float64]:
 
     Their mean over the tiles is 0 and their spread 1, each tile with its weight (n,).
     """
-    place, ways = fit.observations.place, []
+    place, ways = fit.observations.replicate, []
     for values in covariates(fit.observations).values():
         rank = np.searchsorted(np.sort(values), values) / len(values) - 0.5
         ways += [rank, rank**2]
