@@ -127,7 +127,8 @@ def _reach(limit: float | None) -> str:
 
 def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
     low, high = numbers["heldout_before_m"] * 1e3, numbers["heldout_after_m"] * 1e3
-    held_out = f"{high:.2f} mm rms on a wall left out, {low:.2f} mm without correction"
+    glossy = " (what the board mirrors taken out too)" if "gloss" in numbers["law"] else ""
+    held_out = f"{high:.2f} mm rms on a wall left out{glossy}, {low:.2f} mm without correction"
     return [
         f"law       {numbers['law']}, of {len(numbers['candidates'])} candidates",
         f"held out  {held_out if len(numbers['walls']) > 1 else 'one wall: nothing'}",

@@ -42,7 +42,8 @@ def depth_report(path: Path, found: DepthCalibration, command: str = "", setting
 def _summary(found: DepthCalibration) -> list[Light]:
     before, after = found.before.error, found.best.error
     if len(found.walls) > 1:
-        text = f"On walls that were left out the error falls from {before * 1e3:.2f} to {after * 1e3:.2f} mm rms."
+        text = f"On walls that were left out the error falls from {before * 1e3:.2f} to {after * 1e3:.2f} mm rms"
+        text += ", what the board's gloss mirrors taken out too." if "gloss" in found.best.law.keys else "."
         lines = [Light(level(after / before if before else 1.0, SHARE_LEFT), "Correction", text)]
         lines.append(Light("ok", "Law", f"Chosen of {len(found.judged)} candidates: {found.best.candidate.name}."))
     else:

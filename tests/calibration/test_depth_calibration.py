@@ -15,6 +15,7 @@ from fusion.calibration.depth.law_sensor import Numbers, with_law
 from fusion.calibration.depth.plane import Plane, find_wall
 from fusion.calibration.depth.radial_limit import radial_limit
 from fusion.calibration.depth.selection import choose
+from fusion.calibration.depth.surface import _mean, _std_of_mean
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
 from fusion.commands.main import main
@@ -135,6 +136,18 @@ def test_what_was_put_in_is_taken_out(camera: Camera, effects: tuple[Effect, ...
     assert left_over(found, camera, effects) < 1e-3
     assert found.best.error < 0.3 * found.before.error
     assert found.best.error < 2 * np.hypot(LASER, NOISE)
+
+
+def test_the_deviation_of_a_map_is_how_far_its_tiles_are_off():
+    rng = np.random.default_rng(0)
+    truth = rng.normal(0, 2e-3, (30, 40))
+    weights = rng.uniform(1, 3, (12, 1, 1)) * np.ones((12, 30, 40))
+    walls = truth + rng.normal(0, 1e-3, weights.shape) / np.sqrt(weights)
+    walls[0, :10], weights[0, :10] = np.nan, 0  # one wall fills less of the picture
+    maps = list(zip(walls, weights, strict=True))
+    off = _mean(maps)[0] - truth
+    # the deviation of one tile from twelve walls is itself known to a fifth; the median over tiles a little below it
+    assert _std_of_mean(maps) == pytest.approx(off.std(), rel=0.1)
 
 
 @pytest.mark.slow

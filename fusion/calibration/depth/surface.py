@@ -26,12 +26,14 @@ class Stack:
         distance: (n,) of the walls [m], increasing.
         maps: (n, rows, columns).
         u, v: centres of the tiles [px].
+        std: of a usual tile of a map, in the same unit.
     """
 
     distance: Array
     maps: Array
     u: Array
     v: Array
+    std: float = 0.0
 
 
 def native(evidence: Evidence, sensor: Sensor) -> Array:
@@ -64,9 +66,23 @@ def stack_of(evidence: list[Evidence], units: list[Array], kind: str) -> Stack:
     order = np.argsort([e.wall.true_plane.distance for e in evidence])
     maps = [_map(evidence[i], evidence[i].rest, units[i]) for i in order]
     distances = np.array([evidence[i].wall.true_plane.distance for i in order])
+    centres = _centres(evidence[0].tiles)
     if kind == "map":
-        return Stack(distances[:1], _filled(_mean(maps)[0])[None], *_centres(evidence[0].tiles))
-    return Stack(distances, np.array([_filled(values) for values, _ in maps]), *_centres(evidence[0].tiles))
+        return Stack(distances[:1], _filled(_mean(maps)[0])[None], *centres, _std_of_mean(maps))
+    weight = np.concatenate([w[w > 0] for _, w in maps])
+    std = 1 / np.sqrt(4 * np.pi * SMOOTH**2 * np.median(weight))  # a bell counts that many tiles
+    return Stack(distances, np.array([_filled(values) for values, _ in maps]), *centres, float(std))
+
+
+def _std_of_mean(maps: list[tuple[Array, Array]]) -> float:
+    """Standard deviation of a usual tile of the mean map, by how much the walls differ from it."""
+    mean, total = _mean(maps)
+    squares = np.sum([(np.nan_to_num(value - mean) * weight) ** 2 for value, weight in maps], axis=0)
+    seen = np.sum([weight > 0 for _, weight in maps], axis=0)
+    often = seen > 1  # one wall alone does not differ from itself
+    if not often.any():
+        return 0.0
+    return float(np.median(np.sqrt(squares[often] * seen[often] / (seen[often] - 1)) / total[often]))
 
 
 def _centres(tiles: Tiles) -> tuple[Array, Array]:

@@ -26,7 +26,7 @@ def with_surface(sensor: Sensor, camera: Camera, stack: Stack) -> Sensor:
         if there is not None:
             pixels = pixels + np.asarray(there.map)  # type: ignore[attr-defined]
         effect: Effect = DisparityDistortion(map=pixels) if triangulating else FixedPattern(map=pixels)
-        return _with(sensor, effect)
+        return _with(sensor, effect, "map", stack.std)
     values = np.asarray(np.moveaxis(stack.maps, 0, -1), float)  # (v, u, depth)
     old = sensor.effect("tabulated")
     if isinstance(old, Tabulated):
@@ -34,13 +34,15 @@ def with_surface(sensor: Sensor, camera: Camera, stack: Stack) -> Sensor:
     grid = tuple(tuple(map(float, axis)) for axis in (stack.v, stack.u, stack.distance))
     names = ("v", "u", "depth")
     table = Tabulated(names, grid, values_px=values) if triangulating else Tabulated(names, grid, values)
-    return _with(replace(sensor, std={key: std for key, std in sensor.std.items() if key[0] != "tabulated"}), table)
+    kept = {key: std for key, std in sensor.std.items() if key[0] != "tabulated"}
+    return _with(replace(sensor, std=kept), table, "values_px" if triangulating else "values", stack.std)
 
 
-def _with(sensor: Sensor, effect: Effect) -> Sensor:
+def _with(sensor: Sensor, effect: Effect, parameter: str, std: float) -> Sensor:
     """The sensor with a fitted effect in place of its own."""
     found = sensor.having(effect)
-    return replace(found, fitted=found.fitted | {effect.name})
+    known = found.std | ({(effect.name, parameter): std} if std > 0 else {})
+    return replace(found, fitted=found.fitted | {effect.name}, std=known)
 
 
 def _full(stack: Stack, camera: Camera) -> NDArray[np.floating]:
