@@ -19,7 +19,6 @@ RADIUS = 4  # of the smoothing [px]
 WIDTH = RADIUS / 1.5  # standard deviation of its weights [px]
 TAPS = [k for k in range(-RADIUS, RADIUS + 1) if k]
 GAUSS = [float(np.exp(-0.5 * (k / WIDTH) ** 2)) for k in range(RADIUS + 1)]
-STRIP = 32  # pixels of a row that are looked at in turn
 REACH = 2  # of the differences that make a normal, to either side [px]
 NEIGHBOURS = 2.0  # steps beyond which a neighbour is on another surface
 STEEP = 5.7  # a surface seen at 80 degrees changes its depth by as many pixel widths from one pixel to the next
@@ -106,6 +105,13 @@ def _shifted(before: ti.template(), here: ti.template(), after: ti.template(), b
 
 
 @ti.func
+def _beside(image: ti.template(), g: ti.i32, here: ti.template(), by: ti.template()):
+    """The pixels `by` to the left and to the right of group g, whose own are `here`."""
+    before, after = eight(image, g - 1), eight(image, g + 1)
+    return _shifted(before, here, after, -by), _shifted(before, here, after, by)
+
+
+@ti.func
 def _alike(other: ti.template(), here: ti.template(), gain: ti.f32):
     """Weights from 1 to 0 (Tukey's biweight) of pixels by the difference of their depth."""
     t = (other - here) * gain
@@ -150,38 +156,35 @@ def _smooth(planes: F32, across: ti.i32, height: ti.i32, gain: ti.f32):
 
 @ti.kernel
 def _differentiate(planes: F32, across: ti.i32, height: ti.i32, width: ti.i32, steep: ti.f32, sigma: F32, both: F32):
-    stride, strips = across * LANES, (width + STRIP - 1) // STRIP
-    size = (height + 2 * RADIUS) * stride
-    for n in range(height * strips):
-        v, u = n // strips, n % strips * STRIP
-        at, o, count = (v + RADIUS) * stride + LANES + u, v * width + u, ti.min(STRIP, width - u)
-        some = False
-        for s in range(count):
-            some |= planes[DEPTH * size + at + s] > 0.0
-        if some:
-            nx, ny, nz = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
-            for s in range(STRIP):  # without branches: the compiler makes vectors of it
-                p, z = at + s, planes[DEPTH * size + at + s]
-                a = _surface(planes, size, p + REACH) - _surface(planes, size, p - REACH)
-                b = _surface(planes, size, p + REACH * stride) - _surface(planes, size, p - REACH * stride)
-                m = b.cross(a)
-                # beside a hole or a step there is no normal; of NaN no comparison is true
-                limit = steep * z + 3.0 * sigma[ti.min(o + s, height * width - 1)]
-                left, right = planes[DEPTH * size + p - 1], planes[DEPTH * size + p + 1]
-                up, down = planes[DEPTH * size + p - stride], planes[DEPTH * size + p + stride]
-                whole = (ti.abs(left - z) < limit) & (ti.abs(right - z) < limit)
-                whole &= (ti.abs(up - z) < limit) & (ti.abs(down - z) < limit)
-                length = ti.select(whole, 1.0 / ti.sqrt(m.dot(m)), ti.math.nan)
-                nx[s], ny[s], nz[s] = m[0] * length, m[1] * length, m[2] * length
-            for s in range(count):
-                p, q = (o + s) * 3, (height * width + o + s) * 3  # points first, then normals
-                z = planes[DEPTH * size + at + s]
-                both[p], both[p + 1], both[p + 2] = planes[at + s] * z, planes[size + at + s] * z, z
-                both[q], both[q + 1], both[q + 2] = nx[s], ny[s], nz[s]
-
-
-@ti.func
-def _surface(planes: ti.template(), size: ti.i32, at: ti.i32):
-    """The smoothed point (3,) of an entry."""
-    z = planes[SMOOTH * size + at]
-    return ti.Vector([planes[X * size + at] * z, planes[Y * size + at] * z, z])
+    size = (height + 2 * RADIUS) * across
+    for n in range(height * across):
+        g = n + RADIUS * across
+        v, u = n // across, n % across * LANES - LANES
+        z = eight(planes, DEPTH * size + g)
+        if 0 <= u < width and z.max() > 0.0:
+            o = v * width + u
+            s = ti.Vector([sigma[ti.min(o + e, height * width - 1)] for e in ti.static(range(LANES))])
+            x, y = eight(planes, X * size + g), eight(planes, Y * size + g)
+            x0, x1 = _beside(planes, X * size + g, x, REACH)
+            y0, y1 = _beside(planes, Y * size + g, y, REACH)
+            z0, z1 = _beside(planes, SMOOTH * size + g, eight(planes, SMOOTH * size + g), REACH)
+            ax, ay, az = x1 * z1 - x0 * z0, y1 * z1 - y0 * z0, z1 - z0
+            up, down = g - REACH * across, g + REACH * across
+            z0, z1 = eight(planes, SMOOTH * size + up), eight(planes, SMOOTH * size + down)
+            bx = eight(planes, X * size + down) * z1 - eight(planes, X * size + up) * z0
+            by = eight(planes, Y * size + down) * z1 - eight(planes, Y * size + up) * z0
+            bz = z1 - z0
+            nx, ny, nz = by * az - bz * ay, bz * ax - bx * az, bx * ay - by * ax
+            length = 1.0 / ti.sqrt(nx * nx + ny * ny + nz * nz)
+            # beside a hole or a step there is no normal; of NaN no comparison is true
+            limit = steep * z + 3.0 * s
+            left, right = _beside(planes, DEPTH * size + g, z, 1)
+            length = ti.select(ti.abs(left - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(right - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(eight(planes, DEPTH * size + g - across) - z) < limit, length, ti.math.nan)
+            length = ti.select(ti.abs(eight(planes, DEPTH * size + g + across) - z) < limit, length, ti.math.nan)
+            for e in ti.static(range(LANES)):
+                if u + e < width:
+                    p, q = (o + e) * 3, (height * width + o + e) * 3  # points first, then normals
+                    both[p], both[p + 1], both[p + 2] = x[e] * z[e], y[e] * z[e], z[e]
+                    both[q], both[q + 1], both[q + 2] = nx[e] * length[e], ny[e] * length[e], nz[e] * length[e]
