@@ -157,13 +157,15 @@ def explained_looks(
 
 def _gauged(before: Observations) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:
     """The gauge, and all that is measured in it; with the tiles' own scatter and the recordings' drift, if any."""
-    for _ in range(2):
+    for _ in range(3):
         gauge = gauge_of(before)
         groups, candidates = groups_of(before, gauge), candidates_of(before, gauge)
-        loose = Loose() if before.scatter or before.drift else loose_of(before, gauge, candidates, groups)
+        # what is rough hides what is smooth until it is known
+        loose = loose_of(before, gauge, candidates, groups)
         if loose == Loose():
             break
-        before = replace(before, scatter=loose.scatter, drift=loose.drift)
+        scatter, drift = np.hypot(before.scatter, loose.scatter), np.hypot(before.drift, loose.drift)
+        before = replace(before, scatter=float(scatter), drift=float(drift))
     return before, gauge, groups, candidates
 
 
