@@ -37,7 +37,8 @@ def start() -> str:
     if name not in DEVICES:
         raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(DEVICES))
     _read_kernels_quickly()
-    launch_quickly()
+    if name == "cpu":  # elsewhere nobody has tried it
+        launch_quickly()
     _keep_memory()
     kept = kernels_kept_in()
     if not kept.exists():  # a line that stays, on a terminal only
