@@ -56,8 +56,11 @@ def loose_of(
     noise, drift = _two_sizes(white, seen - basis @ (basis.T @ seen), len(white) - basis.shape[1])
     if len(np.unique(observations.place)) < 2:
         drift = 0.0  # one recording alone may be off as a law has it
-    # of what is rough: of a tile beside its neighbours
-    own = 1.0 / float(np.median(np.diag(gauge.inverse)))
+        own = 1.0 / float(np.median(np.diag(gauge.inverse)))  # of what is rough: of a tile beside its neighbours
+    else:
+        # of the whole gauge: what real scenes leave comes in a few large pieces, as light that a glossy board mirrors
+        # in some of the recordings, and would be taken for laws if it counted as independent from tile to tile
+        own = float(np.median(np.linalg.norm(gauge.bare, axis=1))) ** 2
     return Loose(float(np.sqrt((noise - 1.0) * own)) if noise >= MUCH else 0.0, drift)
 
 
