@@ -157,7 +157,7 @@ def _resized(fit: Fit) -> Fit:
     """The usual size of a field's weights, from the weights as they are and from what is open about them."""
     if not np.any(fit.prior):
         return fit
-    spread = np.diag(np.linalg.inv(fit.normal))
+    spread = np.diag(np.linalg.pinv(fit.normal, hermitian=True))  # a shape that changes nothing has no spread
     parts, prior = [], fit.prior.copy()
     for part, (own, _) in zip(fit.parts, fit.places, strict=True):
         if part.size:
