@@ -29,6 +29,12 @@ NOTHING = (
     "Nothing: no effect passes the tests. That is no proof that there is none; the tables below say how large each "
     "could still be, and which ones these recordings cannot show."
 )
+LOOSE = {  # what follows no law, by its name in the verdict
+    "scatter": "Neighbouring places differ by {} for no reason that is known here: second bounces, a bent target, poses. "
+    "All that is said holds beyond that.",
+    "drift": "Every recording has a smooth error of its own of about {} over the image, for no reason that is known "
+    "here. What is said holds beyond that.",
+}
 CHI2 = (1.3, 2.5)  # per degree of freedom: explained up to, a problem above (guesses)
 
 
@@ -104,20 +110,10 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
     after = seen.misfit[1]
     whole = "It is explained." if level(after, CHI2) == "ok" else "Something stays that nobody has named."
     lines.append(Light(level(after, CHI2), "Fit", f"{said_misfit(seen)}, on {frames}. {whole}"))
-    scatter = verdict["fit"]["scatter"]
-    if scatter["value"]:
-        text = (
-            f"Neighbouring places differ by {scatter['value']:.2g} {scatter['unit']} for no reason that is known here: "
-            "second bounces, a bent target, poses. All that is said holds beyond that."
-        )
-        lines.append(Light("warning", "Scatter", text))
-    drift = verdict["fit"]["drift"]
-    if drift["value"]:
-        text = (
-            f"Every recording has a smooth error of its own of about {drift['value']:.2g} {drift['unit']} over the "
-            "image, for no reason that is known here. What is said holds beyond that."
-        )
-        lines.append(Light("warning", "Drift", text))
+    for key, text in LOOSE.items():
+        found = verdict["fit"][key]
+        if found["value"]:
+            lines.append(Light("warning", key.capitalize(), text.format(f"{found['value']:.2g} {found['unit']}")))
     if "reference" in verdict:
         lines.append(Light("warning", "Reference", verdict["reference"]["text"].replace("_", " ")))
     for entry in missing:
