@@ -30,8 +30,8 @@ NOTHING = (
     "could still be, and which ones these recordings cannot show."
 )
 LOOSE = {  # what follows no law, by its name in the verdict
-    "scatter": "Neighbouring places differ by {} for no reason that is known here: second bounces, a bent target, poses. "
-    "All that is said holds beyond that.",
+    "scatter": "Neighbouring places differ by {} for no reason that is known here: second bounces, a bent target, "
+    "poses. All that is said holds beyond that.",
     "drift": "Every recording has a smooth error of its own of about {} over the image, for no reason that is known "
     "here. What is said holds beyond that.",
 }
