@@ -109,10 +109,11 @@ def test_integrate_equals_its_twin(one_view):
     blocks = volume.blocks.coordinates[: volume.block_count : 4]  # every fourth: the twin is slow
     twin = integrate_twin(blocks, depth, camera, T, 0.01, 0.04).reshape(len(blocks), -1, 2)
     found = by_voxel(volume.blocks.voxels[: volume.block_count : 4])
-    # single precision may put a voxel on the other side of a rounding limit (pixel, edge, truncation); a plane's weight
-    # and scale are kept to one part in 256 each, their product to one in 128
-    equal = np.isclose(found, twin, rtol=8e-3, atol=2e-6).all(axis=2)
-    assert equal.mean() > 0.999
+    # single precision may put a voxel on the other side of a rounding limit (pixel, edge, truncation)
+    distance = np.isclose(found[..., 0], twin[..., 0], rtol=8e-3, atol=2e-6)  # scale and slopes are rounded
+    weight = np.isclose(found[..., 1], twin[..., 1], rtol=8e-3)  # two factors of one part in 256 each
+    assert (distance & weight).mean() > 0.999
+    assert np.median(np.abs(found - twin)[..., 0]) < 1e-5  # [m] a thousandth of a voxel
 
 
 def test_every_voxel_near_the_surface_has_a_block(one_view):
