@@ -34,7 +34,8 @@ class Visibility:
         detectable: smallest size that would stand out by five standard deviations; None where nothing is left.
         shape: values of the searched shape at which this holds.
         alike: names with a form whose footprint is the same in this data.
-        visible: a fair share of it survives, or sizes as they are usual stand out all the same.
+        visible: a fair share of it survives, or sizes as they are usual stand out all the same; and what stands out is
+            within the bounds of the parameter.
     """
 
     effect: str
@@ -89,7 +90,8 @@ def _visibility(candidate: Candidate, candidates: Sequence[Candidate], gauge: Ga
     about = parameters(candidate.form.kind)[_size_name(candidate)]
     shape = {name: float(value) for name, value in candidate.form.fixed.items() if np.ndim(value) == 0}
     size = _detectable(candidate)
-    visible = np.isfinite(size) and (share >= UNSEEN or size < about.typical)
+    possible = size <= max(abs(about.low), abs(about.high))  # a larger one no sensor can have
+    visible = possible and (share >= UNSEEN or size < about.typical)
     alike = _alike(candidate, candidates) if visible else ()
     size_or_none = size if visible else None
     return Visibility(

@@ -20,6 +20,7 @@ Vector = NDArray[np.float64]
 
 BINS = 40
 FEWEST = 4  # tiles of a bin: fewer tell nothing
+DOTS = 600  # of single tiles in a curve: more only make the page larger
 SHOWN = 2  # variables of a law; that of the region comes on top
 CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
 
@@ -36,9 +37,9 @@ def claim_section(found: Explanation, claim: Claim, mask: NDArray[Any], unit: Un
         f"It shifts the measurement by up to {strongest:.2g} {unit.text}",
         f"claim-{claim.number}",
         f"Recorded residuals with the fitted {plain(entry['effect'])} over {', '.join(c.variable for c in curves)}.",
-        "Above: the fitted effect as a line; points are the recordings once everything else is corrected. Below: what "
-        "no choice of poses explains, without the effect and with it. Points are means over tiles, whiskers one "
-        "standard deviation of the noise. Bright pixels of the picture tell most for the claim.",
+        "Above: the fitted effect at single tiles as small dots; points are the recordings once everything else is "
+        "corrected. Below: what no choice of poses explains, without the effect and with it. Points are means over "
+        "tiles, whiskers one standard deviation of the noise. Bright pixels of the picture tell most for the claim.",
     )
     figures = (claim_figure(curves, mask, unit, text),) if curves else ()
     return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))
@@ -116,7 +117,10 @@ def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve
     shifts, before, after = (means @ part * unit.factor for part in (law, without, rest))
     noise = np.linalg.norm(means @ found.gauge.bare, axis=1) * unit.factor
     own = [(bound["low"], bound["high"]) for bound in bounds if bound["variable"] == variable]
-    return Curve(variable, means @ values, shifts, before, after, noise, own[0] if own else None)
+    order = np.flatnonzero(used)[np.argsort(values[used], kind="stable")]
+    some = order[np.linspace(0, len(order) - 1, min(len(order), DOTS)).astype(int)]
+    each = np.stack([values[some], law[some] * unit.factor])
+    return Curve(variable, means @ values, shifts, each, before, after, noise, own[0] if own else None)
 
 
 def bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:

@@ -77,3 +77,15 @@ def test_twins_of_this_data_are_named():
     table = table_of(sensor_of("itof"), looks_at(sensor_of("itof"), 0))
     assert "subsurface_scattering" in table["depth_offset"].alike
     assert "column_delay" not in table["depth_offset"].alike
+
+
+def test_what_only_an_impossible_size_would_show_is_not_visible():
+    """A table can move by what noise hides if only the size is beyond every bound: that shows nothing."""
+    sensor = sensor_of("itof")
+    observations = observe(sensor, looks_at(sensor, 0))
+    gauge = gauge_of(observations)
+    offset = next(c for c in candidates_of(observations, gauge) if c.name == "depth_offset" and not c.where)
+    for faint, seen in ((1.0, True), (1e-6, False)):
+        weak = replace(offset, columns=offset.columns * faint, white=offset.white * faint)
+        (entry,) = visibilities([weak], gauge)
+        assert entry.visible == seen and (entry.detectable is not None) == seen

@@ -43,6 +43,7 @@ class Curve:
         variable: name as in verdicts.
         at: (k,) of the bins.
         law: (k,) the fitted effect.
+        each: (2, m) the variable and the fitted effect at single tiles: a law may swing within a bin.
         without, rest: (k,) residuals without and with it, poses set as well as they can be each time.
         std: (k,) of the residuals by noise alone.
         region: bounds in this variable, or None.
@@ -51,6 +52,7 @@ class Curve:
     variable: str
     at: Array
     law: Array
+    each: Array
     without: Array
     rest: Array
     std: Array
@@ -89,7 +91,8 @@ def claim_figure(curves: Sequence[Curve], mask: Array, unit: Unit, text: Figure)
         grid = figure.add_gridspec(2, len(curves) + 1, height_ratios=(1.3, 1))
         first: list[Any] = [None, None]
         for column, curve in enumerate(curves):
-            top, low = (figure.add_subplot(grid[row, column], sharey=first[row]) for row in (0, 1))
+            top = figure.add_subplot(grid[0, column], sharey=first[0])
+            low = figure.add_subplot(grid[1, column], sharey=first[1], sharex=top)
             first = [first[0] or top, first[1] or low]
             _curve(top, low, curve, legend=column == 0)
             if column == 0:
@@ -120,7 +123,7 @@ def _curve(top: Any, low: Any, curve: Curve, legend: bool) -> None:
     for ax in (top, low):
         ax.axhline(0, color=INK, linewidth=0.8)
     top.errorbar(curve.at, curve.law + curve.rest, curve.std, color=GREY, label="recorded", **whiskers)
-    top.plot(curve.at, curve.law, color=BLUE, label="the effect, fitted")
+    top.plot(*curve.each, ".", markersize=2.5, color=BLUE, label="the effect, fitted")
     low.errorbar(curve.at, curve.without, curve.std, color=ORANGE, label="without it", **whiskers)
     low.errorbar(curve.at, curve.rest, curve.std, color=BLUE, label="with it", **whiskers)
     low.set_xlabel(AXES.get(curve.variable, curve.variable))
