@@ -203,7 +203,7 @@ def _channels(named: Named, beyond: Unknown | None, looks: Sequence[Look]) -> Ch
     found = replace(found, steps=tuple(kept))
     sensor = _extended(named, beyond)
     for step in found.steps:
-        sensor = sensor.having(step.effect) if step.effect else sensor
+        sensor = step.added_to(sensor)
     std = {**sensor.std, **{key: value for key, value in found.sensor.std.items() if sensor.effect(key[0])}}
     return replace(found, sensor=replace(sensor, std=std))
 

@@ -101,6 +101,12 @@ class Effect:
         """Probability that the pixel has no value [1]."""
         return np.zeros((), depth.dtype)
 
+    def loses_with(self, depth: Image, view: View) -> Image | None:
+        """What its missing values rise with (h, w), where how they rise is not known: a form that is a guess, or one of
+        light that nobody recorded; None where `dropout` says all.
+        """
+        return None
+
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         """The amplitude (h, w) [count] behind this effect; `depth` is the true one."""
         return amplitude

@@ -7,10 +7,14 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.dropout import dropout_steps
+from fusion.discrepancy.channels.lost_table import having_losses
+from fusion.discrepancy.channels.validity import FLOOR, validity_of
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.observations import observe
+from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.readout.amplitude_dropout import AmplitudeDropout
 from fusion.sensor.effects.readout.saturation import Saturation
+from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.sensor import Sensor
 
 BAD = 400.0
@@ -46,9 +50,56 @@ def test_a_wrong_threshold_is_corrected_and_one_that_is_uncertain_is_left():
     assert found_in(replace(given, std={("amplitude_dropout", "ir_threshold"): 100.0}), looks) == ()
 
 
-def test_without_recorded_amplitude_nothing_is_claimed():
+def test_without_recorded_amplitude_a_threshold_has_its_name_and_no_size():
     looks = [replace(look, view=replace(look.view, ir=None)) for look in looks_of(AmplitudeDropout(ir_threshold=BAD))]
-    assert not any(step.established for step in found_in(sensor_of("itof"), looks))
+    for step in found_in(sensor_of("itof"), looks):
+        assert step.effect == AmplitudeDropout() and not step.std
+
+
+def lost(variable: str, nodes: tuple[float, ...], share: tuple[float, ...], principle="structured_light") -> list[Look]:
+    """What is seen of walls by a sensor that loses values, and does not tell its light."""
+    table = Tabulated((variable,), (nodes,), missing=np.array(share))
+    seen = looks_at(Sensor("made up", principle, (*sensor_of(principle).effects, table)), seed=3)
+    return [replace(look, view=replace(look.view, ir=None)) for look in seen]
+
+
+FAR = ("depth", (0.5, 1.5, 3.0), (0.0, 0.08, 0.3))
+
+
+def test_values_lost_with_distance_have_the_names_that_lose_them_so():
+    (step,) = found_in(sensor_of("structured_light"), lost(*FAR))
+    assert step.established and step.variables == ("depth",) and step.effect is not None
+    assert step.effect.name == "ambient_light" and set(step.alike) <= {"amplitude_dropout"}
+
+
+def test_the_model_then_loses_as_many():
+    given, looks = sensor_of("structured_light"), lost(*FAR)
+    (step,) = found_in(given, looks)
+    seen = validity_of(step.added_to(given), observe(given, looks).patches)
+    # FLOOR is what a model of validity leaves open; the law is straight between five quantiles
+    assert seen is not None and np.mean(np.abs(seen.missing - seen.share())) < FLOOR
+
+
+def test_values_lost_near_the_camera_or_on_one_side_are_an_unknown_law():
+    for law in (("depth", (0.5, 1.5, 3.0), (0.4, 0.1, 0.0)), ("u", (0.0, 111.0), (0.0, 0.3))):
+        (step,) = found_in(sensor_of("structured_light"), lost(*law))
+        assert step.effect is None and step.established and step.variables == (law[0],)
+
+
+def test_a_model_that_holds_the_cause_is_not_told_that_it_lacks_it():
+    given = Sensor("made up", "structured_light", (*sensor_of("structured_light").effects, AmbientLight(ambient=10.0)))
+    assert found_in(given, lost(*FAR)) == ()
+
+
+def test_a_table_of_missing_values_joins_the_sensor_s_own_table():
+    own = Tabulated(("u",), ((0.0, 111.0),), values_px=np.array([0.0, 0.1]))
+    more = Tabulated(("depth",), ((0.5, 3.0),), missing=np.array([0.0, 0.4]))
+    both = having_losses(Sensor("made up", "structured_light", (own,)), more)
+    view = looks_at(sensor_of("structured_light"), seed=0)[0].view
+    assert view.depth is not None
+    alone = [Sensor("made up", "structured_light", (table,)) for table in (own, more)]
+    np.testing.assert_allclose(both.predict(view.depth, view), alone[0].predict(view.depth, view), atol=1e-6)
+    np.testing.assert_allclose(both.dropout(view.depth, view), alone[1].dropout(view.depth, view), atol=1e-6)
 
 
 def test_holes_in_one_recording_alone_are_no_law():

@@ -1,8 +1,11 @@
 """One finding in a channel beside the mean."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
+from fusion.discrepancy.channels.lost_table import having_losses
 from fusion.sensor.effect import Effect
+from fusion.sensor.effects.readout.tabulated import Tabulated
+from fusion.sensor.sensor import Sensor
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,8 @@ class ChannelStep:
         alike: names that this data cannot tell from it.
         variables: what it depends on.
         text: one sentence for a person.
+        added: the table of missing values that goes into the model in place of the effect.
+        form: the law in words, where it is a table.
         established: it also shows in recordings and in frames that took no part in the fit.
     """
 
@@ -34,4 +39,14 @@ class ChannelStep:
     variables: tuple[str, ...] = ()
     text: str = ""
     established: bool = True
-    nearest: str = field(default="")
+    added: Tabulated | None = None
+    form: str = ""
+
+    def added_to(self, sensor: Sensor) -> Sensor:
+        """The sensor with what was found."""
+        if self.added is not None:
+            before = sensor.sources.get("tabulated", "")
+            told = f"{before}; " * bool(before) + f"explained: missing values, {self.form}"
+            sensor = having_losses(sensor, self.added)
+            return replace(sensor, sources={**sensor.sources, "tabulated": told})
+        return sensor if self.effect is None else sensor.having(self.effect)

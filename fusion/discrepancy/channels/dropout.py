@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.unnamed import unnamed
+from fusion.discrepancy.channels.losses import loss_step
 from fusion.discrepancy.channels.validity import Validity, validity_of
 from fusion.discrepancy.observations import Observations
-from fusion.discrepancy.unknown.unrestricted import covariates
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
@@ -71,7 +70,7 @@ def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
         steps.append(step)
     else:
         seen = None
-    last = None if seen is None or _uncertain(sensor, seen) else _unnamed_step(seen)
+    last = None if seen is None or _uncertain(sensor, seen) else loss_step(sensor, seen)
     return sensor, tuple(steps) if last is None else (*steps, last)
 
 
@@ -118,30 +117,6 @@ def _uncertain(sensor: Sensor, seen: Validity) -> bool:
         return True
     own = (form for form in _forms(sensor, recorded_light(seen)) if form[2] is not None)
     return any(before - float(_searched(seen, *form).costs.sum()) > EXPLAINED * excess for form in own)
-
-
-def _unnamed_step(seen: Validity) -> ChannelStep | None:
-    """Missing values that depend on something known, and that no effect explains."""
-    now = seen.share()
-    excess, sigma = seen.missing - now, seen.sigma(np.maximum(now, seen.missing))
-    found = unnamed(excess, sigma, seen.place, covariates(seen.observations))
-    if found is None or float(np.quantile(found.fitted, 0.95)) < LEAST_CHANGE:
-        return None
-    share = found.gain / max(float(((excess / sigma) ** 2).sum()), 1e-9)
-    text = f"more values are missing than predicted, depending on {', '.join(found.variables)}; no effect explains it"
-    return ChannelStep(
-        "dropout",
-        None,
-        {},
-        False,
-        found.gain,
-        min(share, 1.0),
-        found.probability,
-        variables=found.variables,
-        text=text,
-        # where no amplitude is recorded, values also go missing for reasons that no model holds
-        established=recorded_light(seen),
-    )
 
 
 def _forms(sensor: Sensor, light: bool) -> Iterator[tuple[Effect, Parameter, Effect | None]]:

@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 from scipy.stats import chi2
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
 KNOTS = 5
 MOST = 2  # variables
+OUTLIER = 8.0  # times what the tiles are usually off (at least their noise): beyond, a tile counts no more
 FALSE_ALARM = 1e-6
 REPLICATED = 0.5  # of the gain that must show in recordings that took no part in the fit
 WORTH = 0.15  # of the gain of the first variable: one that brings less is not named
@@ -24,12 +27,15 @@ class Unnamed:
         gain: drop of the chi2.
         probability: of that by chance.
         fitted: (n,) what it changes.
+        knots, heights: of each variable, straight in between: the law is their sum.
     """
 
     variables: tuple[str, ...]
     gain: float
     probability: float
     fitted: Vector
+    knots: tuple[Vector, ...]
+    heights: tuple[Vector, ...]
 
 
 def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: dict[str, Vector]) -> Unnamed | None:
@@ -40,11 +46,11 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
         place: recording of each.
         variables: (n,) each, by name.
     """
-    places = np.unique(place)
-    if len(places) < 3 or len(excess) < 10 * KNOTS:
+    if len(np.unique(place)) < 3 or len(excess) < 10 * KNOTS:
         return None
-    white = np.clip(excess / sigma, -8, 8)
-    columns = {name: _hats(values) / sigma[:, None] for name, values in variables.items() if np.ptp(values) > 0}
+    white = whitened(excess, sigma)
+    nodes = {name: knots_of(values) for name, values in variables.items() if np.ptp(values) > 0}
+    columns = {name: _hats(variables[name], at) / sigma[:, None] for name, at in nodes.items()}
     chosen: list[str] = []
     gains: list[float] = []
     for _ in range(MOST):
@@ -57,31 +63,62 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     if not chosen:
         return None
     A = np.concatenate([columns[name] for name in chosen], axis=1)
-    fitted = A @ _weights(A, white)
+    weights = _weights(A, white)
+    fitted = A @ weights
     inflated = max(1.0, float((np.median(np.abs(white - fitted)) / 0.6745) ** 2))
     probability = float(min(1.0, len(columns) * chi2.sf(gains[-1] / inflated, A.shape[1])))
-    held = 0.0
-    for g in places:
-        part = place == g
-        left = white[part] - A[part] @ _weights(A[~part], white[~part])
-        held += float(white[part] @ white[part] - left @ left)
-    if probability > FALSE_ALARM or held < REPLICATED * gains[-1]:
+    if probability > FALSE_ALARM or _held_out(A, white, place) < REPLICATED * gains[-1]:
         return None
-    return Unnamed(tuple(chosen), gains[-1], probability, fitted * sigma)
+    ends = np.cumsum([columns[name].shape[1] for name in chosen])[:-1]
+    heights = tuple(np.split(weights, ends))
+    return Unnamed(
+        tuple(chosen), gains[-1], probability, fitted * sigma, tuple(nodes[name] for name in chosen), heights
+    )
 
 
-def _gain(white: Vector, parts: list[NDArray[np.float64]]) -> float:
+def rising_gain(excess: Vector, sigma: Vector, values: Vector) -> float:
+    """Drop of the chi2 by the best function that only rises with `values` (n,), from 0 or more."""
+    white = whitened(excess, sigma)
+    hats = _hats(values, knots_of(values)) / sigma[:, None]
+    # the sum of all hats from one knot on is a rise up to that knot
+    rises = np.cumsum(hats[:, ::-1], axis=1)[:, ::-1]
+    left = float(nnls(rises, white)[1])
+    return float(white @ white) - left**2
+
+
+def whitened(excess: Vector, sigma: Vector) -> Vector:
+    """(n,) excess in standard deviations; a few tiles far off what is usual here do not decide."""
+    white = excess / sigma
+    most = OUTLIER * max(1.0, float(np.median(np.abs(white))) / 0.6745)
+    return np.clip(white, -most, most)
+
+
+def knots_of(values: Vector) -> Vector:
+    """(k,) quantiles of a variable."""
+    return np.unique(np.quantile(values, np.linspace(0, 1, KNOTS)))
+
+
+def _gain(white: Vector, parts: list[Matrix]) -> float:
     A = np.concatenate(parts, axis=1)
     left = white - A @ _weights(A, white)
     return float(white @ white - left @ left)
 
 
-def _weights(A: NDArray[np.float64], white: Vector) -> Vector:
+def _held_out(A: Matrix, white: Vector, place: NDArray[np.intp]) -> float:
+    """The gain in recordings that took no part in the fit, summed over all."""
+    total = 0.0
+    for g in np.unique(place):
+        part = place == g
+        left = white[part] - A[part] @ _weights(A[~part], white[~part])
+        total += float(white[part] @ white[part] - left @ left)
+    return total
+
+
+def _weights(A: Matrix, white: Vector) -> Vector:
     ridge = 1e-6 * max(float(np.trace(A.T @ A)) / A.shape[1], 1e-300)
     return np.asarray(np.linalg.solve(A.T @ A + ridge * np.eye(A.shape[1]), A.T @ white))
 
 
-def _hats(values: Vector) -> NDArray[np.float64]:
-    """(n, k) piecewise linear functions with knots at quantiles, which together are a constant too."""
-    knots = np.unique(np.quantile(values, np.linspace(0, 1, KNOTS)))
+def _hats(values: Vector, knots: Vector) -> Matrix:
+    """(n, k) piecewise linear functions, which together are a constant too."""
     return np.column_stack([np.interp(values, knots, row) for row in np.eye(len(knots))])

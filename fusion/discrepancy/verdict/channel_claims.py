@@ -34,6 +34,7 @@ def channel_claim(step: ChannelStep) -> dict[str, Any]:
         },
         "indistinguishable_from": list(step.alike),
         "record_next": record_next(step.effect, list(step.alike)) if step.effect else "",
+        **({"law": {"form": step.form, "simple": False, "added_as": "tabulated"}} if step.form else {}),
     }
 
 

@@ -73,6 +73,10 @@ class AmbientLight(Effect):
         drowned = depth**2 * (1.0 / (EQUAL_LUX * LOST_AT))
         return -np.expm1(-(drowned**4) * (after**4 - before**4))
 
+    def loses_with(self, depth: Image, view: View) -> Image | None:
+        """Other light over that of a pattern, which spreads; how many values that costs is a guess in `dropout`."""
+        return None if view.time_of_flight else depth**2
+
 
 def added_noise(before: float, more: Value, depth: Image, view: View) -> Image:
     """Noise (h, w) [m] that comes with `more` lux beyond `before` lux."""

@@ -9,6 +9,7 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
+DIM = 0.01  # share of the light of a white surface that faces the lamp: less is as good as none
 HARD = 0.02  # width of a threshold without a width, as its share: guess, the light's own noise
 
 
@@ -42,3 +43,12 @@ class AmplitudeDropout(Effect):
         missing = expit((threshold - np.asarray(view.ir, depth.dtype)) / width)
         # a threshold of 0 is none; a pixel of unknown amplitude is not judged
         return np.where((threshold > 0) & np.isfinite(missing), missing, 0).astype(depth.dtype)
+
+    def loses_with(self, depth: Image, view: View) -> Image | None:
+        """One over the light that comes back from the lamp's distance and direction, where nobody recorded it."""
+        if view.ir is not None:
+            return None
+        incidence = 0.0 if view.incidence is None else np.nan_to_num(np.asarray(view.incidence, depth.dtype))
+        seen = 1.0 if view.reflectance is None else np.nan_to_num(np.asarray(view.reflectance, depth.dtype), nan=1.0)
+        lit = np.maximum(np.cos(incidence), DIM) * np.maximum(seen, DIM)
+        return np.asarray((depth * view.stretch) ** 2 / lit, depth.dtype)

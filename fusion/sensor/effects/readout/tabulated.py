@@ -23,11 +23,12 @@ STEEPEST = 0.5  # m of error per m, or px per px: beyond, the fixed point of the
 class Tabulated(Effect):
     """The value of a table, interpolated linearly, is added to the length (itof: along the ray) or to the disparity.
 
-    Outside its grid the table is held. Where a variable is not known, nothing changes.
+    Another table over the same variables holds which share of the values is missing. Outside its grid a table is held.
+    Where a variable is not known, nothing changes.
     """
 
     name: ClassVar[str] = "tabulated"
-    formula: ClassVar[str] = "length or disparity + table(variables)"
+    formula: ClassVar[str] = "length or disparity + table(variables); P(missing) = table(variables)"
 
     variables: tuple[str, ...] = setting("words", "what the table depends on, " + ", ".join(VARIABLES))  # type: ignore[misc]
     grid: tuple[tuple[float, ...], ...] = setting("numbers", "increasing values of each variable")
@@ -35,6 +36,7 @@ class Tabulated(Effect):
     values_px: Value = parameter(
         "px", (-2, 2), "error of the disparity", "measured", "px", typical=0.1, kind="table", label="values"
     )
+    missing: Value = parameter("1", (0, 1), "share of missing values", "measured", typical=0.1, kind="table")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -49,7 +51,7 @@ class Tabulated(Effect):
             expected = f"{len(self.variables)} lists of increasing numbers, one per variable"
             raise SensorError("the grid of a table is wrong", found=f"{len(self.grid)} lists", expected=expected)
         shape = tuple(len(nodes) for nodes in self.grid)
-        for values in (self.values, self.values_px):
+        for values in (self.values, self.values_px, self.missing):
             if np.shape(values) not in ((), shape):
                 raise SensorError("a table does not fit its grid", found=np.shape(values), expected=shape)
 
@@ -63,6 +65,12 @@ class Tabulated(Effect):
         if np.any(self.values_px):
             change = change + depth_change(depth, self._at(np.asarray(self.values_px), at, depth), view)
         return change
+
+    def dropout(self, depth: Image, view: View) -> Image:
+        at = [VARIABLES[name](depth, view) for name in self.variables]
+        if not np.any(self.missing) or any(x is None for x in at):
+            return np.zeros((), depth.dtype)
+        return self._at(np.asarray(self.missing), at, depth)
 
     def left(self) -> str:
         for own, table in (({"depth", "range"}, self.values), ({"disparity"}, self.values_px)):
