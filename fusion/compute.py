@@ -18,6 +18,7 @@ from fusion.errors import FusionError
 from fusion.launch import launch_quickly
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits: what shall run side by side takes as many
+FEW = 4  # processor cores; with more, two threads that share one cost little
 DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
 
 
@@ -44,6 +45,7 @@ def start() -> str:
     if not kept.exists():  # a line that stays, on a terminal only
         line = "compiling the kernels, once on this machine: up to a minute"
         tqdm(total=0, desc=line, bar_format="{desc}", disable=None).close()
+    before = _threads()
     with contextlib.redirect_stdout(io.StringIO()):  # it prints the back end whatever the log level is
         ti.init(
             arch=DEVICES[name],
@@ -54,7 +56,9 @@ def start() -> str:
             default_ip=ti.i32,
             fast_math=False,
         )
-    running = ti.lang.impl.current_cfg().arch
+    config = ti.lang.impl.current_cfg()
+    _spread(sorted(_threads() - before)[-config.cpu_max_num_threads :])
+    running = config.arch
     if name != "cpu" and running != DEVICES[name]:  # Taichi takes the processor without a word
         raise FusionError("no such device here", "--device or FUSION_DEVICE", name, "cpu", "leave it out")
     return name
@@ -75,6 +79,26 @@ def _keep_memory() -> None:
             library = ctypes.CDLL(None)
             library.mallopt(-3, 16 << 20)  # M_MMAP_THRESHOLD: up to this size [bytes] memory comes from the heap,
             library.mallopt(-1, 256 << 20)  # M_TRIM_THRESHOLD: which keeps that much
+
+
+def _threads() -> set[int]:
+    """Of this process, where Linux tells them."""
+    tasks = Path("/proc/self/task")
+    return {int(task.name) for task in tasks.iterdir()} if tasks.exists() else set()
+
+
+def _spread(workers: list[int]) -> None:
+    """One of the threads that kernels run on, Taichi's latest, to each core.
+
+    The thread that wakes two of them keeps its own core busy meanwhile, so Linux often puts both on the other one: a
+    kernel then takes as long as on one core, though the other is free.
+    """
+    if hasattr(os, "sched_setaffinity"):
+        cores = sorted(os.sched_getaffinity(0))
+        if len(workers) == len(cores) <= FEW:
+            with contextlib.suppress(OSError):
+                for worker, core in zip(workers, cores, strict=True):
+                    os.sched_setaffinity(worker, {core})
 
 
 def _read_kernels_quickly() -> None:
