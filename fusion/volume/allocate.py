@@ -6,14 +6,15 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.lanes import eight
+from fusion.geometry.lanes import eight, gather, high, low, put
 from fusion.geometry.pose import Array
-from fusion.volume.blocks import F32, F32_2, I32, I64, Blocks, lookup, pack, unpack
-from fusion.volume.frame import CELL, PAD, TILE, Work
+from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, lookup, pack, unpack
+from fusion.volume.frame import CELL, PAD, STRIP, Work
 from fusion.volume.lens import rows
 from fusion.volume.settings import BLOCK, LATTICE
 
-FILTER = 1 << 15  # entries of the table that keeps most doublets out of the list of missing blocks
+FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks
+CELLS = STRIP // CELL  # that are looked at side by side
 
 
 def allocate(
@@ -36,21 +37,19 @@ def allocate(
     box = np.array([-1e30] * 3 + [1e30] * 3 if settings.bounds is None else np.ravel(settings.bounds)) / block
     edge = LATTICE - 2  # neighbours stay on the lattice
     span = np.clip(np.floor(box), -edge, edge).astype(np.int32)
-    seen, missing, size = np.full(FILTER, -1, np.int64), np.zeros(1, np.int32), 1 << 14
     depth, weight = images
-    horizon = block * (LATTICE - 4)
-    weighted = weight.size > 1 or depth.size == 1
-    _clean(depth, weight, frame.inverse, frame.weight, frame.layout.stride // 8, horizon, weighted)
+    missing, size = np.zeros(1, np.int32), FILTER
     while True:
-        keys = np.empty(size, np.int64)
-        missing[0] = 0
+        keys, missing[0] = np.empty(size, np.int64), 0
         _scan(
-            frame.inverse, frame.farthest, frame.x, frame.y, rows(T_world_camera), span, blocks.keys, blocks.ids,
-            seen, keys, missing, settings.voxel, settings.truncation, camera.fx, frame.margin, *camera.shape,
+            depth, weight, frame.inverse, frame.weight, frame.farthest, frame.cells, frame.x, frame.y,
+            rows(T_world_camera), span, blocks.keys, blocks.ids, blocks.around, np.full(FILTER, -1, np.int64), keys,
+            missing, settings.voxel, settings.truncation, camera.fx, frame.margin, block * (LATTICE - 4),
+            weight.size > 1 or depth.size == 1,
         )  # fmt: skip
         if missing[0] <= size:
             break
-        size, seen = int(missing[0]) * 2, np.full(FILTER, -1, np.int64)
+        size = int(missing[0]) * 2
     added = unpack(np.unique(keys[: missing[0]]))
     if len(added):
         blocks.insert(added)
@@ -59,137 +58,142 @@ def allocate(
 
 @ti.func
 def _want(
-    x: ti.i32, y: ti.i32, z: ti.i32, keys: ti.template(), ids: ti.template(), seen: ti.template(),
-    missing: ti.template(), count: ti.template(),
+    at: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(), missing: ti.template(),
+    count: ti.template(),
 ):  # fmt: skip
-    """Lists a block when it is absent; a block is looked up once in most cases."""
-    key = pack(x, y, z)
+    """Lists a block when it is absent."""
+    key = pack(at[0], at[1], at[2])
     h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
-    if seen[h] != key:
+    if seen[h] != key and lookup(at[0], at[1], at[2], keys, ids) < 0:
         seen[h] = key
-        if lookup(x, y, z, keys, ids) < 0:
-            n = ti.atomic_add(count[0], 1)
-            if n < missing.shape[0]:
-                missing[n] = key
+        n = ti.atomic_add(count[0], 1)
+        if n < missing.shape[0]:
+            missing[n] = key
 
 
 @ti.func
-def _bits(low: ti.template(), high: ti.template()):
-    """The blocks from low to high, each of them 0 to 3, as bits 16 x + 4 y + z."""
-    one = ti.cast(1, ti.i64)
-    bits = one
-    for a in ti.static(range(3)):  # axis by axis: what is marked so far, at every step from low to high
-        shift = ti.static((16, 4, 1)[a])
-        bits <<= shift * low[a]
-        bits |= ti.select(high[a] > low[a], bits << shift, 0)
-        bits |= ti.select(high[a] > low[a] + 1, bits << (shift * (high[a] - low[a] - 1)), 0)
+def _bits(begin: ti.template(), end: ti.template()):
+    """The blocks from begin to end, each of them 0 to 2, as bits in the order of `Blocks.neighbours`."""
+    bits = 1
+    for a in ti.static(range(3)):  # axis by axis: what is marked so far, at every step from begin to end
+        shift = ti.static((9, 3, 1)[a])
+        bits <<= shift * begin[a]
+        bits |= ti.select(end[a] > begin[a], bits << shift, 0)
+        bits |= ti.select(end[a] > begin[a] + 1, bits << shift, 0)
     return bits
 
 
-@ti.kernel
-def _clean(depth: F32_2, weight: F32_2, inverse: F32, weighed: F32, across: ti.i32, horizon: ti.f32,
-           weighted: ti.template()):  # fmt: skip
-    """One over depth, and weights, of whole rows of eight pixels."""
-    height, width = depth.shape[0], depth.shape[1]
-    per_row = (width + TILE - 1) // TILE
-    for n in range(height * per_row):
-        v, u = n // per_row, n % per_row * TILE
-        g = (v + PAD) * across + n % per_row
-        z = ti.Vector([depth[v, ti.min(u + e, width - 1)] for e in ti.static(range(8))])
-        i = ti.select((z > 1e-6) & (z < horizon), 1.0 / z, 0.0)  # NaN is neither
-        if ti.static(weighted):
-            w = ti.Vector([weight[v, ti.min(u + e, width - 1)] for e in ti.static(range(8))])
-            i = ti.select((w > 0.0) & (w < 1e30), i, 0.0)
-            for e in ti.static(range(8)):
-                weighed[(g << 3) | e] = w[e]
-        if u + TILE > width:
-            for e in ti.static(range(8)):
-                i[e] = ti.select(u + e < width, i[e], 0.0)
-        for e in ti.static(range(8)):
-            inverse[(g << 3) | e] = i[e]
+@ti.func
+def _look(
+    begin: ti.template(), end: ti.template(), keys: ti.template(), ids: ti.template(), around: ti.template(),
+    seen: ti.template(), missing: ti.template(), count: ti.template(),
+):  # fmt: skip
+    """Lists what is absent of the blocks from begin to end."""
+    middle, sides, whole = (begin + end) >> 1, end - begin + 1, False
+    if sides.max() <= 3:
+        n = lookup(middle[0], middle[1], middle[2], keys, ids)
+        if n >= 0:
+            whole = (_bits(begin - middle + 1, end - middle + 1) & ~around[n]) == 0
+    if not whole:
+        for j, k, m in ti.ndrange(sides[0], sides[1], sides[2]):
+            _want(begin + ti.Vector([j, k, m]), keys, ids, seen, missing, count)
+
+
+@ti.func
+def _reach(box: ti.template(), p: ti.template(), a: ti.template(), voxel: ti.f32):
+    """First and last block along axis a around what lies between two depths behind eight rectangles of pixels."""
+    x, y, wide, tall, z0, z1 = eight(box, 0), eight(box, 1), eight(box, 2), eight(box, 3), eight(box, 4), eight(box, 5)
+    d = p[4 * a] * x + p[4 * a + 1] * y + p[4 * a + 2]
+    aside = (ti.abs(p[4 * a]) * wide + ti.abs(p[4 * a + 1]) * tall) * z1
+    # blocks that hold a voxel in between; a hundredth for rounding
+    first = ti.ceil((p[4 * a + 3] + low(d * z0, d * z1) - aside) / voxel - 0.01, ti.i32) >> 3
+    last = ti.floor((p[4 * a + 3] + high(d * z0, d * z1) + aside) / voxel + 0.01, ti.i32) >> 3
+    return first, last
+
+
+@ti.func
+def _read(row: ti.template(), image: ti.template(), v: ti.i32, u: ti.i32):
+    """A strip of an image from pixel (v, u) on; what lies outside of the image stays as it is."""
+    if v < image.shape[0] and u + STRIP <= image.shape[1]:
+        for s in range(STRIP):
+            row[s] = image[v, u + s]
+    elif v < image.shape[0]:
+        for s in range(image.shape[1] - u):
+            row[s] = image[v, u + s]
 
 
 @ti.kernel
 def _scan(
-    inverse: F32, farthest: F32_2, x: F32, y: F32, pose: F32, span: I32, keys: I64, ids: I32, seen: I64, missing: I64,
-    count: I32, voxel: ti.f32, truncation: ti.f32, focal: ti.f32, margin: ti.f32, height: ti.i32, width: ti.i32,
+    depth: F32_2, weight: F32_2, inverse: F32, weighed: F32, farthest: F32_2, cells: F32_3, x: F32, y: F32, pose: F32,
+    span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32, voxel: ti.f32,
+    truncation: ti.f32, focal: ti.f32, margin: ti.f32, horizon: ti.f32, weighted: ti.template(),
 ):  # fmt: skip
-    """Fills `farthest`, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""
-    across = farthest.shape[1] // 2
-    for tile in range(farthest.shape[0] * across // 2):
-        v0, g0 = tile // across * TILE + PAD, tile % across
-        corner = ti.Vector([1 << 30, 0, 0])  # of 4 x 4 x 4 blocks, most often all that a tile meets: met once,
-        met = ti.cast(0, ti.i64)  # as a bit, they are looked up once
-        for half in range(2):
-            near8, far8 = ti.Vector([0.0] * 8), ti.Vector([1e30] * 8)  # one over the depths
-            for v in ti.static(range(CELL)):
-                i = eight(inverse, (v0 + half * CELL + v) * across + g0)
-                near8 = ti.select(i > near8, i, near8)
-                i = ti.select(i > 0.0, i, 1e30)
-                far8 = ti.select(i < far8, i, far8)
-            for side in ti.static(range(2)):
-                nearest, remote = 0.0, 1e30
-                for e in ti.static(range(CELL)):
-                    nearest = ti.max(nearest, near8[side * CELL + e])
-                    remote = ti.min(remote, far8[side * CELL + e])
-                farthest[tile // across * 2 + half, tile % across * 2 + side] = ti.select(
-                    nearest > 0.0, 1.0 / remote, 0.0
-                )
-                if nearest > 0.0:
-                    # a cell is looked at as one where it is small and all on one surface, else pixel by pixel
-                    size = CELL
-                    if nearest - remote > 4.0 * voxel * nearest * remote or CELL > 4.0 * voxel * focal * remote:  # noqa: SIM300
-                        size = 1
-                    for s in range(CELL // size * (CELL // size)):
-                        vb, ub = half * CELL + s // (CELL // size), side * CELL + s % (CELL // size)
-                        at = ((v0 + vb) * across + g0) * 8 + ub
-                        if size == 1:
-                            nearest = inverse[at]
-                            remote = nearest
-                        if nearest > 0.0:
-                            down = ti.min(size - 1, height - 1 - (v0 - PAD + vb))
-                            right = ti.min(size - 1, width - 1 - (g0 * 8 + ub))
-                            end = at + down * across * 8 + right
-                            low, high = _span(
-                                ti.Vector([x[at], x[end], y[at], y[end]]), 1.0 / nearest - truncation,
-                                1.0 / remote + truncation, margin, pose, span, voxel,
-                            )  # fmt: skip
-                            if (high - low).min() >= 0:
-                                if corner[0] == 1 << 30:
-                                    corner = low - 1
-                                a, b = low - corner, high - corner
-                                if a.min() >= 0 and b.max() < 4:
-                                    met |= _bits(a, b)
-                                else:
-                                    sides = high - low + 1
-                                    for j, k, m in ti.ndrange(sides[0], sides[1], sides[2]):
-                                        _want(
-                                            low[0] + j, low[1] + k, low[2] + m, keys, ids, seen, missing, count
-                                        )  # fmt: skip
-        for i in range(4):
-            slab = ti.cast((met >> 16 * i) & 0xFFFF, ti.i32)
-            if slab != 0:
-                for b in range(16):
-                    if (slab >> b) & 1 == 1:
-                        _want(corner[0] + i, corner[1] + b // 4, corner[2] + b % 4, keys, ids, seen, missing, count)
-
-
-@ti.func
-def _span(
-    rim: ti.template(), z0: ti.f32, z1: ti.f32, margin: ti.f32, pose: ti.template(), span: ti.template(),
-    voxel: ti.f32,
-):  # fmt: skip
-    """Lowest and highest block around what lies between two depths behind pixels whose centres have x/z and y/z
-    within rim (first x, last x, first y, last y), widened by a margin."""
-    dx, dy = (0.5 * ti.abs(rim[1] - rim[0]) + margin) * z1, (0.5 * ti.abs(rim[3] - rim[2]) + margin) * z1
-    low, high = ti.Vector([0, 0, 0]), ti.Vector([0, 0, 0])
-    for a in ti.static(range(3)):
-        d = pose[4 * a] * (0.5 * (rim[0] + rim[1])) + pose[4 * a + 1] * (0.5 * (rim[2] + rim[3])) + pose[4 * a + 2]
-        wide = ti.abs(pose[4 * a]) * dx + ti.abs(pose[4 * a + 1]) * dy
-        p, q = d * z0, d * z1
-        first = (pose[4 * a + 3] + ti.min(p, q) - wide) / voxel
-        last = (pose[4 * a + 3] + ti.max(p, q) + wide) / voxel
-        # blocks that hold a voxel in between; a hundredth for rounding
-        low[a] = ti.max(ti.ceil(first - 0.01, ti.i32) >> 3, span[a])
-        high[a] = ti.min(ti.floor(last + 0.01, ti.i32) >> 3, span[3 + a])
-    return low, high
+    """Fills `inverse`, `farthest` and, where there are weights, `weighed`, and lists absent blocks that hold a voxel
+    which a pixel sees within the truncation."""
+    across = farthest.shape[1] // CELLS
+    # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
+    for n in range(farthest.shape[0] * across):
+        row, c0 = n // across, n % across * CELLS
+        start = (row * CELL + PAD) * across * STRIP + c0 * CELL
+        near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
+        for r in range(CELL):
+            i, w = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
+            _read(i, depth, row * CELL + r, c0 * CELL)
+            if ti.static(weighted):
+                _read(w, weight, row * CELL + r, c0 * CELL)
+            for s in range(STRIP):
+                known = (i[s] > 1e-6) & (i[s] < horizon)  # NaN is neither
+                if ti.static(weighted):
+                    known &= (w[s] > 0.0) & (w[s] < 1e30)
+                i[s] = ti.select(known, 1.0 / i[s], 0.0)
+                near[s] = high(near[s], i[s])
+                far[s] = low(far[s], ti.select(known, i[s], 1e30))
+            for g in range(STRIP // 8):
+                o = start + r * across * STRIP + g * 8
+                put(inverse, o, eight(i, g), row * CELL + r < depth.shape[0])
+                if ti.static(weighted):
+                    put(weighed, o, eight(w, g), row * CELL + r < depth.shape[0])
+        # Eight cells are looked at side by side, each as one where it is small and all on one surface, then what is
+        # left pixel by pixel, eight at a time.
+        deep, use, left = ti.Vector([0.0] * CELLS), ti.Vector([0] * CELLS), ti.Vector([0] * CELLS)
+        passes, rough = 0, 0
+        box = ti.Vector([0.0] * (6 * CELLS))  # what is looked at: x, y, half width, half height, least, largest depth
+        for c in range(CELLS):
+            a, b = near[c * CELL], far[c * CELL]
+            for e in ti.static(range(1, CELL)):
+                a, b = high(a, near[c * CELL + e]), low(b, far[c * CELL + e])
+            for m in ti.static(range(4)):
+                box[m * CELLS + c] = cells[m, row, c0 + c]
+            if a > 0.0:
+                deep[c], use[c], passes = 1.0 / b, 1, 1
+                box[4 * CELLS + c], box[5 * CELLS + c] = 1.0 / a - truncation, 1.0 / b + truncation
+                if a - b > 4.0 * voxel * a * b or CELL > 4.0 * voxel * focal * b:  # noqa: SIM300
+                    use[c], left[rough] = 0, c
+                    rough += 1
+        for e in ti.static(range(CELLS)):
+            farthest[row, c0 + e] = deep[e]
+        p = ti.Vector([pose[m] for m in ti.static(range(12))])
+        begins, ends = ti.Vector([0] * (3 * CELLS)), ti.Vector([0] * (3 * CELLS))
+        first, last = ti.Vector([1 << 30, 0, 0]), ti.Vector([0, 0, 0])  # blocks that were all there, or are listed
+        for t in range(passes + 2 * rough):
+            if t > 0:  # two rows of a cell
+                o = start + (t - 1) % 2 * 2 * across * STRIP + left[(t - 1) // 2] * CELL
+                at = [o + e // CELL * across * STRIP + e % CELL for e in ti.static(range(CELLS))]
+                i, h, v = gather(inverse, at), gather(x, at), gather(y, at)
+                z = 1.0 / high(i, 1e-9)
+                put(box, 0, h, True)
+                put(box, CELLS, v, True)
+                put(box, 4 * CELLS, z - truncation, True)
+                put(box, 5 * CELLS, z + truncation, True)
+                for e in ti.static(range(CELLS)):
+                    use[e], box[2 * CELLS + e], box[3 * CELLS + e] = ti.select(i[e] > 0.0, 1, 0), margin, margin
+            for a in ti.static(range(3)):
+                begin, end = _reach(box, p, a, voxel)
+                put(begins, a * CELLS, begin, True)
+                put(ends, a * CELLS, end, True)
+            for e in range(CELLS):
+                begin = ti.Vector([ti.max(begins[a * CELLS + e], span[a]) for a in ti.static(range(3))])
+                end = ti.Vector([ti.min(ends[a * CELLS + e], span[3 + a]) for a in ti.static(range(3))])
+                if use[e] == 1 and (end - begin).min() >= 0 and ti.min((begin - first).min(), (last - end).min()) < 0:
+                    first, last = begin, end
+                    _look(begin, end, keys, ids, around, seen, missing, count)

@@ -30,6 +30,7 @@ class Blocks:
         keys, ids: (m,) the hash, m a power of two: packed coordinates (-1 = free) and block ids.
         coordinates: (capacity, 3) int32 block coordinates; block (1, 0, 0) begins at voxel (8, 0, 0).
         neighbours: (capacity, 27) int32 ids of the blocks around, -1 = none, index (di+1)*9 + (dj+1)*3 + dk+1.
+        around: (capacity,) int32 the same as bits, 1 << index where there is a block: it takes one look to know all.
         voxels: (capacity, 64, 2, 8) float32, rows of voxels along z: the sums of weight * distance [m] of all eight,
             then their sums of weight. So a row is one cache line, and eight voxels are updated at a time.
         solid: (capacity,) int32, 0 where no voxel was ever behind a surface: no ray ends in such a block.
@@ -45,6 +46,7 @@ class Blocks:
         self.ids: NDArray[np.int32] = np.full(256, -1, np.int32)
         self.coordinates: NDArray[np.int32] = np.zeros((0, 3), np.int32)
         self.neighbours: NDArray[np.int32] = np.zeros((0, 27), np.int32)
+        self.around: NDArray[np.int32] = np.zeros(0, np.int32)
         self.voxels: NDArray[np.float32] = np.zeros((0, BLOCK * BLOCK, 2, BLOCK), np.float32)
         self.solid: NDArray[np.int32] = np.zeros(0, np.int32)
         self.colors: NDArray[np.float32] = np.zeros((0, VOXELS, 4) if settings.color else (1, 1, 4), np.float32)
@@ -58,8 +60,8 @@ class Blocks:
     @property
     def bytes(self) -> int:
         """Memory of all arrays [bytes]."""
-        arrays = (self.keys, self.ids, self.coordinates, self.neighbours, self.voxels, self.solid, self.colors)
-        return sum(array.nbytes for array in arrays)
+        index = (self.keys, self.ids, self.coordinates, self.neighbours, self.around)
+        return sum(array.nbytes for array in (*index, self.voxels, self.solid, self.colors))
 
     def insert(self, coordinates: NDArray[np.int32]) -> None:
         """Add empty blocks at coordinates (n, 3) that are distinct and not yet there.
@@ -75,15 +77,13 @@ class Blocks:
         first, self.count = self.count, needed
         self.coordinates[first:needed] = coordinates
         if len(coordinates):
-            known = np.vstack([coordinates, *([self.low, self.high] if first else [])])
-            self.low, self.high = known.min(axis=0), known.max(axis=0)
+            low, high = coordinates.min(axis=0), coordinates.max(axis=0)
+            self.low, self.high = (np.minimum(self.low, low), np.maximum(self.high, high)) if first else (low, high)
+        rehashed = first
         if 2 * needed > len(self.keys):
-            size = 1 << int(4 * needed - 1).bit_length()
+            size, rehashed = 1 << int(4 * needed - 1).bit_length(), 0
             self.keys, self.ids = np.full(size, -1, np.int64), np.full(size, -1, np.int32)
-            _fill(self.coordinates, 0, needed, self.keys, self.ids)
-        else:
-            _fill(self.coordinates, first, needed, self.keys, self.ids)
-        _link(self.coordinates, first, needed, self.keys, self.ids, self.neighbours)
+        _add(self.coordinates, rehashed, first, needed, self.keys, self.ids, self.neighbours, self.around)
 
     def mark(self, ids: NDArray[np.int32] | slice) -> None:
         """Bring `solid` up to date after voxels were changed other than by fusing a frame."""
@@ -98,7 +98,7 @@ class Blocks:
 
     def _reserve(self, capacity: int) -> None:
         """Move to arrays of a new capacity; pages never written to cost no memory yet."""
-        for name in ("coordinates", "neighbours", "voxels", "solid", "colors"):
+        for name in ("coordinates", "neighbours", "around", "voxels", "solid", "colors"):
             old = getattr(self, name)
             if name == "colors" and not self.settings.color:
                 continue
@@ -177,7 +177,10 @@ def _find(coordinates: I32_2, keys: I64, ids: I32, found: I32):
 
 
 @ti.kernel
-def _fill(coordinates: I32_2, first: ti.i32, end: ti.i32, keys: I64, ids: I32):
+def _add(
+    coordinates: I32_2, first: ti.i32, new: ti.i32, end: ti.i32, keys: I64, ids: I32, neighbours: I32_2, around: I32
+):
+    """Hash the blocks from the first, and link the new ones; one after the other, as threads wake late for a few."""
     ti.loop_config(serialize=True)
     for n in range(first, end):
         x, y, z = coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]
@@ -187,11 +190,8 @@ def _fill(coordinates: I32_2, first: ti.i32, end: ti.i32, keys: I64, ids: I32):
             h = (h + 1) & (size - 1)
         keys[h] = pack(x, y, z)
         ids[h] = n
-
-
-@ti.kernel
-def _link(coordinates: I32_2, first: ti.i32, end: ti.i32, keys: I64, ids: I32, neighbours: I32_2):
-    for n in range(first, end):
+    ti.loop_config(serialize=True)
+    for n in range(new, end):
         for o in range(27):
             x = coordinates[n, 0] + o // 9 - 1
             y = coordinates[n, 1] + o // 3 % 3 - 1
@@ -200,5 +200,7 @@ def _link(coordinates: I32_2, first: ti.i32, end: ti.i32, keys: I64, ids: I32, n
             if ti.max(ti.abs(x), ti.abs(y), ti.abs(z)) < LATTICE:
                 other = lookup(x, y, z, keys, ids)
             neighbours[n, o] = other
-            if other >= 0:  # two new neighbours write the same value
+            if other >= 0:
                 neighbours[other, 26 - o] = n
+                around[n] = around[n] | (1 << o)
+                around[other] = around[other] | (1 << (26 - o))

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 
-TILE = 8  # pixels along the edge of a tile, the unit of the first pass
 CELL = 4  # pixels along the edge of a square that is looked at as one
 PAD = 2  # rows above and below, and at least as many columns to the right, in which nothing is measured
 STRIP = 32  # pixels of a row that are looked at in turn; rows are whole strips
@@ -23,7 +22,7 @@ class Layout:
 
     Attributes:
         stride: entries per row, a multiple of STRIP.
-        rows: whole tiles of rows, and the padding.
+        rows: whole cells of rows, and the padding.
     """
 
     stride: int
@@ -44,6 +43,7 @@ class Work:
         bend: flat, four images one after the other for a lens with distortion: slopes along x/z and y/z are
             a * bend[0] + b * bend[1] and a * bend[2] + b * bend[3] of slopes a, b along u, v; else one value.
         margin: the largest step of x or y from one pixel's centre to its border.
+        cells: (4, rows / CELL, stride / CELL) x/z and y/z of the middle of each cell, and from there to its borders.
         inverse: flat, one over depth, 0 where missing [1/m].
         weight: flat, the weight of each pixel, where there is any.
         level, slopes, scales: flat, the plane at every pixel, see `planes`.
@@ -56,6 +56,7 @@ class Work:
     y: Flat
     bend: Flat
     margin: float
+    cells: Flat
     inverse: Flat
     weight: Flat
     level: Flat
@@ -69,7 +70,7 @@ class Work:
 def work(camera: Camera) -> Work:
     """Kept for the next frame: fresh memory would cost more than filling it."""
     height, width = camera.shape
-    down = -(-height // TILE) * TILE
+    down = -(-height // CELL) * CELL
     layout = Layout(-(-(width + PAD) // STRIP) * STRIP, down + 2 * PAD)
     rays = camera.rays()
     x, y = (_padded(layout, rays[..., axis]) for axis in range(2))
@@ -80,11 +81,23 @@ def work(camera: Camera) -> Work:
         (yv, yu), (xv, xu) = np.gradient(rays[..., 1].astype(float)), np.gradient(rays[..., 0].astype(float))
         turned = np.stack([yv, -yu, -xv, xu]) / (xu * yv - xv * yu)
         bend = np.concatenate([_padded(layout, image) for image in turned])
-    cells = np.zeros((down // CELL, layout.stride // CELL), np.float32)
+    farthest = np.zeros((down // CELL, layout.stride // CELL), np.float32)
     size = layout.rows * layout.stride
     level = np.full(size, NOWHERE, np.float32)
     slopes, scales, filled = np.zeros(size, np.int32), np.zeros(size, np.int32), np.zeros(size // STRIP, np.int32)
-    return Work(layout, x, y, bend, margin, layout.flat(), layout.flat(), level, slopes, scales, filled, cells)
+    cells = _cells(rays, margin, farthest.shape)
+    return Work(
+        layout, x, y, bend, margin, cells, layout.flat(), layout.flat(), level, slopes, scales, filled, farthest
+    )
+
+
+def _cells(rays: NDArray[np.floating], margin: float, shape: tuple[int, ...]) -> Flat:
+    v, u = (np.arange(0, n, CELL) for n in rays.shape[:2])
+    last = [np.minimum(at + CELL - 1, n - 1) for at, n in zip((v, u), rays.shape[:2], strict=True)]
+    a, b = rays[np.ix_(v, u)], rays[np.ix_(*last)]
+    cells = np.zeros((4, *shape), np.float32)
+    cells[:, : len(v), : len(u)] = np.moveaxis(np.dstack([0.5 * (a + b), 0.5 * np.abs(b - a) + margin]), 2, 0)
+    return cells
 
 
 def _padded(layout: Layout, image: NDArray[np.floating]) -> Flat:

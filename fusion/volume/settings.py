@@ -56,5 +56,5 @@ class VolumeSettings:
 
 
 def block_bytes(color: bool) -> int:
-    """Bytes of one block: voxels (8 B, 24 B with colour), position, 27 neighbours, index entries at half load."""
-    return VOXELS * (8 + 16 * color) + 3 * 4 + 27 * 4 + 4 * 12
+    """Bytes of one block: voxels (8 B, 24 B with colour), position, neighbours as ids and bits, index at half load."""
+    return VOXELS * (8 + 16 * color) + 3 * 4 + 28 * 4 + 4 * 12
