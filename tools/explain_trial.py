@@ -3,6 +3,7 @@
 python tools/explain_trial.py --cases 200 --seed 1 -o OUT                         all families in turn
 python tools/explain_trial.py --cases 200 --families null "hard null" -o OUT      nulls only
 python tools/explain_trial.py --cases 120 --families power -o OUT                 how small an effect is found
+python tools/explain_trial.py --cases 40 --families "left out" -o OUT             effects that the engine does not have
 python tools/explain_trial.py --open ../shared/challenges -o OUT                  the open challenges
 
 The generator (tools/concealed) shares no formula and no code with the package: rays, raw samples and disparities of
@@ -18,16 +19,19 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from concealed.left_out import LEFT_OUT
 from concealed.plan import FAMILIES, POWER
 from trial.case import Order, opened, tried
 from trial.figures import figures, table
 from trial.scoring import stratum
 
+ALL = [*FAMILIES, POWER, LEFT_OUT]
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=30, help="how many, in turn over the families")
-    parser.add_argument("--families", nargs="+", choices=[*FAMILIES, POWER], default=list(FAMILIES))
+    parser.add_argument("--families", nargs="+", choices=ALL, default=list(FAMILIES))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--open", type=Path, help="folder with cases/ and answers/ to run instead")
     parser.add_argument("--shared", type=Path, help="folder with data/, for real recordings")
@@ -59,7 +63,7 @@ def _results(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     orders = []
     for i in options.only or range(options.cases):
         family = options.families[i % len(options.families)]
-        seed = [options.seed, i, [*FAMILIES, POWER].index(family)]
+        seed = [options.seed, i, ALL.index(family)]
         order = Order(f"case_{i:04d}", family, tuple(seed), options.output, options.shared)
         orders.append(order.having(options.whole, options.keep, not options.no_gain, options.baselines))
     if options.jobs == 1:

@@ -133,7 +133,7 @@ def explained_looks(
         named = unconfirmed(named, before, white)
     beyond = None
     left = explained(named.white, groups, nothing)
-    if is_asked(named, left):
+    if is_asked(named):
         progress("asking whether one formula stands behind the names")
         formula = unknown_of(white, (before, gauge), possible, candidates, groups)
         if explains_more(formula.law, named, white):

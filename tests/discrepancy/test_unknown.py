@@ -17,8 +17,9 @@ from fusion.discrepancy.tiles import tiling
 from fusion.discrepancy.unknown.families import Shape
 from fusion.discrepancy.unknown.in_place import explains_more
 from fusion.discrepancy.unknown.law import law_of
+from fusion.discrepancy.unknown.search import _plainest
 from fusion.discrepancy.unknown.table import joined, span_of
-from fusion.discrepancy.unknown.terms import Term, _plainest
+from fusion.discrepancy.unknown.terms import Term
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
@@ -169,12 +170,19 @@ def test_a_wave_shorter_than_two_tiles_is_told_from_the_longer_one_that_looks_al
 
 
 def test_a_formula_takes_the_place_of_names_that_explain_clearly_less():
-    def named(left: float, columns: int) -> SimpleNamespace:
-        step = SimpleNamespace(candidate=SimpleNamespace(columns=np.zeros((1, columns))), gain=100 - left**2, price=0.0)
-        return SimpleNamespace(steps=(step,), white=np.array([left]))
+    def step(gain: float, name: str = "one", columns: int = 1, where: tuple[str, ...] = ()) -> SimpleNamespace:
+        form = SimpleNamespace(columns=np.zeros((1, columns)), where=where)
+        return SimpleNamespace(candidate=form, effect=SimpleNamespace(name=name), gain=gain, price=0.0)
+
+    def named(left: float, *steps: SimpleNamespace) -> SimpleNamespace:
+        return SimpleNamespace(steps=steps, white=np.array([left]))
 
     white, law = np.array([10.0]), SimpleNamespace(simple=True, replicated=True, score=99.0)
     # a law that explains 75 of 100 is not the one, one that explains 96 is, a field of 200 weights never where less do
-    assert explains_more(law, named(5.0, 1), white)
-    assert not explains_more(law, named(2.0, 1), white)
-    assert explains_more(law, named(2.0, 200), white)
+    assert explains_more(law, named(5.0, step(75.0)), white)
+    assert not explains_more(law, named(2.0, step(96.0)), white)
+    assert explains_more(law, named(2.0, step(96.0, columns=200)), white)
+    # two laws that hold everywhere are two causes; two of which one holds in a part only are patches of one law
+    assert not explains_more(law, named(2.0, step(50.0), step(46.0, "other")), white)
+    assert explains_more(law, named(2.0, step(50.0), step(46.0, "other", where=("time",))), white)
+    assert not explains_more(law, named(2.0, step(96.0, where=("time",))), white)

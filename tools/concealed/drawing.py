@@ -11,6 +11,7 @@ from concealed import invented, named
 from concealed.decks import GREYS, LONG, Setting
 from concealed.flight import Flight
 from concealed.law import Law
+from concealed.left_out import LEFT_OUT, WITHHELD
 from concealed.matching import Matching
 from concealed.shot import Place, Shot
 
@@ -64,6 +65,8 @@ def choice(family: str, flight: bool, rng: Rng) -> tuple[list[str], Makers, str]
     names, deck = sorted(table), str(rng.choice(["walls", "walls", "patches"]))
     if family == "masked":
         names = [n for n in names if n not in OFFSETS]
+    if family == LEFT_OUT:
+        names = [n for n in names if n in WITHHELD]
     if family == "absorbed":
         return [str(rng.choice(ABSORBED[flight]))], table, "plain walls"
     if family == "confusable":

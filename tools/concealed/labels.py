@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from concealed import named
 from concealed.flight import Flight
 from concealed.law import Law
+from concealed.left_out import LEFT_OUT, as_left_out
 from concealed.oracle import Oracle
 from concealed.plan import Plan
 from concealed.rig import DRAWS
@@ -33,7 +34,7 @@ def label_of(case: Plan, oracle: Oracle | None, seed: list[int]) -> dict[str, An
         label["missing"].append(_one(case, law, oracle))
         label["equivalent"] += [name for name, cosine in label["missing"][-1]["similar"].items() if cosine > ALIKE]
     label["z_o"] = max((one["z_o"] for one in label["missing"]), default=0.0)
-    return json.loads(json.dumps(label))
+    return json.loads(json.dumps(as_left_out(label) if case.family == LEFT_OUT else label))
 
 
 def _one(case: Plan, law: Law, oracle: Oracle | None) -> dict[str, Any]:

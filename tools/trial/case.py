@@ -82,7 +82,7 @@ def _judged(order: Order, case: Path, made: Made) -> Result:
     if order.keep:
         shutil.copytree(case, order.output / "cases" / order.name, dirs_exist_ok=True)
     out = order.output / order.name
-    verdict, *run = explained(case, out, order.whole)
+    verdict, *run = explained(case, out, order.whole, made.label.get("withheld", ()))
     result = _result(order.name, verdict, {"label": made.label, "seal": seal, "salt": salt}, run)
     if order.gain and verdict is not None:
         result["gain"] = gains(made, case / "sensor.json", out / "sensor.json", list(order.seed))

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +17,21 @@ WHOLE = "import sys; from fusion.commands.main import main; sys.exit(main())"
 HERE = Path(__file__).resolve().parent
 
 
-def explained(case: Path, out: Path, whole: bool = False) -> tuple[dict[str, Any] | None, float, str]:
+def explained(
+    case: Path, out: Path, whole: bool = False, without: Sequence[str] = ()
+) -> tuple[dict[str, Any] | None, float, str]:
     """The verdict, None when there was none; seconds; its last lines of complaint.
 
     Args:
         case: folder with recordings and sensor.json.
         out: where the engine writes.
         whole: run the command with its report, not the verdict alone.
+        without: names of effects that the engine does not have; not with the whole command.
     """
     recordings = sorted(str(p) for p in case.glob("rec_*"))
-    program = ["-P", "-c", WHOLE, "explain"] if whole else [str(HERE / "engine_side.py"), "explain"]
+    program = ["-P", "-c", WHOLE, "explain"] if whole and not without else [str(HERE / "engine_side.py"), "explain"]
     command = [*program, *recordings, "--sensor", str(case / "sensor.json"), "-o", str(out)]
+    command += ["--without", *without] if without else []
     seconds, complaint = _run(command)
     file = out / "verdict.json"
     verdict = json.loads(file.read_text(encoding="utf-8")) if file.is_file() and not complaint else None

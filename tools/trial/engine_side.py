@@ -1,6 +1,7 @@
 """Runs in the engine's process: explains without pictures, which are most of the command's time; predicts with models.
 
 python engine_side.py explain REC... --sensor S -o OUT           verdict.json and sensor.json into a folder
+python engine_side.py explain ... --without EFFECT...            as if the catalogue did not have these effects
 python engine_side.py predict REC... --sensor S S2... -o FILE    depth of each recording by each model, as .npy
 """
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from fusion.discrepancy.explain import explain
 from fusion.discrepancy.look import looks_of, stage_of, wanted_channels
+from fusion.discrepancy.naming import candidates
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.recording.open import open_recording
@@ -24,7 +26,9 @@ def main() -> None:
     parser.add_argument("recordings", type=Path, nargs="+")
     parser.add_argument("--sensor", type=Path, nargs="+", required=True)
     parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--without", nargs="+", default=[], metavar="EFFECT")
     options = parser.parse_args()
+    candidates.EFFECTS = tuple(kind for kind in candidates.EFFECTS if kind.name not in options.without)
     if options.task == "explain":
         explain_into(options.recordings, options.sensor[0], options.output)
     else:

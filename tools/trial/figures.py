@@ -21,8 +21,8 @@ def figures(results: Sequence[Result]) -> list[dict[str, Any]]:
     """One row per figure: `measure`, `hits`, `of`, `value`, `low`, `high`, `goal`."""
     nulls = [r for r in results if r["label"]["nothing_missing"] and _outcome(r) != "failed"]
     solid = [r for r in results if _solid(r)]
-    named = [r for r in solid if r["label"]["family"] not in ("unknown", "confusable", "power")]
-    unknown = [r for r in solid if r["label"]["family"] == "unknown"]
+    named = [r for r in solid if r["label"]["family"] not in ("unknown", "left out", "confusable", "power")]
+    unknown, without = ([r for r in solid if r["label"]["family"] == family] for family in ("unknown", "left out"))
     rows = [
         _share("established claims on nulls", nulls, lambda r: _outcome(r) == "false claim", "at most 0.02"),
         _share("right name or right group, oracle 5 sigma", named, lambda r: _outcome(r) in RIGHT, "at least 0.90"),
@@ -34,6 +34,9 @@ def figures(results: Sequence[Result]) -> list[dict[str, Any]]:
         *_gains(solid),
         _share("unknown, with the right variables", unknown, _found_out, "at least 0.80"),
         _share("unknown, misnamed", unknown, lambda r: _outcome(r) == "wrong", "at most 0.05"),
+        _share("left out of the catalogue, called unknown", without, lambda r: _outcome(r) == "right", ""),
+        _share("left out, unknown with the right variables", without, _found_out, "at least 0.80"),
+        _share("left out, misnamed", without, lambda r: _outcome(r) == "wrong", "at most 0.05"),
         *_confused(results),
         _share("no verdict at all", results, lambda r: _outcome(r) == "failed", "none"),
         _seconds(results),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.observations import Observations
-from fusion.discrepancy.unknown.terms import gain_elsewhere
+from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.variables import law_variables
 
 Vector = NDArray[np.float64]

@@ -6,20 +6,21 @@ from numpy.typing import NDArray
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.naming.part import is_field
 from fusion.discrepancy.unknown.law import Law
-from fusion.discrepancy.unknown.unrestricted import Found
 
 Vector = NDArray[np.float64]
 
-# times what names explain that a formula must: fields follow anything, so that less freedom decides; several names or
-# waves follow much; what one law lacks of a fifth more is a matter of its form
-FIELD, SEVERAL, ONE = 1.0, 1.05, 1.2
+# times what names explain that a formula must: fields follow anything, and so does a patchwork of several names of
+# which one acts in a region only, so that freedom decides; several names or waves follow much; what one law lacks of
+# a fifth more is a matter of its form
+ANY, SEVERAL, ONE = 1.0, 1.05, 1.2
 
 
-def is_asked(named: Named, left: Found) -> bool:
-    """True where a formula could explain enough more than the names, of which `left` is left."""
+def is_asked(named: Named) -> bool:
+    """True where a formula could explain enough more than the names: all that they leave, but for the noise."""
     if not named.steps:
         return False
-    return _margin(named) < ONE or left.gain > (ONE - 1.0) * sum(step.gain for step in named.steps)
+    left = float(named.white @ named.white) - len(named.white)
+    return _margin(named) < ONE or left > (ONE - 1.0) * sum(step.gain for step in named.steps)
 
 
 def explains_more(law: Law, named: Named, white: Vector) -> bool:
@@ -34,6 +35,8 @@ def explains_more(law: Law, named: Named, white: Vector) -> bool:
 
 
 def _margin(named: Named) -> float:
-    if any(is_field(step.candidate) for step in named.steps):
-        return FIELD
+    names = {step.effect.name for step in named.steps}
+    patchwork = len(names) > 1 and any(step.candidate.where for step in named.steps)
+    if patchwork or any(is_field(step.candidate) for step in named.steps):
+        return ANY
     return SEVERAL if len(named.steps) > 1 else ONE

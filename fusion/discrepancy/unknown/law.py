@@ -12,16 +12,19 @@ from scipy.stats import chi2
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.step import WITHIN
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
+from fusion.discrepancy.unknown.search import best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import Tables, pixel_columns, table_of, unit_of
-from fusion.discrepancy.unknown.terms import Term, best_term, gain_elsewhere
+from fusion.discrepancy.unknown.terms import Term
 from fusion.discrepancy.unknown.unrestricted import Found
 from fusion.discrepancy.unknown.variables import law_variables
-from fusion.sensor.effects.readout.tabulated import MOST, Tabulated
+from fusion.sensor.effects.readout.tabulated import Tabulated
 
 Vector = NDArray[np.float64]
 
 MOST_TERMS = 3
+MOST_VARIABLES = 3
 WORTH = 0.08  # of the gain of all terms: one that brings less is no part of the law
 ENOUGH = 0.7  # of what smooth functions explain: a formula that reaches less is no formula of it
 REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
@@ -71,25 +74,43 @@ def law_of(white: Vector, observations: Observations, gauge: Gauge, found: Found
         white: (n,) what named effects leave, in units of the gauge.
         found: what smooth functions explain of it.
     """
-    at = law_variables(observations)
-    terms: list[Term] = []
-    left = white
-    exact = partial(pixel_columns, observations=observations)
-    while len(terms) < MOST_TERMS:
-        chosen = best_term(left, at, (observations, gauge), exact)
-        if chosen is None:
-            break
-        more = _gain(chosen[1], left)
-        if terms and more < WORTH * (float(white @ white) - float(left @ left)):
-            break
-        if len(dict.fromkeys(v for term in (*terms, chosen[0]) for v in term.variables)) > min(MOST, 3) and terms:
-            break
-        terms.append(chosen[0])
-        columns = gauge.whiten(np.concatenate([exact(term) for term in terms], axis=1))
-        left = white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0]
+    terms, left = _terms(white, observations, gauge)
     if terms and float(white @ white - left @ left) >= ENOUGH * found.gain:
         return _formula(terms, white, observations, gauge)
     return _table(white, observations, gauge, found)
+
+
+def _terms(white: Vector, observations: Observations, gauge: Gauge) -> tuple[list[Term], Vector]:
+    """The terms of a formula, each the best beside the others, and what they leave (n,)."""
+    at, exact = law_variables(observations), partial(pixel_columns, observations=observations)
+
+    def left_by(terms: Sequence[Term]) -> Vector:
+        if not terms:
+            return white
+        columns = gauge.whiten(np.concatenate([exact(term) for term in terms], axis=1))
+        return np.asarray(white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0])
+
+    def beside(others: Sequence[Term]) -> Term | None:
+        chosen = best_term(left_by(others), at, (observations, gauge), exact)
+        return None if chosen is None else chosen[0]
+
+    terms: list[Term] = []
+    left = white
+    while len(terms) < MOST_TERMS:
+        more = beside(terms)
+        if more is None:
+            break
+        longer = [*terms, more]
+        for k in range(len(terms)):  # what was best alone need not be the best beside the others
+            other = beside([*longer[:k], *longer[k + 1 :]])
+            tried = longer if other is None else [*longer[:k], other, *longer[k + 1 :]]
+            longer = min(longer, tried, key=lambda some: float((left_by(some) ** 2).sum()))
+        rest = left_by(longer)
+        worth = not terms or float(left @ left - rest @ rest) >= WORTH * float(white @ white - left @ left)
+        if not worth or len({name for term in longer for name in term.variables}) > MOST_VARIABLES:
+            break
+        terms, left = longer, rest
+    return terms, left
 
 
 def _formula(terms: Sequence[Term], white: Vector, observations: Observations, gauge: Gauge) -> Law:
