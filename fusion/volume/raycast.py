@@ -40,8 +40,8 @@ class Raycast:
 def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float]) -> Raycast:
     """The surface seen by a camera at a pose (4, 4), between two depths `reach` = (near, far) [m]."""
     h, w = camera.shape
-    depth = np.full((h, w), np.nan, np.float32)
-    points, normals = np.empty((h, w, 3), np.float32), np.empty((h, w, 3), np.float32)
+    depth = np.full((h, w), np.nan, np.float32)  # ten times as fast as in a kernel
+    points, normals = np.full((h, w, 3), np.nan, np.float32), np.full((h, w, 3), np.nan, np.float32)
     colored = blocks.settings.color
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     seen = window(blocks, camera, T_world_camera, (max(reach[0], 1e-4), reach[1]))
@@ -80,14 +80,13 @@ def _shade(
     rays: F32_3, pose: F32, voxel: ti.f32, focal: ti.f32, depth: F32_2, points: F32_3, normals: F32_3,
     image: ti.types.ndarray(ti.u8, 3), colored: ti.template(),
 ):  # fmt: skip
-    """Points, normals and colours where rays end."""
+    """Fills in points, normals (both NaN before) and colours where rays end."""
     width = depth.shape[1]
     across = (width + PIECE - 1) // PIECE
     for piece in range(depth.shape[0] * across):  # a division for every pixel would take as long as the rest
         row, start = piece // across, piece % across * PIECE
         for col in range(start, ti.min(start + PIECE, width)):
             hit = depth[row, col]
-            point, g = ti.Vector([ti.math.nan] * 3), ti.Vector([ti.math.nan] * 3)
             if hit > 0.0:
                 R = ti.Matrix([[pose[0], pose[1], pose[2]], [pose[4], pose[5], pose[6]], [pose[8], pose[9], pose[10]]])
                 ray = ti.Vector([rays[row, col, 0], rays[row, col, 1], 1.0])
@@ -114,8 +113,7 @@ def _shade(
                             if b >= 0 and colors[b, o, 3] > 0.0:
                                 for a in ti.static(range(3)):
                                     image[row, col, a] = ti.cast(colors[b, o, a] / colors[b, o, 3] + 0.5, ti.u8)
-                point = ray * hit
-                g = ti.select(known, g / g.norm(), ti.math.nan)
-            for a in ti.static(range(3)):
-                points[row, col, a] = point[a]
-                normals[row, col, a] = g[a]
+                for a in ti.static(range(3)):
+                    points[row, col, a] = ray[a] * hit
+                    if known:
+                        normals[row, col, a] = g[a] / g.norm()
