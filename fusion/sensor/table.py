@@ -24,5 +24,7 @@ def interpolated(
     places = [np.interp(np.asarray(x), nodes, np.arange(float(len(nodes)))) for nodes, x in zip(grid, at, strict=True)]
     together = np.stack(np.broadcast_arrays(*places))
     known = np.isfinite(together).all(axis=0)
-    values = map_coordinates(table, np.where(known, together, 0.0), order=1, mode="nearest", output=float)
+    # one place alone is no array: time and temperature are single numbers for a whole image
+    flat = np.where(known, together, 0.0).reshape(len(places), -1)
+    values = map_coordinates(table, flat, order=1, mode="nearest", output=float).reshape(known.shape)
     return np.where(known, values, np.nan)

@@ -30,6 +30,13 @@ def test_layers_are_the_table():
     assert np.allclose(bias, np.nan_to_num(expected), atol=1e-8)
 
 
+def test_a_table_of_single_numbers_gives_a_single_number():
+    """Time and temperature are one number each for a whole image."""
+    table = np.array([[0.0, 1.0], [2.0, 3.0]])
+    assert interpolated(table, ((0.0, 10.0), (20.0, 30.0)), [5.0, 30.0]) == pytest.approx(2.0)
+    assert np.isnan(interpolated(table, ((0.0, 10.0), (20.0, 30.0)), [np.nan, 30.0]))
+
+
 def test_one_layer_is_a_map():
     table = np.arange(12.0).reshape(3, 4, 1)
     found = Layers(table, ((0, 1, 2), (0, 1, 2, 3), (1.0,)), (3, 4)).at(np.full((3, 4), 7.0))
