@@ -11,7 +11,7 @@ Slopes and scales are pairs in one number, each kept to one part in 256: half as
 
 import taichi as ti
 
-from fusion.geometry.lanes import eight, high, low
+from fusion.geometry.lanes import eight, high, low, put
 from fusion.volume.blocks import F32, F32_2, I32
 from fusion.volume.frame import CELL, NOWHERE, PAD, STRIP
 
@@ -121,10 +121,6 @@ def measure_planes(
                 i[s] = ti.select(known, i[s], NOWHERE)
             for g in range(STRIP // 8):
                 o = at + g * 8
-                a, b, c = eight(i, g), eight(slope, g), eight(scale, g)
-                for e in ti.static(range(8)):
-                    level[o + e] = a[e]
-                for e in ti.static(range(8)):
-                    slopes[o + e] = b[e]
-                for e in ti.static(range(8)):
-                    scales[o + e] = c[e]
+                put(level, o, eight(i, g), True)
+                put(slopes, o, eight(slope, g), True)
+                put(scales, o, eight(scale, g), True)
