@@ -135,49 +135,49 @@ def _update(
                             for a in ti.static(range(3))])  # fmt: skip
         if _in_view(centre, extent * 3.5 * voxel, truncation, c, farthest, height, width, distorted):
             visible[ti.atomic_add(visible[0], 1) + 1] = n
-    # Slabs, as the CPU pool never splits below 512 iterations. The compiler makes vector instructions of loops over 64
-    # numbers that have no branches and write only to arrays of their own, and of eight numbers that are written side
-    # by side after all are read.
-    for slab in range(visible[0] * BLOCK):
+    # Half blocks, slab by slab, as the CPU pool never splits below 512 iterations. The compiler makes vectors of loops
+    # over 64 numbers that have no branches and write only to arrays of their own, and of eight numbers that are written
+    # side by side after all are read. Arrays serve twice, as emptying each takes its time.
+    for half in range(visible[0] * 2):
         c = load(camera)
         c[2] += 8.5  # the images begin one pixel up and eight to the left; half a pixel for rounding
         c[3] += 1.5
-        n = visible[(slab >> 3) + 1]
-        block = ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]])
-        p = (block * BLOCK + ti.Vector([float(slab & 7), 0.0, 0.0])) * voxel
-        corner = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
-                           for a in ti.static(range(3))])  # fmt: skip
-        along, across = ti.Vector([pose[1], pose[5], pose[9]]), ti.Vector([pose[2], pose[6], pose[10]])
-        at, zs = ti.Vector([0] * 64), ti.Vector([0.0] * 64)
-        right, down = ti.Vector([0.0] * 64), ti.Vector([0.0] * 64)
-        _place(at, zs, right, down, corner, along * voxel, across * voxel, c, height, width, stride, distorted)
-        ds, ws = ti.Vector([0.0] * 64), ti.Vector([0.0] * 64)
-        for s in range(BLOCK * BLOCK):
-            i, z, slope, scale = level[at[s]], zs[s], slopes[at[s]], scales[at[s]]
-            ws[s] = ti.select((z - truncation) * i < 1.0, second(scale), 0.0)  # else hidden
-            i += first(slope) * right[s] + second(slope) * down[s]
-            ds[s] = low(first(scale) * (1.0 - z * i), truncation)
-        for j in range(BLOCK):
-            d, w = eight(ds, j), eight(ws, j)
-            some = False
-            for e in ti.static(range(BLOCK)):
-                some |= w[e] > 0.0
-            if some:
-                o = (n << 10) | ((slab & 7) << 7) | (j << 4)
-                sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
-                weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
-                for e in ti.static(range(BLOCK)):
-                    voxels[o | e] = sums[e]
-                for e in ti.static(range(BLOCK)):
-                    voxels[o | (BLOCK + e)] = weights[e]
-                if solid[n] == 0:
-                    for e in ti.static(range(BLOCK)):
-                        if sums[e] < 0.0:
-                            solid[n] = 1
-        if ti.static(colored):
+        n = visible[(half >> 1) + 1]
+        p = ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK * voxel
+        steps = [ti.Vector([pose[b], pose[4 + b], pose[8 + b]]) * voxel for b in ti.static(range(3))]
+        start = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
+                          for a in ti.static(range(3))])  # fmt: skip
+        at, down = ti.Vector([0] * 64), ti.Vector([0.0] * 64)
+        ws, ds = ti.Vector([0.0] * 64), ti.Vector([0.0] * 64)  # depths, then weights; steps right, then distances
+        for slab in range((half & 1) * 4, (half & 1) * 4 + 4):
+            corner = start + steps[0] * float(slab)
+            _place(at, ws, ds, down, corner, steps[1], steps[2], c, height, width, stride, distorted)
             for s in range(BLOCK * BLOCK):
-                if ws[s] > 0.0 and ds[s] < truncation:
-                    v, u = at[s] // stride - 1, at[s] % stride - 8
-                    for r in ti.static(range(3)):
-                        colors[n, (slab & 7) * 64 + s, r] += ws[s] * color[v, u, r]
-                    colors[n, (slab & 7) * 64 + s, 3] += ws[s]
+                i, z, slope, scale = level[at[s]], ws[s], slopes[at[s]], scales[at[s]]
+                ws[s] = ti.select((z - truncation) * i < 1.0, second(scale), 0.0)  # else hidden
+                i += first(slope) * ds[s] + second(slope) * down[s]
+                ds[s] = low(first(scale) * (1.0 - z * i), truncation)
+            for j in range(BLOCK):
+                d, w = eight(ds, j), eight(ws, j)
+                some = False
+                for e in ti.static(range(BLOCK)):
+                    some |= w[e] > 0.0
+                if some:
+                    o = (n << 10) | (slab << 7) | (j << 4)
+                    sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
+                    weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
+                    for e in ti.static(range(BLOCK)):
+                        voxels[o | e] = sums[e]
+                    for e in ti.static(range(BLOCK)):
+                        voxels[o | (BLOCK + e)] = weights[e]
+                    if solid[n] == 0:
+                        for e in ti.static(range(BLOCK)):
+                            if sums[e] < 0.0:
+                                solid[n] = 1
+            if ti.static(colored):
+                for s in range(BLOCK * BLOCK):
+                    if ws[s] > 0.0 and ds[s] < truncation:
+                        v, u = at[s] // stride - 1, at[s] % stride - 8
+                        for r in ti.static(range(3)):
+                            colors[n, slab * 64 + s, r] += ws[s] * color[v, u, r]
+                        colors[n, slab * 64 + s, 3] += ws[s]
