@@ -13,14 +13,14 @@ def eight(image: ti.template(), g: ti.i32):
 
 
 @ti.func
-def put(image: ti.template(), at: ti.i32, values: ti.template(), where: ti.i32):
-    """Writes eight values side by side from a place of a flat image on, or nothing.
+def put(image: ti.template(), at: ti.i32, values: ti.template()):
+    """Writes eight values side by side from a place of a flat image on.
 
-    They are read first: then all places are known before one is written to, else the compiler has to suppose that
-    what is written changes where the next one lies, and writes one by one.
+    They are looked at first, in vain: then all places are known before one is written to; else the compiler has to
+    suppose that what is written changes where the next one lies, and writes one by one.
     """
     old = ti.Vector([image[at + e] for e in ti.static(range(LANES))])
-    new = ti.select(where != 0, values, old)
+    new = ti.select(True, values, old)
     for e in ti.static(range(LANES)):
         image[at + e] = new[e]
 

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, gather, high, low, put
 from fusion.geometry.pose import Array
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, lookup, pack, unpack
+from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, unpack
 from fusion.volume.frame import CELL, PAD, STRIP, Work
 from fusion.volume.lens import rows
+from fusion.volume.missing import FILTER, look
 from fusion.volume.settings import BLOCK, LATTICE
 
-FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks
 CELLS = STRIP // CELL  # that are looked at side by side
 
 
@@ -50,53 +50,11 @@ def allocate(
         if missing[0] <= size:
             break
         size = int(missing[0]) * 2
+    if missing[0] == 0:
+        return np.zeros((0, 3), np.int32)
     added = unpack(np.unique(keys[: missing[0]]))
-    if len(added):
-        blocks.insert(added)
+    blocks.insert(added)
     return added
-
-
-@ti.func
-def _want(
-    at: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(), missing: ti.template(),
-    count: ti.template(),
-):  # fmt: skip
-    """Lists a block when it is absent."""
-    key = pack(at[0], at[1], at[2])
-    h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
-    if seen[h] != key and lookup(at[0], at[1], at[2], keys, ids) < 0:
-        seen[h] = key
-        n = ti.atomic_add(count[0], 1)
-        if n < missing.shape[0]:
-            missing[n] = key
-
-
-@ti.func
-def _bits(begin: ti.template(), end: ti.template()):
-    """The blocks from begin to end, each of them 0 to 2, as bits in the order of `Blocks.neighbours`."""
-    bits = 1
-    for a in ti.static(range(3)):  # axis by axis: what is marked so far, at every step from begin to end
-        shift = ti.static((9, 3, 1)[a])
-        bits <<= shift * begin[a]
-        bits |= ti.select(end[a] > begin[a], bits << shift, 0)
-        bits |= ti.select(end[a] > begin[a] + 1, bits << shift, 0)
-    return bits
-
-
-@ti.func
-def _look(
-    begin: ti.template(), end: ti.template(), keys: ti.template(), ids: ti.template(), around: ti.template(),
-    seen: ti.template(), missing: ti.template(), count: ti.template(),
-):  # fmt: skip
-    """Lists what is absent of the blocks from begin to end."""
-    middle, sides, whole = (begin + end) >> 1, end - begin + 1, False
-    if sides.max() <= 3:
-        n = lookup(middle[0], middle[1], middle[2], keys, ids)
-        if n >= 0:
-            whole = (_bits(begin - middle + 1, end - middle + 1) & ~around[n]) == 0
-    if not whole:
-        for j, k, m in ti.ndrange(sides[0], sides[1], sides[2]):
-            _want(begin + ti.Vector([j, k, m]), keys, ids, seen, missing, count)
 
 
 @ti.func
@@ -136,6 +94,9 @@ def _scan(
         row, c0 = n // across, n % across * CELLS
         start = (row * CELL + PAD) * across * STRIP + c0 * CELL
         near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
+        before = 0.0
+        for c in range(CELLS):
+            before += farthest[row, c0 + c]
         for r in range(CELL):
             i, w = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
             _read(i, depth, row * CELL + r, c0 * CELL)
@@ -148,11 +109,17 @@ def _scan(
                 i[s] = ti.select(known, 1.0 / i[s], 0.0)
                 near[s] = high(near[s], i[s])
                 far[s] = low(far[s], ti.select(known, i[s], 1e30))
+            some = before > 0.0
             for g in range(STRIP // 8):
-                o = start + r * across * STRIP + g * 8
-                put(inverse, o, eight(i, g), row * CELL + r < depth.shape[0])
-                if ti.static(weighted):
-                    put(weighed, o, eight(w, g), row * CELL + r < depth.shape[0])
+                a = eight(i, g)
+                for e in ti.static(range(8)):
+                    some |= a[e] > 0.0
+            if some:  # else it is empty and stays so
+                for g in range(STRIP // 8):
+                    o = start + r * across * STRIP + g * 8
+                    put(inverse, o, eight(i, g))
+                    if ti.static(weighted):
+                        put(weighed, o, eight(w, g))
         # Eight cells are looked at side by side, each as one where it is small and all on one surface, then what is
         # left pixel by pixel, eight at a time.
         deep, use, left = ti.Vector([0.0] * CELLS), ti.Vector([0] * CELLS), ti.Vector([0] * CELLS)
@@ -181,19 +148,19 @@ def _scan(
                 at = [o + e // CELL * across * STRIP + e % CELL for e in ti.static(range(CELLS))]
                 i, h, v = gather(inverse, at), gather(x, at), gather(y, at)
                 z = 1.0 / high(i, 1e-9)
-                put(box, 0, h, True)
-                put(box, CELLS, v, True)
-                put(box, 4 * CELLS, z - truncation, True)
-                put(box, 5 * CELLS, z + truncation, True)
+                put(box, 0, h)
+                put(box, CELLS, v)
+                put(box, 4 * CELLS, z - truncation)
+                put(box, 5 * CELLS, z + truncation)
                 for e in ti.static(range(CELLS)):
                     use[e], box[2 * CELLS + e], box[3 * CELLS + e] = ti.select(i[e] > 0.0, 1, 0), margin, margin
             for a in ti.static(range(3)):
                 begin, end = _reach(box, p, a, voxel)
-                put(begins, a * CELLS, begin, True)
-                put(ends, a * CELLS, end, True)
+                put(begins, a * CELLS, begin)
+                put(ends, a * CELLS, end)
             for e in range(CELLS):
                 begin = ti.Vector([ti.max(begins[a * CELLS + e], span[a]) for a in ti.static(range(3))])
                 end = ti.Vector([ti.min(ends[a * CELLS + e], span[3 + a]) for a in ti.static(range(3))])
                 if use[e] == 1 and (end - begin).min() >= 0 and ti.min((begin - first).min(), (last - end).min()) < 0:
                     first, last = begin, end
-                    _look(begin, end, keys, ids, around, seen, missing, count)
+                    look(begin, end, keys, ids, around, seen, missing, count)

@@ -121,6 +121,6 @@ def measure_planes(
                 i[s] = ti.select(known, i[s], NOWHERE)
             for g in range(STRIP // 8):
                 o = at + g * 8
-                put(level, o, eight(i, g), True)
-                put(slopes, o, eight(slope, g), True)
-                put(scales, o, eight(scale, g), True)
+                put(level, o, eight(i, g))
+                put(slopes, o, eight(slope, g))
+                put(scales, o, eight(scale, g))

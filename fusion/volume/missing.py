@@ -1,0 +1,51 @@
+# mypy: ignore-errors
+"""Which of the blocks that a frame needs are missing."""
+
+import taichi as ti
+
+from fusion.volume.blocks import lookup, pack
+
+FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks
+
+
+@ti.func
+def _want(
+    at: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(), missing: ti.template(),
+    count: ti.template(),
+):  # fmt: skip
+    """Lists a block when it is absent."""
+    key = pack(at[0], at[1], at[2])
+    h = ti.cast((key ^ (key >> 16) ^ (key >> 33)) & (FILTER - 1), ti.i32)
+    if seen[h] != key and lookup(at[0], at[1], at[2], keys, ids) < 0:
+        seen[h] = key
+        n = ti.atomic_add(count[0], 1)
+        if n < missing.shape[0]:
+            missing[n] = key
+
+
+@ti.func
+def _bits(begin: ti.template(), end: ti.template()):
+    """The blocks from begin to end, each of them 0 to 2, as bits in the order of `Blocks.neighbours`."""
+    bits = 1
+    for a in ti.static(range(3)):  # axis by axis: what is marked so far, at every step from begin to end
+        shift = ti.static((9, 3, 1)[a])
+        bits <<= shift * begin[a]
+        bits |= ti.select(end[a] > begin[a], bits << shift, 0)
+        bits |= ti.select(end[a] > begin[a] + 1, bits << shift, 0)
+    return bits
+
+
+@ti.func
+def look(
+    begin: ti.template(), end: ti.template(), keys: ti.template(), ids: ti.template(), around: ti.template(),
+    seen: ti.template(), missing: ti.template(), count: ti.template(),
+):  # fmt: skip
+    """Lists what is absent of the blocks from begin to end."""
+    middle, sides, whole = (begin + end) >> 1, end - begin + 1, False
+    if sides.max() <= 3:
+        n = lookup(middle[0], middle[1], middle[2], keys, ids)
+        if n >= 0:
+            whole = (_bits(begin - middle + 1, end - middle + 1) & ~around[n]) == 0
+    if not whole:
+        for j, k, m in ti.ndrange(sides[0], sides[1], sides[2]):
+            _want(begin + ti.Vector([j, k, m]), keys, ids, seen, missing, count)
