@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_walls import looks_at, sensor_of
+from made_up_walls import KNOWN, looks_at, sensor_of
 
 from fusion.discrepancy.channels.noise import noise_steps
 from fusion.discrepancy.channels.succession import succession_of
@@ -13,6 +13,7 @@ from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.sensor_interference import SensorInterference
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.temporal_filtering import TemporalFiltering
+from fusion.sensor.effects.rig.pose_jitter import PoseJitter
 
 
 def found_in(given, hidden, seed):
@@ -39,6 +40,26 @@ def test_another_sensor_is_not_taken_for_light():
     # interference brings noise that grows as the light fades
     _, (step, *_) = found_in(sensor_of("itof"), sensor_of("itof", SensorInterference(fraction=0.3)), 2)
     assert step.effect is not None and "sensor_interference" in (step.effect.name, *step.alike)
+
+
+def test_noise_that_grows_with_the_tilt_is_not_taken_for_light():
+    given = sensor_of("structured_light")
+    looks = looks_at(given, 5)
+    # of a form that no entry has
+    steep = [replace(look, std=look.std * (2 / np.cos(look.view.incidence) ** 2 - 1)) for look in looks]
+    sensor, steps = noise_steps(observe(given, steep))
+    assert {step.effect.name for step in steps} == {"axial_noise"}
+    # a disparity's noise grows with the square of the depth, so its angle term grows with a high power of it too
+    assert sensor.effect("axial_noise").angle_exponent > 1
+
+
+def test_noise_that_neighbours_do_not_share_is_no_jitter():
+    given, free, jitter = sensor_of("itof"), np.array([[1.0] + [0.0] * 8] * 2), PoseJitter(sigma_rad=0.001)
+    looks = []
+    for look in looks_at(given, 6):
+        more = jitter.noise(look.view.depth, look.view) / KNOWN["itof"].noise(look.view.depth, look.view)
+        looks.append(replace(look, std=look.std * np.hypot(1.0, more), alike=free))
+    assert all(step.effect.name != "pose_jitter" for step in noise_steps(observe(given, looks))[1])
 
 
 @pytest.mark.slow

@@ -22,7 +22,8 @@ REPLICATED = 0.4  # of the gain that must show where it was not fitted
 LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below, it is a matter of the noise model
 EXPLAINED = 0.5  # of what is too much, by one effect: two of a size may be there
 APART = 3  # pixels from which on neighbours share no noise of a window as sensors have it
-UNLIKE = 0.05  # correlation
+HALF = 0.5  # of the correlation that is due must be seen: rounding and other noise take some
+UNLIKE = 0.01  # correlation that chance makes of the pixels of a look: its square is one over their number
 SIMPLER = 6.0  # of the chi2: a value that is wrong needs no new physics
 
 
@@ -66,19 +67,25 @@ def explains(best: Tried, before: Turned) -> bool:
 def contradicted(tried: Tried, scatter: Scatter) -> bool:
     """True for new noise that pixels would share, where the noise of neighbours is not as alike as that."""
     for knob, value in zip(tried.turned.knobs, tried.turned.values, strict=True):
-        if knob not in tried.free or not knob.new:
-            continue
-        growth = np.maximum(knob.turned(float(value))[0], 0.0)
-        share = float(np.median(growth / (1 + growth)))
-        seen = [patch for patch in scatter.patches if patch.look.alike is not None]
-        if not seen:
-            return False
-        window = float(np.mean([knob.effect.window(patch.view) for patch in seen]))
-        alike = np.mean([np.mean(np.asarray(patch.look.alike), axis=0) for patch in seen], axis=0)
-        expected = share * np.maximum(1 - np.arange(len(alike)) / window, 0.0)
-        if np.any(expected[APART:] > alike[APART:] + UNLIKE):
+        if any(knob is free for free in tried.free) and knob.new and _unlike(knob, float(value), scatter):
             return True
     return False
+
+
+def _unlike(knob: Knob, value: float, scatter: Scatter) -> bool:
+    """True where neighbours are less alike than new noise makes them; looks tell of it that would have much of it."""
+    growth = np.maximum(knob.turned(value)[0], 0.0)
+    ends = np.cumsum([len(patch.tiles) for patch in scatter.patches])[:-1]
+    # what neighbours have in common is told as a mean over the image too
+    shares = [float(np.mean(part / (1 + part))) for part in np.split(growth, ends)]
+    lacking, weights = [], []
+    for share, patch in zip(shares, scatter.patches, strict=True):
+        if patch.look.alike is not None and share > 0:
+            alike = np.mean(np.asarray(patch.look.alike), axis=0)
+            due = share * np.maximum(1 - np.arange(len(alike)) / knob.effect.window(patch.view), 0.0)
+            lacking.append(HALF * due - alike)
+            weights.append(share)
+    return bool(lacking and np.any(np.average(lacking, axis=0, weights=weights)[APART:] > UNLIKE))
 
 
 def replicated(best: Tried, before: Turned, scatter: Scatter, ruler: Ruler) -> bool:
@@ -106,10 +113,10 @@ def confirmed(best: Tried, before: Turned, sensor: Sensor, held: Sequence[Look],
         return True
     scatter = scatter_of([p for p in observe(sensor, some).patches if len(p.tiles)])
     wanted = frozenset(knob.key for knob in best.turned.knobs)
-    again = {k.key: k for k in [*known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter, wanted)]}
+    again = {k.form: k for k in [*known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter, wanted)]}
     whites = []
     for turned in (before, best.turned):
-        pairs = [(again[k.key], v) for k, v in zip(turned.knobs, turned.values, strict=True) if k.key in again]
+        pairs = [(again[k.form], v) for k, v in zip(turned.knobs, turned.values, strict=True) if k.form in again]
         whites.append(_white(scatter, ruler, [knob for knob, _ in pairs], [value for _, value in pairs]))
     expected = whites[0] - whites[1]
     return bool(expected @ whites[0] > REPLICATED * (expected @ expected))

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,11 @@ class Knob:
     @property
     def key(self) -> tuple[str, str]:
         return self.effect.name, self.parameter.name
+
+    @property
+    def form(self) -> tuple[Effect, str]:
+        """The same, with the shape that goes with it."""
+        return self.effect, self.parameter.name
 
     @property
     def new(self) -> bool:
@@ -117,9 +123,18 @@ def new_knobs(sensor: Sensor, scatter: Scatter, wanted: frozenset[tuple[str, str
                 continue
             if wanted is not None and (kind.name, about.name) not in wanted:
                 continue
-            knob = _new(own or kind(), about, scatter)
-            if np.any(knob.growth) or np.any(knob.factor):
-                yield knob
+            for shaped in _shaped(own or kind(), about):
+                knob = _new(shaped, about, scatter)
+                if np.any(knob.growth) or np.any(knob.factor):
+                    yield knob
+
+
+def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:
+    """The effect with every value of the shapes that go with a size and are searched; as it is where there are none."""
+    shapes = [p for p in parameters(effect).values() if p.search and p.group == about.group and p.name != about.name]
+    for values in product(*(shape.search for shape in shapes)):
+        changed: dict[str, Any] = {shape.name: value for shape, value in zip(shapes, values, strict=True)}
+        yield replace(effect, **changed) if changed else effect
 
 
 def _new(effect: Effect, about: Parameter, scatter: Scatter) -> Knob:

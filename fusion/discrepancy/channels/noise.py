@@ -87,7 +87,7 @@ def _step(
         ]
         if not tried:
             return None
-        best, names = max(tried, key=lambda one: one.score), len({one.name for one in tried})
+        best, names = max(tried, key=lambda one: one.score), len(tried)
         if not improbable(best, names):
             return None
         if not again:  # what is left by the best explanation is noise: what is left by none would hide it
@@ -154,7 +154,7 @@ def _applied(sensor: Sensor, best: Tried) -> tuple[Sensor, dict[str, float]]:
         if knob.key in keys:
             values[knob.parameter.name] = float(value)
             std[knob.parameter.name] = float(np.hypot(spread, COMMON * value))  # no noise model is better than that
-    effect = replace(sensor.effect(best.name) or best.free[0].effect, **values)
+    effect = replace(best.free[0].effect, **values)
     kept = {key: known for key, known in sensor.std.items() if key[0] != best.name or key[1] not in std}
     return replace(sensor.having(effect), std=kept | {(best.name, name): s for name, s in std.items()}), std
 

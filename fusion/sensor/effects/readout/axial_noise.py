@@ -44,7 +44,13 @@ class AxialNoise(Effect):
         typical=0.0001,
     )
     angle_exponent: Value = parameter(
-        "1", (-3, 3), "power of z in the angle term", f"-0.5 {NGUYEN}; 1.5 {FANKHAUSER}", "angle", typical=1.5
+        "1",
+        (-3, 3),
+        "power of z in the angle term",
+        f"-0.5 {NGUYEN}; 1.5 {FANKHAUSER}",
+        "angle",
+        typical=1.5,
+        search=(-0.5, 0.0, 1.5, 2.0),  # as published, without, and as a disparity's noise grows
     )
     sunlight: Value = parameter(
         "1/m", (0, 1), "factor of z^2 cos(theta) in direct sun", FANKHAUSER, "sunlight", typical=0.002
