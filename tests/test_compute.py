@@ -3,16 +3,26 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import taichi as ti
 
-from fusion.compute import start
+from fusion.compute import FEW, start
 
 
 def test_a_second_start_changes_nothing():
     assert start() == start()
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="Linux only")
+def test_on_a_small_machine_each_core_has_its_own_thread():
+    if start() != "cpu" or "TI_CPU_MAX_NUM_THREADS" in os.environ or len(os.sched_getaffinity(0)) > FEW:
+        pytest.skip("threads are left where they are")
+    cores = [os.sched_getaffinity(int(thread.name)) for thread in Path("/proc/self/task").iterdir()]
+    alone = [min(allowed) for allowed in cores if len(allowed) == 1]
+    assert len(os.sched_getaffinity(0)) == 1 or sorted(alone) == sorted(os.sched_getaffinity(0))
 
 
 def test_a_mistake_in_a_kernel_names_file_line_and_function():
