@@ -6,7 +6,7 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.lanes import eight, gather, high, low, put
+from fusion.geometry.lanes import eight, high, low, put
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, unpack
 from fusion.volume.frame import CELL, PAD, STRIP, Work
@@ -58,14 +58,16 @@ def allocate(
 
 
 @ti.func
-def _reach(box: ti.template(), p: ti.template(), a: ti.template(), voxel: ti.f32):
-    """First and last block along axis a around what lies between two depths behind eight rectangles of pixels."""
-    x, y, wide, tall, z0, z1 = eight(box, 0), eight(box, 1), eight(box, 2), eight(box, 3), eight(box, 4), eight(box, 5)
-    d = p[4 * a] * x + p[4 * a + 1] * y + p[4 * a + 2]
-    aside = (ti.abs(p[4 * a]) * wide + ti.abs(p[4 * a + 1]) * tall) * z1
+def _reach(
+    x: ti.template(), y: ti.template(), wide: ti.template(), tall: ti.template(), z0: ti.template(), z1: ti.template(),
+    p: ti.template(), voxel: ti.f32,
+):  # fmt: skip
+    """First and last block along an axis around what lies between two depths behind eight rectangles of pixels."""
+    d = p[0] * x + p[1] * y + p[2]
+    aside = (ti.abs(p[0]) * wide + ti.abs(p[1]) * tall) * z1
     # blocks that hold a voxel in between; a hundredth for rounding
-    first = ti.ceil((p[4 * a + 3] + low(d * z0, d * z1) - aside) / voxel - 0.01, ti.i32) >> 3
-    last = ti.floor((p[4 * a + 3] + high(d * z0, d * z1) + aside) / voxel + 0.01, ti.i32) >> 3
+    first = ti.ceil((p[3] + low(d * z0, d * z1) - aside) / voxel - 0.01, ti.i32) >> 3
+    last = ti.floor((p[3] + high(d * z0, d * z1) + aside) / voxel + 0.01, ti.i32) >> 3
     return first, last
 
 
@@ -139,25 +141,26 @@ def _scan(
                     rough += 1
         for e in ti.static(range(CELLS)):
             farthest[row, c0 + e] = deep[e]
-        p = ti.Vector([pose[m] for m in ti.static(range(12))])
         begins, ends = ti.Vector([0] * (3 * CELLS)), ti.Vector([0] * (3 * CELLS))
         first, last = ti.Vector([1 << 30, 0, 0]), ti.Vector([0, 0, 0])  # blocks that were all there, or are listed
         for t in range(passes + 2 * rough):
             if t > 0:  # two rows of a cell
                 o = start + (t - 1) % 2 * 2 * across * STRIP + left[(t - 1) // 2] * CELL
-                at = [o + e // CELL * across * STRIP + e % CELL for e in ti.static(range(CELLS))]
-                i, h, v = gather(inverse, at), gather(x, at), gather(y, at)
-                z = 1.0 / high(i, 1e-9)
-                put(box, 0, h)
-                put(box, CELLS, v)
-                put(box, 4 * CELLS, z - truncation)
-                put(box, 5 * CELLS, z + truncation)
-                for e in ti.static(range(CELLS)):
-                    use[e], box[2 * CELLS + e], box[3 * CELLS + e] = ti.select(i[e] > 0.0, 1, 0), margin, margin
+                at = ti.Vector([o + e // CELL * across * STRIP + e % CELL for e in ti.static(range(CELLS))])
+                for e in range(CELLS):
+                    box[e], box[CELLS + e], box[2 * CELLS + e], box[3 * CELLS + e] = x[at[e]], y[at[e]], margin, margin
+                for e in range(CELLS):
+                    i = inverse[at[e]]
+                    use[e], z = ti.cast(i > 0.0, ti.i32), 1.0 / high(i, 1e-9)
+                    box[4 * CELLS + e], box[5 * CELLS + e] = z - truncation, z + truncation
+            h, v, wide, tall, z0, z1 = [eight(box, m) for m in ti.static(range(6))]
             for a in ti.static(range(3)):
-                begin, end = _reach(box, p, a, voxel)
-                put(begins, a * CELLS, begin)
-                put(ends, a * CELLS, end)
+                p = ti.Vector([pose[4 * a + m] for m in ti.static(range(4))])
+                begin, end = _reach(h, v, wide, tall, z0, z1, p, voxel)
+                for e in ti.static(range(CELLS)):
+                    begins[a * CELLS + e] = begin[e]
+                for e in ti.static(range(CELLS)):
+                    ends[a * CELLS + e] = end[e]
             for e in range(CELLS):
                 begin = ti.Vector([ti.max(begins[a * CELLS + e], span[a]) for a in ti.static(range(3))])
                 end = ti.Vector([ti.min(ends[a * CELLS + e], span[3 + a]) for a in ti.static(range(3))])
