@@ -165,7 +165,8 @@ def _gauged(before: Observations) -> tuple[Observations, Gauge, list[Group], lis
         if loose == Loose():
             break
         scatter, drift = np.hypot(before.scatter, loose.scatter), np.hypot(before.drift, loose.drift)
-        before = replace(before, scatter=float(scatter), drift=float(drift))
+        uneven = loose.uneven or before.uneven
+        before = replace(before, scatter=float(scatter), drift=float(drift), uneven=uneven)
     return before, gauge, groups, candidates
 
 

@@ -69,7 +69,7 @@ def gauge_of(observations: Observations) -> Gauge:
             if any(_simulated(patch).any() for patch in observations.patches):
                 _add_grain(observations, effect, total)  # of the simulation, which has its own
     _add_shape(observations, total)
-    total[np.diag_indices(n)] += observations.scatter**2
+    total[np.diag_indices(n)] += (observations.scatter * observations.looseness) ** 2
     if observations.drift:
         drift = drift_columns(observations)
         total += observations.drift**2 * (drift @ drift.T)
@@ -81,7 +81,7 @@ def gauge_of(observations: Observations) -> Gauge:
 
 
 def drift_columns(observations: Observations) -> NDArray[np.float64]:
-    """(n, k) columns of which the products sum up to the covariance of a drift of unit standard deviation."""
+    """(n, k) columns of which the products sum up to the covariance of a drift of unit standard deviation, usually."""
     place, width = observations.place, observations.patches[0].view.camera.width
     at = np.concatenate([(patch.tiles.cell + 0.5) * patch.tiles.side for patch in observations.patches])
     side = max(patch.tiles.side for patch in observations.patches)
@@ -91,7 +91,7 @@ def drift_columns(observations: Observations) -> NDArray[np.float64]:
         block = np.zeros((len(place), own.shape[1]))
         block[place == g] = own
         blocks.append(block)
-    return np.concatenate(blocks, axis=1)
+    return np.asarray(np.concatenate(blocks, axis=1) * observations.looseness[:, None])
 
 
 def _noise(patch: Patch) -> NDArray[np.float64]:

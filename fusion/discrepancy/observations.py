@@ -74,12 +74,14 @@ class Observations:
         patches: one per look.
         scatter: standard deviation [native unit] of an error that every tile has for itself.
         drift: the same of a smooth error of the image that every recording has for itself.
+        uneven: variance of both in recording 0, 1, ... over the usual one; empty where they are even.
     """
 
     sensor: Sensor
     patches: tuple[Patch, ...]
     scatter: float = 0.0
     drift: float = 0.0
+    uneven: tuple[float, ...] = ()
 
     @cached_property
     def residual(self) -> NDArray[np.float64]:
@@ -131,7 +133,12 @@ class Observations:
 
     def as_loose_as(self, others: "Observations") -> "Observations":
         """The same with the scatter and the drift that others of these recordings have."""
-        return replace(self, scatter=others.scatter, drift=others.drift)
+        return replace(self, scatter=others.scatter, drift=others.drift, uneven=others.uneven)
+
+    @property
+    def looseness(self) -> NDArray[np.float64]:
+        """(n,) by how much scatter and drift are larger in the recording of each tile than usual."""
+        return np.sqrt(self.uneven)[self.place] if self.uneven else np.ones(len(self.place))
 
 
 def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:

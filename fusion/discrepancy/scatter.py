@@ -1,10 +1,11 @@
 """Scatter and drift: what differs from tile to tile, and from recording to recording, and follows no law at all."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import qr
 from scipy.optimize import minimize
 
 from fusion.discrepancy.gauge import Gauge, drift_columns
@@ -12,6 +13,7 @@ from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.part import FIELD
 from fusion.discrepancy.naming.step import inflation
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.spreads import Left, Spreads, likeliest
 from fusion.discrepancy.unknown.unrestricted import Group
 
 Vector = NDArray[np.float64]
@@ -31,10 +33,12 @@ class Loose:
     Attributes:
         scatter: of each tile for itself.
         drift: of a smooth field of the image in each recording.
+        uneven: variance of both in recording 0, 1, ... over the usual one; empty where they are even.
     """
 
     scatter: float = 0.0
     drift: float = 0.0
+    uneven: tuple[float, ...] = ()
 
 
 def loose_of(
@@ -54,14 +58,22 @@ def loose_of(
     white = np.clip(white, -far, far)
     seen = gauge.whiten(drift_columns(observations))
     noise, drift = _two_sizes(white, seen - basis @ (basis.T @ seen), len(white) - basis.shape[1])
-    if len(np.unique(observations.place)) < 2:
-        drift = 0.0  # one recording alone may be off as a law has it
-        own = 1.0 / float(np.median(np.diag(gauge.inverse)))  # of what is rough: of a tile beside its neighbours
-    else:
-        # of the whole gauge: what real scenes leave comes in a few large pieces, as light that a glossy board mirrors
-        # in some of the recordings, and would be taken for laws if it counted as independent from tile to tile
-        own = float(np.median(np.linalg.norm(gauge.bare, axis=1))) ** 2
-    return Loose(float(np.sqrt((noise - 1.0) * own)) if noise >= MUCH else 0.0, drift)
+    alone = len(np.unique(observations.place)) < 2  # it may be off as a law has it
+    if noise < MUCH:
+        return Loose(0.0, 0.0 if alone else drift)
+    found = _spreads(observations, gauge, basis, white)
+    return Loose(found.scatter, 0.0 if alone else found.drift, found.uneven)
+
+
+def _spreads(observations: Observations, gauge: Gauge, basis: Vector, white: Vector) -> Spreads:
+    """How large errors beside the gauge are, and in which recordings, from what no law reaches of a residual (n,)."""
+    beside = qr(basis)[0][:, basis.shape[1] :]
+    left = Left(beside.T @ white, gauge.pulled(beside), drift_columns(observations), observations.place)
+    more = max(float(left.white @ left.white) / len(left.white) - 1.0, 1.0)
+    start = float(np.sqrt(more * len(left.white) / (left.rough**2).sum()))
+    rough = likeliest(left, Spreads(start))
+    both = likeliest(left, replace(rough, drift=rough.scatter))
+    return both if rough.cost - both.cost > SURE else rough
 
 
 def _two_sizes(white: Vector, seen: Vector, freedom: int) -> tuple[float, float]:
