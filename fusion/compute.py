@@ -41,6 +41,7 @@ def start() -> str:
     if name == "cpu":  # elsewhere nobody has tried it
         launch_quickly()
     _keep_memory()
+    os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # else it tells its makers about this machine once a day
     kept = kernels_kept_in()
     if not kept.exists():  # a line that stays, on a terminal only
         line = "compiling the kernels, once on this machine: up to a minute"
