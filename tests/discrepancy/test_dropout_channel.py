@@ -7,10 +7,10 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.dropout import dropout_steps
-from fusion.discrepancy.channels.lost_table import having_losses
 from fusion.discrepancy.channels.validity import FLOOR, validity_of
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.observations import observe
+from fusion.discrepancy.unknown.table import joined
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.readout.amplitude_dropout import AmplitudeDropout
 from fusion.sensor.effects.readout.saturation import Saturation
@@ -91,10 +91,10 @@ def test_a_model_that_holds_the_cause_is_not_told_that_it_lacks_it():
     assert found_in(given, lost(*FAR)) == ()
 
 
-def test_a_table_of_missing_values_joins_the_sensor_s_own_table():
+def test_tables_of_errors_and_of_missing_values_join():
     own = Tabulated(("u",), ((0.0, 111.0),), values_px=np.array([0.0, 0.1]))
     more = Tabulated(("depth",), ((0.5, 3.0),), missing=np.array([0.0, 0.4]))
-    both = having_losses(Sensor("made up", "structured_light", (own,)), more)
+    both = Sensor("made up", "structured_light", (joined(own, more),))
     view = looks_at(sensor_of("structured_light"), seed=0)[0].view
     assert view.depth is not None
     alone = [Sensor("made up", "structured_light", (table,)) for table in (own, more)]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from fusion.discrepancy.channels.lost_table import having_losses
+from fusion.discrepancy.unknown.table import joined
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.sensor import Sensor
@@ -47,6 +47,7 @@ class ChannelStep:
         if self.added is not None:
             before = sensor.sources.get("tabulated", "")
             told = f"{before}; " * bool(before) + f"explained: missing values, {self.form}"
-            sensor = having_losses(sensor, self.added)
+            own = sensor.effect("tabulated")
+            sensor = sensor.having(joined(own, self.added) if isinstance(own, Tabulated) else self.added)
             return replace(sensor, sources={**sensor.sources, "tabulated": told})
         return sensor if self.effect is None else sensor.having(self.effect)

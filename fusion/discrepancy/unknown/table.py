@@ -59,15 +59,17 @@ def tabulated(names: tuple[str, ...], grid: list[Vector], values: Vector, observ
 
 
 def joined(own: Tabulated, more: Tabulated) -> Tabulated:
-    """Two tables as one over all their variables."""
+    """Two tables as one over all their variables; errors and shares of missing values add up."""
     names = tuple(dict.fromkeys((*own.variables, *more.variables)))
     grid = _thinned([_union(name, (own, more)) for name in names])
     mesh = dict(zip(names, np.meshgrid(*grid, indexing="ij"), strict=True))
     total: dict[str, Any] = {}
-    for field in ("values", "values_px"):
+    for field in ("values", "values_px", "missing"):
         tables = [(t, np.asarray(getattr(t, field), float)) for t in (own, more)]
         if any(np.any(table) for _, table in tables):
             total[field] = np.sum([_at(t, table, mesh) for t, table in tables], axis=0)
+    if "missing" in total:
+        total["missing"] = np.clip(total["missing"], 0.0, 1.0)
     return Tabulated(names, tuple(tuple(map(float, axis)) for axis in grid), **total)
 
 
