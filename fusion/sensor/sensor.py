@@ -178,7 +178,7 @@ class Sensor:
                     depth = _valid(depth + effect.change(depth, view) + effect.draw(depth, view, rng)).astype(
                         depth.dtype
                     )
-        if seen.ndim:
+        if seen.ndim or seen < 1:
             depth = np.where(rng.random(depth.shape, dtype=depth.dtype.type) < seen, depth, np.nan)
         return depth
 
