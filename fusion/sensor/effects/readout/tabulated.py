@@ -36,7 +36,7 @@ class Tabulated(Effect):
     values_px: Value = parameter(
         "px", (-2, 2), "error of the disparity", "measured", "px", typical=0.1, kind="table", label="values"
     )
-    missing: Value = parameter("1", (0, 1), "share of missing values", "measured", typical=0.1, kind="table")
+    missing: Value = parameter("1", (0, 1), "share of missing values", "measured", typical=0.05, kind="table")
 
     def __post_init__(self) -> None:
         super().__post_init__()
