@@ -12,6 +12,8 @@ from fusion.discrepancy.unknown.unrestricted import Group, explained
 
 Vector = NDArray[np.float64]
 
+MANY = 10  # numbers with which an entry is fitted: more than any formula has
+
 
 @dataclass(frozen=True)
 class Nearest:
@@ -23,6 +25,7 @@ class Nearest:
         gain: share of the law's own gain that it reaches.
         left: variables on which what it leaves still depends.
         left_gain: drop of the chi2 that they bring.
+        numbers: how many the entry is fitted with.
     """
 
     name: str
@@ -30,11 +33,14 @@ class Nearest:
     gain: float
     left: tuple[str, ...]
     left_gain: float
+    numbers: int
 
     @property
     def reason(self) -> str:
         """Why it is not the one, as words."""
         share = f"it explains {100 * self.gain:.0f} % of what the unknown law explains"
+        if self.numbers > MANY:  # which is why it may explain all of it, and still not be the one
+            share += f", and needs {self.numbers} numbers for that"
         if not self.left:
             return share
         return f"{share}, and what it leaves still depends on {' and '.join(self.left)}"
@@ -62,4 +68,5 @@ def nearest_of(law: Law, candidates: Sequence[Candidate], white: Vector, groups:
         min(float(own @ own) / max(law.gain, 1e-9), 1.0),
         left.variables if left.gain > 0 else (),
         left.gain,
+        candidate.basis.shape[1],
     )
