@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.channels.channels import Channels, channels_of
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after, held_out_of
+from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
@@ -123,7 +124,8 @@ def explained_looks(
             do="check the poses, the mesh and its unit with fusion info",
         )
     progress("trying every effect of the catalogue")
-    before, gauge, groups, candidates = _gauged(before)
+    looks = at_likely_poses(looks, before, gauge_of(before))
+    before, gauge, groups, candidates = _gauged(before.seen_again(looks))
     white, nothing = gauge.whiten(before.residual), np.zeros((len(before.residual), 0))
     progress("asking what could be explained at all")
     possible = explained(white, groups, nothing)

@@ -75,7 +75,7 @@ def gauge_of(observations: Observations) -> Gauge:
         total += observations.drift**2 * (drift @ drift.T)
     bare = cholesky(total, lower=True, check_finite=False)
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
-    common = np.column_stack([*_poses(observations), known])
+    common = np.column_stack([*pose_columns(observations), known])
     total += common @ common.T
     return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 
@@ -159,7 +159,7 @@ def _add_shape(observations: Observations, total: NDArray[np.float64]) -> None:
                 total[rows, others] += bow(points, other_points, 1.0) * np.outer(lever, other_lever)
 
 
-def _poses(observations: Observations) -> list[Vector]:
+def pose_columns(observations: Observations) -> list[Vector]:
     """A column (n,) per recording and direction: one standard deviation of its common pose error."""
     columns = []
     for place in np.unique(observations.place):

@@ -40,6 +40,8 @@ class Look:
         succession: (h, w) half the mean square of the change from a frame to the next [m^2]; None where not known.
         alike: (2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None where not known.
         given: what another simulator predicts; None where the sensor model alone does.
+        moved: likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear
+            in errors about this one. Empty where it is too small to matter.
     """
 
     stage: Stage
@@ -53,6 +55,7 @@ class Look:
     succession: Image | None = None
     alike: NDArray[np.float64] | None = None
     given: Given | None = None
+    moved: tuple[float, ...] = ()
 
     @property
     def place(self) -> int:

@@ -13,6 +13,7 @@ from fusion.discrepancy.tiles import SIDE_PX, Tiling, tiling
 from fusion.discrepancy.views import views_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.surface import moved_beyond
 from fusion.sensor.view import Image, View
 
 EDGE_PX = 5.0  # nearer to a depth edge a tile would mix two questions
@@ -46,8 +47,11 @@ class Patch:
 
     @cached_property
     def residual(self) -> NDArray[np.float64]:
-        """(n,) mean of measured less predicted, in native units."""
-        return self.tiles.mean((self.look.mean - self.predicted) * self.native)
+        """(n,) mean of measured less predicted, in native units; less what is not linear in the error of the pose."""
+        off = self.look.mean - self.predicted
+        if self.look.moved:
+            off = off - moved_beyond(self.depth, np.array(self.look.moved), self.view)
+        return self.tiles.mean(off * self.native)
 
     @property
     def depth(self) -> Image:
@@ -130,6 +134,10 @@ class Observations:
             mean, sigma = predicted(sensor, patch.look)
             patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
         return replace(self, sensor=sensor, patches=tuple(patches))
+
+    def seen_again(self, looks: Sequence[Look]) -> "Observations":
+        """The same tiles of looks that differ in what is known of their poses only."""
+        return replace(self, patches=tuple(replace(p, look=k) for p, k in zip(self.patches, looks, strict=True)))
 
     def as_loose_as(self, others: "Observations") -> "Observations":
         """The same with the scatter and the drift that others of these recordings have."""

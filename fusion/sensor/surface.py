@@ -8,6 +8,7 @@ from fusion.sensor.view import Image, View
 
 # cosine between ray and normal, times the ray's length, below which a surface is seen edge-on (87 deg)
 EDGE_ON = 0.05
+SMALL = 1e-3  # [rad], [m] a motion that is linear
 
 
 def moved(depth: Image, displacement: NDArray[np.floating], view: View) -> Image:
@@ -37,6 +38,16 @@ def moved_rigidly(depth: Image, motion: NDArray[np.floating], view: View) -> Ima
     # by coordinate and not by matrices: faster on images, and without threads that wait for each other
     across = depth * (x * turned[0] + y * turned[1] + z * turned[2]) + (a * x + b * y + c * z)
     return _finite(across / towards(view), depth)
+
+
+def moved_beyond(depth: Image, motion: NDArray[np.floating], view: View) -> Image:
+    """What a rigid motion (6,) of a plane changes (h, w) [m] beyond its first order, which `moved_rigidly` gives."""
+    size = float(np.abs(motion).max())
+    if view.normals is None or size == 0:
+        return np.zeros((), depth.dtype)
+    seen = seen_along(depth, view.camera.rays(), view, exp(motion))
+    straight = moved_rigidly(depth, np.asarray(motion) * (SMALL / size), view) * depth.dtype.type(size / SMALL)
+    return _finite(np.where(seen == depth, 0, seen - depth - straight), depth)
 
 
 def seen_along(depth: Image, rays: NDArray[np.floating], view: View, T: NDArray[np.float64] | None = None) -> Image:

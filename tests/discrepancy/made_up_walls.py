@@ -37,20 +37,22 @@ def sensor_of(principle: str, *hidden: Effect) -> Sensor:
     return Sensor("made up", principle, (*hidden, KNOWN[principle]))
 
 
-def looks_at(sensor: Sensor, seed: int, walls: Sequence[tuple[float, float, float]] = WALLS) -> list[Look]:
+def looks_at(
+    sensor: Sensor, seed: int, walls: Sequence[tuple[float, float, float]] = WALLS, off: float = 1.0
+) -> list[Look]:
     """What the sensor gives of the walls, one recording each."""
-    return [look_at(sensor, place, wall, seed) for place, wall in enumerate(walls)]
+    return [look_at(sensor, place, wall, seed, off) for place, wall in enumerate(walls)]
 
 
-def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: int) -> Look:
-    """One wall; its stated pose is off by a millimetre and a milliradian, as stated."""
+def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: int, off: float = 1.0) -> Look:
+    """One wall; its stated pose is off by `off` times a millimetre and a milliradian, as stated."""
     rng = np.random.default_rng([seed, place])
     stated = view_of(sensor.principle, wall, place)
-    shift = rng.normal(0, [0.001, 0.06, 0.06])  # [m], [deg]
+    shift = off * rng.normal(0, [0.001, 0.06, 0.06])  # [m], [deg]
     true = view_of(sensor.principle, tuple(np.add(wall, shift)), place)
     assert true.depth is not None
     frames = np.array([sensor.sample(true.depth, true, None, rng) for _ in range(FRAMES)])
-    stage = SimpleNamespace(place=place, sigma_m=0.001, sigma_rad=0.001, mesh_sigma_m=0.0)
+    stage = SimpleNamespace(place=place, sigma_m=0.001 * off, sigma_rad=0.001 * off, mesh_sigma_m=0.0)
     count = np.isfinite(frames).sum(axis=0).astype(np.int32)
     return Look(stage, tuple(range(FRAMES)), stated, frames.mean(axis=0), frames.std(axis=0, ddof=1), count)
 
