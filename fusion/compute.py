@@ -65,6 +65,11 @@ def start() -> str:
     return name
 
 
+def parts() -> int:
+    """Iterations of a parallel loop of which each of the pool's threads gets one lot, of the least size."""
+    return SPLIT * (os.cpu_count() or 1)
+
+
 def kernels_kept_in() -> Path:
     """The folder of compiled kernels; Taichi's own variable says another one."""
     given = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")

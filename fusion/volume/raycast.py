@@ -7,11 +7,12 @@ import numpy as np
 import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute import parts
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64, Blocks
+from fusion.volume.cast import COARSE, cast
 from fusion.volume.lens import rows
-from fusion.volume.march import COARSE, cast
 from fusion.volume.sample import corners, place, slope, smooth
 from fusion.volume.window import find, window
 
@@ -50,7 +51,10 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
     down, across = np.nonzero(seen.last)
     tiles = (down << 16 | across).astype(np.int32)
     for step in (COARSE, 2, 1):
-        cast(step, *table, camera.rays(), T, seen.first, seen.last, tiles, len(tiles), voxel, camera.fx, depth)
+        cast(
+            step, *table, camera.rays(), T, seen.first, seen.last, tiles, len(tiles), voxel, camera.fx, depth,
+            np.zeros(1, np.int32), parts(),
+        )  # fmt: skip
     _shade(*table, blocks.colors, camera.rays(), T, voxel, camera.fx, depth, points, normals, colors, colored)
     return Raycast(depth, points, normals, colors if colored else None)
 
