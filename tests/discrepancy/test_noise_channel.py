@@ -42,6 +42,7 @@ def test_another_sensor_is_not_taken_for_light():
     assert step.effect is not None and "sensor_interference" in (step.effect.name, *step.alike)
 
 
+@pytest.mark.slow
 def test_noise_that_grows_with_the_tilt_is_not_taken_for_light():
     given = sensor_of("structured_light")
     looks = looks_at(given, 5)
@@ -53,6 +54,7 @@ def test_noise_that_grows_with_the_tilt_is_not_taken_for_light():
     assert sensor.effect("axial_noise").angle_exponent > 1
 
 
+@pytest.mark.slow
 def test_noise_that_neighbours_do_not_share_is_no_jitter():
     given, free, jitter = sensor_of("itof"), np.array([[1.0] + [0.0] * 8] * 2), PoseJitter(sigma_rad=0.001)
     looks = []
