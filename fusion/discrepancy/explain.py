@@ -124,8 +124,9 @@ def explained_looks(
             do="check the poses, the mesh and its unit with fusion info",
         )
     progress("trying every effect of the catalogue")
-    looks = at_likely_poses(looks, before, gauge_of(before))
-    before, gauge, groups, candidates = _gauged(before.seen_again(looks))
+    gauge = gauge_of(before)  # whatever the likely poses are
+    looks = at_likely_poses(looks, before, gauge)
+    before, gauge, groups, candidates = _gauged(before.seen_again(looks), gauge)
     white, nothing = gauge.whiten(before.residual), np.zeros((len(before.residual), 0))
     progress("asking what could be explained at all")
     possible = explained(white, groups, nothing)
@@ -157,10 +158,10 @@ def explained_looks(
     )
 
 
-def _gauged(before: Observations) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:
+def _gauged(before: Observations, gauge: Gauge) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:
     """The gauge, and all that is measured in it; with the tiles' own scatter and the recordings' drift, if any."""
-    for _ in range(3):
-        gauge = gauge_of(before)
+    for turn in range(3):
+        gauge = gauge_of(before) if turn else gauge
         groups, candidates = groups_of(before, gauge), candidates_of(before, gauge)
         # what is rough hides what is smooth until it is known
         loose = loose_of(before, gauge, candidates, groups)

@@ -25,9 +25,9 @@ def at_likely_poses(looks: Sequence[Look], observations: Observations, gauge: Ga
     """The looks with the errors of their poses that are likeliest when nothing is missing; as they are where that
     makes no difference."""
     before = after = gauge.whiten(observations.residual)
-    moved = list(looks)
+    moved, columns = list(looks), np.stack(pose_columns(observations))
     for _ in range(ROUNDS):
-        errors = _likeliest(observations, gauge, after)
+        errors = _by_recording(observations, columns @ gauge.pulled(after))
         moved = [
             replace(k, moved=errors[k.place], held=k.held and replace(k.held, moved=errors[k.place])) for k in looks
         ]
@@ -35,10 +35,9 @@ def at_likely_poses(looks: Sequence[Look], observations: Observations, gauge: Ga
     return moved if before @ before - after @ after > MATTERS else list(looks)
 
 
-def _likeliest(observations: Observations, gauge: Gauge, white: Vector) -> defaultdict[int, tuple[float, ...]]:
-    """By recording, the motion (6,) of the scene in the camera frame [rad, m] that residuals (n,), whitened, tell of;
-    nothing of a recording without tiles."""
-    weights = np.stack(pose_columns(observations)) @ gauge.pulled(white)
+def _by_recording(observations: Observations, weights: Vector) -> defaultdict[int, tuple[float, ...]]:
+    """By recording, the motion (6,) of the scene in the camera frame [rad, m], from its sizes along all columns (6 g,)
+    in standard deviations; nothing of a recording without tiles."""
     stages = {patch.look.place: patch.look.stage for patch in observations.patches}
     out: defaultdict[int, tuple[float, ...]] = defaultdict(tuple)
     for place, own in zip(np.unique(observations.place).tolist(), weights.reshape(-1, 6), strict=True):

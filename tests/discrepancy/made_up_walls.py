@@ -6,7 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.look import Look
+from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.observations import observe
+from fusion.discrepancy.scatter import Loose, loose_of
+from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
@@ -55,6 +60,13 @@ def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: 
     stage = SimpleNamespace(place=place, sigma_m=0.001 * off, sigma_rad=0.001 * off, mesh_sigma_m=0.0)
     count = np.isfinite(frames).sum(axis=0).astype(np.int32)
     return Look(stage, tuple(range(FRAMES)), stated, frames.mean(axis=0), frames.std(axis=0, ddof=1), count)
+
+
+def loose_in(looks: Sequence[Look]) -> Loose:
+    """What follows no law, as the engine tells it."""
+    observations = observe(sensor_of("itof"), looks)
+    gauge = gauge_of(observations)
+    return loose_of(observations, gauge, candidates_of(observations, gauge), groups_of(observations, gauge))
 
 
 def view_of(principle: str, wall: tuple[float, ...], place: int) -> View:

@@ -5,14 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_walls import looks_at, sensor_of
+from made_up_walls import looks_at, loose_in, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.scatter import Loose, loose_of
-from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
 HIGH, WIDE = 0.02, 14.0  # [m], [px] of a patch of mirrored light: as a glossy board shows it, two tiles across
@@ -35,12 +30,6 @@ def mirrored(sensor, seed: int, high: float = HIGH, rough: float = ROUGH, shape_
         stage = SimpleNamespace(**{**vars(look.stage), "mesh_sigma_m": shape_m, "shape": "wall"})
         out.append(replace(look, mean=look.mean + off, stage=stage))
     return out
-
-
-def loose_in(looks) -> Loose:
-    observations = observe(sensor_of("itof"), looks)
-    gauge = gauge_of(observations)
-    return loose_of(observations, gauge, candidates_of(observations, gauge), groups_of(observations, gauge))
 
 
 def test_scatter_is_what_it_is_where_the_shape_of_the_target_is_hardly_known():

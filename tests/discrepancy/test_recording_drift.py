@@ -4,18 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_walls import looks_at, sensor_of
+from made_up_walls import looks_at, loose_in, sensor_of
 from scipy.ndimage import gaussian_filter
 
 from fusion.discrepancy.covariance import drifting, neighbours
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.naming.score import Scored
 from fusion.discrepancy.naming.step import by_chance
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.scatter import loose_of
-from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
 DRIFT = 0.001  # [m] five times the mean of the frames of a pixel, ten times that of a tile and more
@@ -31,17 +26,11 @@ def drifted(sensor, seed: int):
     return out
 
 
-def drift_in(looks) -> float:
-    observations = observe(sensor_of("itof"), looks)
-    gauge = gauge_of(observations)
-    return loose_of(observations, gauge, candidates_of(observations, gauge), groups_of(observations, gauge)).drift
-
-
 def test_recordings_that_drift_are_told_from_laws():
     # the lengths over which it changes are a guess, and what laws could follow is left out: known to a factor
-    assert DRIFT / 3 < drift_in(drifted(sensor_of("itof"), 1)) < 3 * DRIFT
-    assert drift_in(looks_at(sensor_of("itof"), 1)) == 0.0
-    assert drift_in(looks_at(sensor_of("itof", DepthScale(scale=0.01)), 1)) == 0.0
+    assert DRIFT / 3 < loose_in(drifted(sensor_of("itof"), 1)).drift < 3 * DRIFT
+    assert loose_in(looks_at(sensor_of("itof"), 1)).drift == 0.0
+    assert loose_in(looks_at(sensor_of("itof", DepthScale(scale=0.01)), 1)).drift == 0.0
 
 
 @pytest.mark.slow

@@ -7,10 +7,13 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import chi2
 
+from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
+
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 KNOTS = 5
+RIDGE = 1e-6  # of the mean power of the columns: rounding
 MOST = 2  # variables
 OUTLIER = 8.0  # times what the tiles are usually off (at least their noise): beyond, a tile counts no more
 FALSE_ALARM = 1e-6
@@ -67,7 +70,7 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     fitted = A @ weights
     inflated = max(1.0, float((np.median(np.abs(white - fitted)) / 0.6745) ** 2))
     probability = float(min(1.0, len(columns) * chi2.sf(gains[-1] / inflated, A.shape[1])))
-    if probability > FALSE_ALARM or _held_out(A, white, place) < REPLICATED * gains[-1]:
+    if probability > FALSE_ALARM or gain_elsewhere(A, white, place, RIDGE) < REPLICATED * gains[-1]:
         return None
     ends = np.cumsum([columns[name].shape[1] for name in chosen])[:-1]
     heights = tuple(np.split(weights, ends))
@@ -104,18 +107,8 @@ def _gain(white: Vector, parts: list[Matrix]) -> float:
     return float(white @ white - left @ left)
 
 
-def _held_out(A: Matrix, white: Vector, place: NDArray[np.intp]) -> float:
-    """The gain in recordings that took no part in the fit, summed over all."""
-    total = 0.0
-    for g in np.unique(place):
-        part = place == g
-        left = white[part] - A[part] @ _weights(A[~part], white[~part])
-        total += float(white[part] @ white[part] - left @ left)
-    return total
-
-
 def _weights(A: Matrix, white: Vector) -> Vector:
-    ridge = 1e-6 * max(float(np.trace(A.T @ A)) / A.shape[1], 1e-300)
+    ridge = RIDGE * max(float(np.trace(A.T @ A)) / A.shape[1], 1e-300)
     return np.asarray(np.linalg.solve(A.T @ A + ridge * np.eye(A.shape[1]), A.T @ white))
 
 
