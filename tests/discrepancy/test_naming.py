@@ -9,9 +9,10 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.naming.bounds import _beside_best
 from fusion.discrepancy.naming.candidates import candidate_of, candidates_of
 from fusion.discrepancy.naming.judged import _parted
-from fusion.discrepancy.naming.naming import _faint, _of_one_region, name_effects
+from fusion.discrepancy.naming.naming import _faint, _of_one_region, _weak, name_effects
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.space import Space
@@ -219,11 +220,34 @@ def test_several_waves_are_not_one_wave_in_a_part_of_the_depths():
     assert found.white @ found.white < 1.5 * len(found.white)
 
 
-@pytest.mark.parametrize(("share", "faint"), [(0.5, True), (0.9, False)])
-def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_that_is_left(share, faint):
+@pytest.mark.parametrize(("left", "share", "faint"), [(15000.0, 0.5, True), (15000.0, 0.9, False), (5000.0, 0.9, True)])
+def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_that_is_left(left, share, faint):
+    """Unless it is so small that a tenth of the first law's size makes it: laws are not known better than that."""
     part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 100.0))  # a gain of a million
-    left = 5000.0  # 0.5 % of it
     fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(1 + left / 100)))
     candidate = SimpleNamespace(where=())
     found = SimpleNamespace(part=SimpleNamespace(name="second", size=0.0, candidate=candidate), gain=share * left)
     assert _faint(fit, found) == faint
+
+
+def test_what_does_not_stand_beside_the_others_is_not_established():
+    def step(name="depth_offset", **about):
+        told = {"gain": 1000.0, "held_out": 900.0, "probability": 1e-9, "std": 0.1, **about}
+        return SimpleNamespace(effect=SimpleNamespace(name=name), **told)
+
+    first = step("cyclic_error")
+    assert _weak([first, step(gain=100.0)]) == []
+    for bad in (step(held_out=-1.0), step(probability=0.1), step(std=0.7), step(gain=9.0)):
+        assert _weak([first, bad]) == [bad]
+    assert _weak([first, step("cyclic_error", gain=9.0)]) == []  # one more wave of it
+
+
+def test_an_edge_between_two_peaks_is_put_at_the_higher():
+    """What a region explains has a peak where each recording begins; a search that only goes uphill ends at any."""
+    values = np.concatenate([np.linspace(1.0, 1.1, 40), np.linspace(1.3, 1.4, 40)])
+
+    def loss(x):
+        return -np.exp(-(((x - 1.04) / 0.02) ** 2)) - 2 * np.exp(-(((x - 1.33) / 0.02) ** 2))
+
+    low, high = _beside_best(loss, values, (1.0, 1.4))
+    assert 1.3 < low < 1.33 < high < 1.36

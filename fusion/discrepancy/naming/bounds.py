@@ -17,7 +17,8 @@ from fusion.sensor.where import Bound
 
 Vector = NDArray[np.float64]
 
-TWEAKS = 10  # evaluations for each edge
+STOPS = 12  # of an edge on its way, as many tiles between any two: what it explains may have several peaks
+TWEAKS = 6  # evaluations beside the best of them
 REACH = 20  # an edge may move by this part of the tiles
 
 
@@ -55,12 +56,20 @@ def tweaked(
         def loss(x: float, side: str = side, low: float = low, high: float = high) -> float:
             return -score(x, high) if side == "low" else -score(low, x)
 
-        found = minimize_scalar(
-            loss, bounds=ends, method="bounded", options={"maxiter": TWEAKS // 2 if is_field(candidate) else TWEAKS}
-        )
+        if weights is None:
+            ends = _beside_best(loss, values, ends)
+        found = minimize_scalar(loss, bounds=ends, method="bounded", options={"maxiter": TWEAKS})
         if -found.fun > score(low, high):
             low, high = (float(found.x), high) if side == "low" else (low, float(found.x))
     return within(low, high)
+
+
+def _beside_best(loss: Callable[[float], float], values: Vector, ends: tuple[float, float]) -> tuple[float, float]:
+    """The stops on both sides of the best one, between two ends."""
+    within = values[(values >= ends[0]) & (values <= ends[1])]
+    stops = np.unique(np.concatenate([ends, np.quantile(within, np.linspace(0, 1, STOPS))]))
+    best = int(np.argmin([loss(float(stop)) for stop in stops]))
+    return float(stops[max(best - 1, 0)]), float(stops[min(best + 1, len(stops) - 1)])
 
 
 def _cutter(

@@ -29,8 +29,10 @@ FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that br
 MOST_NAMES = 3
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
 NEARLY_ALL = 0.75  # of all that is left beyond noise: one that explains so much is no matter of form
+FORM = 0.01  # of the first gain, a tenth of its size: no law of a catalogue is known better than that
 FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
 CHANCE = 4.0  # of the chi2 where a part hardly shows: two standard deviations of one number contradict nothing
+UNSURE = 1 / 1.645  # of a size: its own interval of 90 % does not tell it from zero
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 
 
@@ -75,9 +77,9 @@ def name_effects(
     fit, beyond, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
-    while weak := [step for step in steps if step.held_out < 0 or step.probability > LIKELY]:
-        # beside the others, as they are now, chance makes it, or it makes recordings worse that took no part in its fit
+    while weak := _weak(steps):
         rest = [part for part in fit.parts if part.candidate is not weak[-1].candidate]
+        likely = likely or _likely(weak[-1])
         fit = refitted(rest, observations, gauge)
         beyond, steps = extrapolated(fit), judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
@@ -142,6 +144,28 @@ def _bent(fit: Fit) -> bool:
     return any(part.at_bound(fit.observations) for part in fit.parts)
 
 
+def _weak(steps: Sequence[Step]) -> list[Step]:
+    """Steps that do not stand beside the others as they are now.
+
+    Chance makes them, recordings that took no part in their fit become worse, their own interval holds zero, or they
+    are so small that they may be the form of the first.
+    """
+    most = max((step.gain for step in steps), default=0.0)
+    return [
+        step
+        for step in steps
+        if step.held_out < 0
+        or step.probability > LIKELY
+        or step.std > UNSURE
+        or (step.gain < FORM * most and step.effect.name != steps[0].effect.name)
+    ]
+
+
+def _likely(step: Step) -> Step | None:
+    """A step that does not stand is told of where chance is ruled out."""
+    return step if step.held_out > 0 and step.probability <= LIKELY else None
+
+
 def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:
     """The same where frames that took no part contradict it: nothing is established, the first name is likely."""
     first = max(named.steps, key=lambda step: step.held_out)
@@ -187,7 +211,8 @@ def _faint(fit: Fit, found: Found) -> bool:
         return found.gain < FAINT_WAVE * most
     # what the form of an effect leaves follows no other plain law
     beyond_noise = float(fit.white @ fit.white) - len(fit.white)
-    return found.gain < FAINT_NAME * most and (bool(found.part.size) or found.gain < NEARLY_ALL * beyond_noise)
+    matter_of_form = bool(found.part.size) or found.gain < NEARLY_ALL * beyond_noise
+    return found.gain < (FAINT_NAME if matter_of_form else FORM) * most
 
 
 def _gain(part: Part) -> float:

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.bounds import tweaked
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
+from fusion.discrepancy.naming.region import region_variables
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.step import REGION_GAIN, scores
 
@@ -18,7 +20,7 @@ ROUNDS = 2
 def reviewed(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
     """The fit without redundant parts, each part the best of its rivals."""
     for _ in range(ROUNDS):
-        fit = _widened(_without_redundant(fit))
+        fit = _edged(_widened(_without_redundant(fit)))
         swapped = _swapped(fit, candidates)
         if swapped is None:
             break
@@ -49,6 +51,23 @@ def _widened(fit: Fit) -> Fit:
         if wide.score > own.score - max(BETTER, REGION_GAIN * own.gain):
             new = Part(whole, wide.weights, wide.size)
             return refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
+    return fit
+
+
+def _edged(fit: Fit) -> Fit:
+    """Regions with their edges where they explain most beside the other parts."""
+    if not any(part.candidate.where for part in fit.parts):
+        return fit
+    values = region_variables(fit.observations)
+    for k, part in enumerate(fit.parts):
+        if not part.candidate.where or part.size:
+            continue
+        bound, aim = part.candidate.where[0], beside(fit, k)
+        moved = tweaked(part.candidate, bound, values[bound.variable], (fit.observations, fit.gauge), aim)
+        weights = scored(moved, aim[0].of(moved.white), aim[1]).weights
+        better = refitted([*fit.parts[:k], Part(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.gauge)
+        if better.white @ better.white < fit.white @ fit.white:
+            fit = better
     return fit
 
 

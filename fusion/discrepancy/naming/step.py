@@ -175,7 +175,7 @@ def _regional(
     chosen = []
     for i in ranked:
         name = candidates[i].name
-        if taken.get(name, 0) < SHAPES and not candidates[i].where:
+        if taken.get(name, 0) < SHAPES and not candidates[i].where and not of_table(candidates[i]):
             taken[name] = taken.get(name, 0) + 1
             chosen.append((candidates[i], all_scored[i].weights))
     return best_region(chosen, observations, gauge, *aim)
@@ -213,6 +213,11 @@ def _own_to_region(
             if found.gain > enough and (own is None or found.score > own[1].score):
                 own = candidate, found
     return own or (chosen, best)
+
+
+def of_table(candidate: Candidate) -> bool:
+    """True for what moves the whole object on its table: it is not confined to a region of anything."""
+    return "table_angle" in candidate.form.kind.variables
 
 
 def of_time(candidate: Candidate) -> bool:
