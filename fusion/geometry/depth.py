@@ -19,19 +19,15 @@ class PointMap:
         points: (h, w, 3) [m], NaN where missing.
         normals: (h, w, 3) unit vectors towards the camera, NaN where unknown.
         sigma: (h, w) standard deviation of the depth [m]; NaN where missing.
+        incidence: (h, w) angle between the line of sight and the normal [rad], NaN where that is unknown; None for what
+            a model shows.
     """
 
     camera: Camera
     points: Image
     normals: Image
     sigma: Image
-
-    @property
-    def incidence(self) -> Image:
-        """(h, w) angle between the line of sight and the normal [rad], NaN where that is unknown."""
-        from fusion.geometry.relief import incidence
-
-        return incidence(self.points, self.normals)
+    incidence: Image | None = None
 
 
 def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002) -> PointMap:
@@ -51,5 +47,6 @@ def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002) -> Poi
     some = spread[:1, :1] if np.ndim(sigma) == 0 else spread[::4, ::4]
     some = some[np.isfinite(some)]
     step = max(6 * float(np.median(some)), 1e-4) if len(some) else 0.01
-    points, normals = relief(depth, camera, spread, step)
-    return PointMap(camera, points, normals, np.where(np.isfinite(depth), spread, np.float32(np.nan)))
+    points, normals, incidence = relief(depth, camera, spread, step)
+    with np.errstate(invalid="ignore"):  # an infinite depth is missing too
+        return PointMap(camera, points, normals, spread + 0 * depth, incidence)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fusion import compute
 from fusion.geometry.camera import Camera
-from fusion.geometry.lanes import LANES, eight
+from fusion.geometry.lanes import LANES, eight, high, low, put
 
 RADIUS = 4  # of the smoothing [px]
 WIDTH = RADIUS / 1.5  # standard deviation of its weights [px]
@@ -23,10 +23,12 @@ REACH = 2  # of the differences that make a normal, to either side [px]
 NEIGHBOURS = 2.0  # steps beyond which a neighbour is on another surface
 STEEP = 5.7  # a surface seen at 80 degrees changes its depth by as many pixel widths from one pixel to the next
 NOTHING = -1e3  # stands for a missing depth: far from every other
+ARCCOS = (1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046, 0.0308918810, -0.0170881256, 0.0066700901,
+          -0.0012624911)  # fmt: skip
 F32 = ti.types.ndarray(dtype=ti.f32, ndim=1)
 
-# planes: x/z and y/z of the pixels, the measured depth, its average along rows, and along columns too
-X, Y, DEPTH, ALONG, SMOOTH = range(5)
+# planes: x/z and y/z of the pixels, measured depth, its average along rows, along columns too, and angle of the normal
+X, Y, DEPTH, ALONG, SMOOTH, ANGLE = range(6)
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,8 @@ class _Planes:
     """Flat images with a margin: pixel (v, u) is entry (v + RADIUS) * stride + LANES + u.
 
     Attributes:
-        flat: all five, one behind the other, as kernels take them: X, Y, DEPTH, ALONG and SMOOTH.
-        images: (5, h, w) views of what lies within the margins.
+        flat: all six, one behind the other, as kernels take them: X, Y, DEPTH, ALONG, SMOOTH and ANGLE.
+        images: (6, h, w) views of what lies within the margins.
         across: groups of eight pixels per row.
     """
 
@@ -48,8 +50,8 @@ class _Planes:
 def _planes(camera: Camera) -> _Planes:
     """Kept for the next frame: fresh memory would cost more than filling it."""
     across = -(-camera.width // LANES) + 2
-    planes = np.empty((5, camera.height + 2 * RADIUS, across * LANES), np.float32)
-    planes[:] = np.array([0, 0, np.nan, NOTHING, np.nan], np.float32)[:, None, None]
+    planes = np.empty((6, camera.height + 2 * RADIUS, across * LANES), np.float32)
+    planes[:] = np.array([0, 0, np.nan, NOTHING, np.nan, np.nan], np.float32)[:, None, None]
     images = planes[:, RADIUS:-RADIUS, LANES : LANES + camera.width]
     images[X], images[Y] = camera.rays()[..., 0], camera.rays()[..., 1]
     return _Planes(planes.reshape(-1), images, across)
@@ -57,10 +59,11 @@ def _planes(camera: Camera) -> _Planes:
 
 def relief(
     depth: NDArray[np.float32], camera: Camera, sigma: NDArray[np.float32], step: float
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Points (h, w, 3) [m] of a depth image (h, w) [m], and unit normals (h, w, 3) towards the camera.
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Points (h, w, 3) [m] of a depth image (h, w) [m], unit normals (h, w, 3) towards the camera, and the angle (h, w)
+    between each normal and its line of sight [rad].
 
-    Normals are NaN where a neighbour two pixels away is missing, and beside holes and steps.
+    Normals and angles are NaN where a neighbour two pixels away is missing, and beside holes and steps.
 
     Args:
         depth: NaN where missing.
@@ -71,31 +74,11 @@ def relief(
     compute.start()
     planes = _planes(camera)
     planes.images[DEPTH] = depth
+    planes.images[ANGLE] = np.nan
     both = np.full((2, *camera.shape, 3), np.nan, np.float32)
     _smooth(planes.flat, planes.across, camera.height, 1 / (NEIGHBOURS * step))
     _differentiate(planes.flat, planes.across, *camera.shape, STEEP / camera.fx, sigma.reshape(-1), both.reshape(-1))
-    return both[0], both[1]
-
-
-def incidence(points: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Angle (h, w) between lines of sight to points (h, w, 3) [m] and normals (h, w, 3) [rad]; NaN where unknown."""
-    compute.start()
-    angle = np.empty(points.shape[:2], np.float32)
-    p, n = (np.ascontiguousarray(image, np.float32).reshape(-1) for image in (points, normals))
-    _tilt(p, n, angle.reshape(-1))
-    return angle
-
-
-@ti.kernel
-def _tilt(points: F32, normals: F32, angle: F32):
-    for i in angle:
-        p = ti.Vector([points[3 * i], points[3 * i + 1], points[3 * i + 2]])
-        n = ti.Vector([normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]])
-        cosine = -p.dot(n) / p.norm()
-        found = ti.math.nan
-        if cosine == cosine:
-            found = ti.acos(ti.min(ti.max(cosine, -1.0), 1.0))
-        angle[i] = found
+    return both[0], both[1], planes.images[ANGLE].copy()
 
 
 @ti.func
@@ -117,6 +100,16 @@ def _alike(other: ti.template(), here: ti.template(), gain: ti.f32):
     t = (other - here) * gain
     w = 1.0 - t * t
     return ti.select(w > 0.0, w * w, 0.0)
+
+
+@ti.func
+def _arccos(cosine: ti.template()):
+    """Of numbers from 0 to 1, side by side; 0 and pi / 2 beyond. To 3e-8: Abramowitz and Stegun 1964, 4.4.46."""
+    c = low(1.0, high(0.0, cosine))  # of NaN the second one is kept
+    total = ti.Vector([ARCCOS[-1]] * LANES)
+    for a in ti.static(ARCCOS[-2::-1]):
+        total = total * c + a
+    return ti.sqrt(1.0 - c) * total
 
 
 @ti.kernel
@@ -183,8 +176,10 @@ def _differentiate(planes: F32, across: ti.i32, height: ti.i32, width: ti.i32, s
             length = ti.select(ti.abs(right - z) < limit, length, ti.math.nan)
             length = ti.select(ti.abs(eight(planes, DEPTH * size + g - across) - z) < limit, length, ti.math.nan)
             length = ti.select(ti.abs(eight(planes, DEPTH * size + g + across) - z) < limit, length, ti.math.nan)
+            nx, ny, nz = nx * length, ny * length, nz * length
+            put(planes, (ANGLE * size + g) << 3, _arccos(-(x * nx + y * ny + nz) / ti.sqrt(x * x + y * y + 1.0)))
             for e in ti.static(range(LANES)):
                 if u + e < width:
                     p, q = (o + e) * 3, (height * width + o + e) * 3  # points first, then normals
                     both[p], both[p + 1], both[p + 2] = x[e] * z[e], y[e] * z[e], z[e]
-                    both[q], both[q + 1], both[q + 2] = nx[e] * length[e], ny[e] * length[e], nz[e] * length[e]
+                    both[q], both[q + 1], both[q + 2] = nx[e], ny[e], nz[e]

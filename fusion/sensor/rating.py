@@ -22,10 +22,10 @@ def sigma_of(sensor: Sensor, view: View) -> Image:
     view = _completed(sensor, view)
     assert view.depth is not None
     with np.errstate(all="ignore"):
-        sigma = np.where(np.isfinite(view.depth), np.float32(0), np.float32(np.nan))
+        sigma = 0 * view.depth  # NaN where that is missing
         for effect in sensor.effects:
             sigma = effect.spread(sigma, view.depth, view)
-    return np.broadcast_to(sigma, view.depth.shape).astype(np.float32)
+    return np.asarray(sigma, np.float32)
 
 
 def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
@@ -40,8 +40,10 @@ def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
     assert view.depth is not None
     with np.errstate(all="ignore"):
         weight = (1 - sensor.dropout(view.depth, view)) / np.maximum(sigma, SMALLEST_SIGMA) ** 2
-    weight = np.where(doubtful(sensor, view.depth, view.time_of_flight), DOUBT * weight, weight)
-    return np.nan_to_num(weight, nan=0.0, posinf=0.0).astype(np.float32)
+    doubt = doubtful(sensor, view.depth, view.time_of_flight)
+    if doubt.any():
+        weight = np.where(doubt, DOUBT * weight, weight)
+    return np.asarray(np.fmax(weight, 0), np.float32)  # 0 of NaN
 
 
 def _completed(sensor: Sensor, view: View) -> View:

@@ -128,11 +128,11 @@ class Sensor:
         """Probability (h, w) that a pixel has no value, of all effects together."""
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
-            seen = np.ones(depth.shape, depth.dtype)
+            seen = np.ones((), depth.dtype)
             for effect in self.effects:
                 if effect.changes("dropout"):
                     seen = seen * (1 - effect.dropout(depth, view))
-            return 1 - seen
+            return np.broadcast_to(1 - seen, depth.shape)
 
     def amplitude(self, view: View) -> Image | None:
         """The amplitude (h, w) [count] that a view sends back; None where its reflectance or depth is not known.

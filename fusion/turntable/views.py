@@ -103,6 +103,7 @@ def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
         surface: what the frame shows, in the window of the region.
         region: where the object is; its `still` cut to the same window.
     """
+    assert surface.incidence is not None
     known = np.isfinite(surface.normals[..., 0])
     # a square of the house's border around every hole and step takes no part
     known &= cv2.erode(known.astype(np.uint8), np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)) > 0

@@ -44,8 +44,7 @@ def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:
     """Integrate a frame; pixels whose noise does not fit into the truncation are left out."""
     truncation = volume.settings.truncation
     # weights count in pixels as good as the noise limit, so their size does not depend on the sensor
-    weight = frame.weight * np.float32((NOISIEST * truncation) ** 2)
-    weight[~fusible(frame, truncation)] = 0
+    weight = frame.weight * np.float32((NOISIEST * truncation) ** 2) * fusible(frame, truncation)
     volume.integrate(frame.depth, frame.surface.camera, T_world_camera, weight, frame.frame.color)
 
 

@@ -232,7 +232,7 @@ def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_that
 
 def test_what_does_not_stand_beside_the_others_is_not_established():
     def step(name="depth_offset", **about):
-        told = {"gain": 1000.0, "held_out": 900.0, "probability": 1e-9, "std": 0.1, **about}
+        told = {"gain": 1000.0, "held_out": 900.0, "probability": 1e-9, "std": 0.1, "shapes_std": {}, **about}
         return SimpleNamespace(effect=SimpleNamespace(name=name), **told)
 
     first = step("cyclic_error")
@@ -240,6 +240,8 @@ def test_what_does_not_stand_beside_the_others_is_not_established():
     for bad in (step(held_out=-1.0), step(probability=0.1), step(std=0.7), step(gain=9.0)):
         assert _weak([first, bad]) == [bad]
     assert _weak([first, step("cyclic_error", gain=9.0)]) == []  # one more wave of it
+    assert _weak([step(std=0.7)]) == []  # the first may be of a size that differs over the data
+    assert _weak([first, step(std=0.7, shapes_std={"exponent": 0.3})]) == []  # a size is as open as its exponent
 
 
 def test_an_edge_between_two_peaks_is_put_at_the_higher():

@@ -5,28 +5,42 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import candidate_of, candidates_of
+from fusion.discrepancy.naming.candidates import Candidate, candidate_of, candidates_of
 from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import refitted
-from fusion.discrepancy.naming.two import like_two
+from fusion.discrepancy.naming.refit import Fit, refitted
+from fusion.discrepancy.naming.two import as_two, like_two
 from fusion.discrepancy.observations import observe
+from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.forms import forms_of
 
 
-def rivals(period: float, amplitude: float) -> tuple[str, ...]:
-    """Of a wave that is there and named."""
-    hidden = CyclicError(amplitude=amplitude, period=period, phase=0.5)
-    observations = observe(sensor_of("itof"), looks_at(sensor_of("itof", hidden), 2))
+def wave_of(period: float, *hidden: Effect) -> tuple[Fit, list[Candidate]]:
+    """A wave that is named for what is hidden, and all candidates."""
+    observations = observe(sensor_of("itof"), looks_at(sensor_of("itof", *hidden), 2))
     gauge = gauge_of(observations)
     form = next(f for f in forms_of(CyclicError, (80, 112)))
     wave = candidate_of(observations, gauge, type(form)(form.kind, {"period": period}, form.atoms, join=form.join))
-    fit = refitted([Part(wave, np.ones(2))], observations, gauge)
+    return refitted([Part(wave, np.ones(2))], observations, gauge), candidates_of(observations, gauge)
+
+
+def rivals(fit: Fit, candidates: list[Candidate]) -> tuple[str, ...]:
     space, _ = beside(fit, 0)
-    others = [c for c in candidates_of(observations, gauge) if c.name != "cyclic_error"]
-    return like_two(fit, fit.parts[0], others, space)
+    return like_two(fit, fit.parts[0], [c for c in candidates if c.name != "cyclic_error"], space)
 
 
 def test_half_a_wave_may_be_two_plain_laws_and_two_waves_not():
-    assert len(rivals(8.0, 0.02)) == 2
-    assert rivals(0.8, 0.004) == ()
+    half = wave_of(8.0, CyclicError(amplitude=0.02, period=8.0, phase=0.5))
+    two = wave_of(0.8, CyclicError(amplitude=0.004, period=0.8, phase=0.5))
+    assert len(rivals(*half)) == 2
+    assert rivals(*two) == ()
+    assert as_two(*half) is half[0]  # they explain less, if not in every recording
+    assert as_two(*two) is two[0]
+
+
+def test_a_wave_stands_for_no_offset_with_a_slope():
+    """What is there are two plain laws; a wave of the right period explains them nearly as well."""
+    fit, candidates = wave_of(6.0, DepthOffset(offset=0.01), DepthScale(scale=-0.01))
+    assert {part.name for part in as_two(fit, candidates).parts} == {"depth_offset", "depth_scale"}

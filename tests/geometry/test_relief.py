@@ -55,6 +55,24 @@ def test_it_is_what_numpy_finds(camera):
     assert (sigma == np.float32(0.002)).all()  # what was given stays as it was
 
 
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_incidence_is_the_angle_to_the_line_of_sight(camera):
+    for slant in np.linspace(0, 1.2, 13):
+        depth = plane(camera, np.array([np.sin(slant) * 0.6, np.sin(slant) * 0.8, -np.cos(slant)]))
+        depth[depth <= 0] = np.nan
+        depth[0, 0] = np.inf
+        found = point_map(depth, camera, 0.002)
+        points, normals = found.points.astype(float), found.normals.astype(float)
+        with np.errstate(invalid="ignore"):
+            cosine = -(points * normals).sum(axis=2) / np.linalg.norm(points, axis=2)
+            true = np.arccos(np.clip(cosine, 0, 1))
+            # the cosine is rounded to 2e-7, and near 0 the angle is the root of twice what it lacks to 1
+            expected = 2e-7 / np.maximum(np.sin(true), np.sqrt(2e-7)) + 2e-7
+        assert found.incidence is not None and np.array_equal(np.isfinite(found.incidence), np.isfinite(true))
+        assert (np.abs(found.incidence - true) <= expected)[np.isfinite(true)].all()
+        assert np.isnan(found.sigma[0, 0]) and np.isfinite(found.sigma[np.isfinite(depth)]).all()
+
+
 def test_beside_holes_and_steps_there_is_no_normal():
     camera = CAMERAS[0]
     depth = np.ones(camera.shape, np.float32)

@@ -16,7 +16,8 @@ from fusion.discrepancy.naming.models import BETTER, rearranged, score_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.review import reviewed
-from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part
+from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part, inflation
+from fusion.discrepancy.naming.two import as_two
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
@@ -74,6 +75,7 @@ def name_effects(
     other = rearranged(fit, candidates, MOST_NAMES)
     if other is not fit:
         fit, likely = _grown(other, candidates)
+    fit = as_two(fit, candidates)
     fit, beyond, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
@@ -147,18 +149,15 @@ def _bent(fit: Fit) -> bool:
 def _weak(steps: Sequence[Step]) -> list[Step]:
     """Steps that do not stand beside the others as they are now.
 
-    Chance makes them, recordings that took no part in their fit become worse, their own interval holds zero, or they
-    are so small that they may be the form of the first.
+    Chance makes them, or recordings that took no part in their fit become worse. Beside a first name also those whose
+    own interval holds zero, or that are so small that they may be the form of the first.
     """
-    most = max((step.gain for step in steps), default=0.0)
-    return [
-        step
-        for step in steps
-        if step.held_out < 0
-        or step.probability > LIKELY
-        or step.std > UNSURE
-        or (step.gain < FORM * most and step.effect.name != steps[0].effect.name)
-    ]
+    bad = [step.held_out < 0 or step.probability > LIKELY for step in steps]
+    for k, step in enumerate(steps):
+        if step.effect.name != steps[0].effect.name:
+            # a size is as open as the shape that it goes with
+            bad[k] |= (step.std > UNSURE and not step.shapes_std) or step.gain < FORM * steps[0].gain
+    return [step for step, is_bad in zip(steps, bad, strict=True) if is_bad]
 
 
 def _likely(step: Step) -> Step | None:
@@ -180,7 +179,8 @@ def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
     fallen: Found | None = None
     while True:
         beyond = extrapolated(fit)
-        bad = [k for k, gain in enumerate(beyond.gains) if gain is not None and gain < -CHANCE]
+        least = -CHANCE * inflation(fit.white)
+        bad = [k for k, gain in enumerate(beyond.gains) if gain is not None and gain < least]
         bad = bad or [k for k, part in enumerate(fit.parts) if part.at_bound(fit.observations)]
         if not bad:
             return fit, beyond, fallen

@@ -6,14 +6,18 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.models import BETTER, score_of
 from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.score import possible
 from fusion.discrepancy.naming.space import Space
+from fusion.discrepancy.naming.step import inflation
 
 Vector = NDArray[np.float64]
 
+AS_NEAR = 0.005  # of a cosine: less tells no pair from another
 LOOK = 0.9  # cosine of the two laws together with the footprint of the one
 PARTED = 3.0  # standard errors, recordings as replicates, from which on data tell them apart: a wrong name costs more
 
@@ -24,9 +28,9 @@ def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) ->
     Plain: of one size and without a shape. A flexible law has a shape that was searched (a period, a time constant).
     """
     footprint = space.of(part.footprint)
-    plain = [c for c in others if c.columns.shape[1] == 1 and not c.form.fixed and not c.form.map and not c.where]
+    plain = [c for c in others if _plain(c)]
     seen = [space.of(c.white)[:, 0] for c in plain]
-    best: tuple[float, tuple[str, ...]] = (0.0, ())
+    found: list[tuple[float, int, tuple[str, ...]]] = []
     for (a, one), (b, two) in combinations(zip(plain, seen, strict=True), 2):
         columns = np.column_stack([one, two])
         if a.name == b.name or not np.all(np.any(columns, axis=0)):
@@ -35,9 +39,37 @@ def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) ->
         made = columns @ weights
         cosine = float(np.linalg.norm(made) / max(float(np.linalg.norm(footprint)), 1e-300))
         fits = possible(a, weights[:1]) and possible(b, weights[1:])
-        if fits and cosine > max(LOOK, best[0]) and not _told_apart(fit, space.of(fit.white), footprint - made):
-            best = cosine, (a.name, b.name)
-    return best[1]
+        if fits and cosine > LOOK and not _told_apart(fit, space.of(fit.white), footprint - made):
+            found.append((cosine, len(a.form.kind.variables) + len(b.form.kind.variables), (a.name, b.name)))
+    nearest = max((cosine for cosine, *_ in found), default=0.0)
+    # where one scene shows two laws alike, the one that depends on less stands for both
+    return min((one for one in found if one[0] > nearest - AS_NEAR), key=lambda one: one[1:], default=(0.0, 0, ()))[2]
+
+
+def as_two(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
+    """The fit with two plain laws in the place of a flexible one that they explain as well.
+
+    A wave of which the data hold no whole period is a slope and an offset until more of it is seen.
+    """
+    for k, part in enumerate(fit.parts):
+        if not part.candidate.form.fixed or part.candidate.where or part.size:
+            continue
+        taken = {other.name for other in fit.parts}
+        space, _ = beside(fit, k)
+        names = like_two(fit, part, [c for c in candidates if c.name not in taken], space)
+        plain = [Part(c, np.zeros(1)) for name in names for c in candidates if _plain(c) and c.name == name]
+        if len(plain) != 2:
+            continue
+        two = refitted([*fit.parts[:k], *plain, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
+        if score_of(two) > score_of(fit) - BETTER * inflation(fit.white):
+            return two
+    return fit
+
+
+def _plain(candidate: Candidate) -> bool:
+    """True for a law of one size and without a shape that acts everywhere."""
+    form = candidate.form
+    return candidate.columns.shape[1] == 1 and not form.fixed and not form.map and not candidate.where
 
 
 def _told_apart(fit: Fit, left: Vector, lost: Vector) -> bool:

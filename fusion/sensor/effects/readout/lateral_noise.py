@@ -44,7 +44,14 @@ class LateralNoise(Effect):
 
     def noise(self, depth: Image, view: View) -> Image:
         near = self._near(depth, view)
-        return _spread_out(near, np.abs(near.jump) * np.sqrt(near.share * (1 - near.share)), depth)
+        return _spread_out(near, near.noise, depth)
+
+    def spread(self, sigma: Image, depth: Image, view: View) -> Image:
+        near = self._near(depth, view)
+        out = sigma + 0 * depth
+        # edges are few: sums over the whole image would take as long as finding them
+        out.flat[near.where] = np.sqrt(out.flat[near.where] ** 2 + near.noise**2)
+        return out
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         near, jitter = self._near(depth, view), normal(rng, depth).ravel()
@@ -59,10 +66,8 @@ class LateralNoise(Effect):
             nothing = np.zeros(0, depth.dtype)
             return _Near(np.zeros(0, np.intp), nothing, nothing, nothing, nothing, np.zeros(0, np.intp))
         if view.edges is None:
-            steps = jump(depth)
-            where = np.flatnonzero(np.abs(steps) > 0)
+            where, other = _jumps(depth)
             distance, edge_pixel = np.full(len(where), 0.5, depth.dtype), where
-            other = steps.ravel()[where]
         else:
             where = np.flatnonzero((view.edges.distance < REACH) & np.isfinite(depth))
             distance = view.edges.distance.ravel()[where].astype(depth.dtype)
@@ -86,6 +91,11 @@ class _Near:
     spread: Image
     share: Image
     edge_pixel: NDArray[np.intp]
+
+    @property
+    def noise(self) -> Image:
+        """(n,) standard deviation of the depth [m]."""
+        return np.abs(self.jump) * np.sqrt(self.share * (1 - self.share))
 
 
 def _beyond(distance: Image) -> Image:
@@ -123,15 +133,24 @@ def _at(value: Value, where: NDArray[np.intp], depth: Image) -> Image:
 
 def jump(depth: Image) -> Image:
     """Depth (h, w) [m] of the four neighbours' most different one minus the pixel's own; 0 away from edges."""
-    height, width = depth.shape
-    z, best = np.ascontiguousarray(depth).ravel(), np.zeros(depth.size, depth.dtype)
-    for first, second, stride in ((depth[:-1], depth[1:], width), (depth[:, :-1], depth[:, 1:], 1)):
-        change = second - first
+    out = np.where(np.isfinite(depth), np.zeros((), depth.dtype), np.nan)
+    where, change = _jumps(depth)
+    out.flat[where] = change
+    return out
+
+
+def _jumps(depth: Image) -> tuple[NDArray[np.intp], Image]:
+    """Flat indices (n,) of the pixels next to an edge, and the depth (n,) [m] that `jump` has there."""
+    z, width = np.ascontiguousarray(depth).reshape(-1), depth.shape[1]
+    best = np.zeros(z.size, z.dtype)
+    next_surface = z * (1 + 0.99 * JUMP)  # a little less, so that rounding hides no step from the look at each below
+    for stride, last in ((width, width), (1, width - 1)):
         # of NaN it is not true
-        steps = np.flatnonzero(np.abs(change) > JUMP * np.minimum(first, second))  # ten times as fast as np.nonzero
-        row, column = np.divmod(steps, change.shape[1])
-        at, change = row * width + column, change.ravel()[steps]
+        at = np.flatnonzero((z[stride:] > next_surface[:-stride]) | (z[:-stride] > next_surface[stride:]))
+        at = at[at % width < last]  # the end of a row is no neighbour of the next one's start
+        change = z[at + stride] - z[at]
         for own, other in ((at + stride, -change), (at, change)):
             take = (np.abs(other) > np.abs(best[own])) & (np.abs(other) > JUMP * z[own])
             best[own[take]] = other[take]
-    return np.where(np.isfinite(depth), best.reshape(height, width), np.nan).astype(depth.dtype)
+    where = np.flatnonzero(best != 0)  # ten times as fast as np.nonzero of the image
+    return where, best[where]
