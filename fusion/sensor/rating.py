@@ -1,10 +1,12 @@
 """How good each pixel of a corrected depth image is: its standard deviation, and its weight."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from fusion.sensor.edge_trust import doubtful
+from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import SMALLEST_SIGMA, Sensor
 from fusion.sensor.view import Image, View
 
@@ -19,11 +21,27 @@ def sigma_of(sensor: Sensor, view: View) -> Image:
     Args:
         view: with the corrected depth; the incidence, the amplitude and the moment as far as they are known.
     """
+    return sigma_by_incidence(sensor, view)(view.incidence)
+
+
+def sigma_by_incidence(sensor: Sensor, view: View) -> Callable[[Image | None], Image]:
+    """`sigma_of` as a function of the incidence (h, w) [rad] or None, to be asked before it is known and again after.
+
+    What the effects add that come before the first one to depend on it is computed once.
+    """
     view = _completed(sensor, view)
     assert view.depth is not None
+    first = next((n for n, e in enumerate(sensor.effects) if "incidence" in e.variables), len(sensor.effects))
+    with np.errstate(invalid="ignore"):
+        nothing = 0 * view.depth  # NaN where that is missing or infinite
+    before = _spread(sensor.effects[:first], nothing, view)
+    return lambda incidence: _spread(sensor.effects[first:], before, replace(view, incidence=incidence))
+
+
+def _spread(effects: tuple[Effect, ...], sigma: Image, view: View) -> Image:
+    assert view.depth is not None
     with np.errstate(all="ignore"):
-        sigma = 0 * view.depth  # NaN where that is missing
-        for effect in sensor.effects:
+        for effect in effects:
             sigma = effect.spread(sigma, view.depth, view)
     return np.asarray(sigma, np.float32)
 

@@ -10,7 +10,7 @@ from fusion.geometry.depth import PointMap, point_map
 from fusion.geometry.pose import Array
 from fusion.recording.recording import Frame
 from fusion.sensor.moment import Moment
-from fusion.sensor.rating import sigma_of, weight_of
+from fusion.sensor.rating import sigma_by_incidence, weight_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.volume.volume import Volume
@@ -36,8 +36,10 @@ def prepare(
     if max_depth is not None:
         depth[depth > max_depth] = np.nan
     view = View(camera, depth, ir=frame.ir, moment=moment or Moment())
-    surface = point_map(depth, camera, sigma_of(sensor, view))
-    return Prepared(depth, surface, weight_of(sensor, replace(view, incidence=surface.incidence)), frame)
+    sigma = sigma_by_incidence(sensor, view)
+    surface = point_map(depth, camera, sigma(None))
+    tilted = replace(view, incidence=surface.incidence)
+    return Prepared(depth, surface, weight_of(sensor, tilted, sigma(surface.incidence)), frame)
 
 
 def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:

@@ -1,5 +1,7 @@
 """Laws that every sensor effect obeys, whatever its physics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rich_view import CAMERA, rich_view, sensor_of, typical
@@ -8,6 +10,7 @@ from fusion.sensor.catalogue import KNOWN
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import parameters
+from fusion.sensor.rating import sigma_by_incidence, sigma_of
 from fusion.sensor.view import View
 
 DRAWS = 400
@@ -54,6 +57,11 @@ class TestEveryEffect:
         for effect in (typical(kind), *(effect for effect in at_bounds(kind) if not effect.left())):
             slope = (effect.bias(view.depth + 1e-4, view) - effect.bias(view.depth, view)) / 1e-4
             assert np.nanmax(np.abs(slope)) < 0.5
+
+    def test_noise_that_depends_on_the_incidence_says_so(self, kind, view):
+        sensor = sensor_of(typical(kind))
+        later = sigma_by_incidence(sensor, replace(view, incidence=None))(view.incidence)
+        assert np.array_equal(later, sigma_of(sensor, view), equal_nan=True)
 
     def test_samples_have_the_declared_mean_and_spread(self, kind, view):
         effect = typical(kind)

@@ -12,7 +12,7 @@ from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.part import FIELD, Part
 from fusion.discrepancy.naming.refit import Fit, refitted, shapes_of
 from fusion.discrepancy.naming.score import possible, scored
-from fusion.discrepancy.naming.step import REPLICATED, left_out_gain, of_time
+from fusion.discrepancy.naming.step import REPLICATED, SIMPLER, left_out_gain, of_time
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -25,10 +25,10 @@ FAINT = 1e-9  # of a direction's power: columns of two forms that are one
 
 @dataclass(frozen=True)
 class _Pool:
-    """Forms, the numbers that each leaves open, and products of their whitened columns, also with the residual."""
+    """Forms, what the freedom of each costs, and products of their whitened columns, also with the residual."""
 
     forms: tuple[Candidate, ...]
-    freedom: tuple[int, ...]
+    prices: tuple[float, ...]
     places: tuple[slice, ...]
     products: Matrix
     moments: Vector
@@ -37,10 +37,10 @@ class _Pool:
 def rearranged(fit: Fit, candidates: Sequence[Candidate], most: int) -> Fit:
     """The fit, or another of at most `most` names that explains clearly more for what its freedom costs.
 
-    Every part of the other one must help, replicate and stay within its range. Fields and effects that the model holds
-    are left as they are.
+    Every part of the other one must help, replicate and stay within its range. A field may have followed several plain
+    laws at once, and gives way to them; effects that the model holds are left as they are.
     """
-    if not fit.parts or any(part.size or fit.observations.sensor.effect(part.name) for part in fit.parts):
+    if not fit.parts or any(fit.observations.sensor.effect(part.name) for part in fit.parts):
         return fit
     own = score_of(fit)
     for score, parts in islice(_promising(fit, candidates, most), TRIED):
@@ -53,11 +53,22 @@ def rearranged(fit: Fit, candidates: Sequence[Candidate], most: int) -> Fit:
 
 
 def score_of(fit: Fit) -> float:
-    """Drop of the chi2 by all parts together, less the logarithm of the number of tiles for every number fitted."""
+    """Drop of the chi2 by all parts together, less the logarithm of the number of tiles for every number fitted.
+
+    A field costs what it does where it is chosen: the many of its weights are draws of one size.
+    """
     white = fit.gauge.whiten(fit.observations.residual)
-    return float(white @ white - fit.white @ fit.white) - sum(_freedom(p) for p in fit.parts) * float(
-        np.log(len(white))
-    )
+    each = float(np.log(len(white)))
+    price = sum(_paid(fit, k) if part.size else _freedom(part) * each for k, part in enumerate(fit.parts))
+    return float(white @ white - fit.white @ fit.white) - price
+
+
+def _paid(fit: Fit, k: int) -> float:
+    """What the freedom of a field costs beside the other parts."""
+    space, target = beside(fit, k)
+    candidate = fit.parts[k].candidate
+    own = scored(candidate, space.of(candidate.white), target)
+    return own.gain - own.score
 
 
 def _freedom(part: Part) -> int:
@@ -88,7 +99,7 @@ def _promising(fit: Fit, candidates: Sequence[Candidate], most: int) -> Iterator
             if len(set(key)) < size:
                 continue
             gain, weights = _solved(pool, chosen)
-            score = gain - sum(pool.freedom[i] for i in chosen) * float(np.log(len(white)))
+            score = gain - sum(pool.prices[i] for i in chosen)
             if key not in found or score > found[key][0]:
                 found[key] = score, chosen, weights
     for score, chosen, weights in sorted(found.values(), key=lambda one: -one[0]):
@@ -106,7 +117,7 @@ def _pool(candidates: Sequence[Candidate], fit: Fit, white: Vector) -> _Pool:
         c for c in candidates if c.white.shape[1] < FIELD and not c.form.map and not c.where and c.name not in held
     ]
     taken: dict[str, int] = {}
-    forms = [part.candidate for part in fit.parts if not part.candidate.where]
+    forms = [part.candidate for part in fit.parts if not part.candidate.where and not part.size]
     for one in sorted(usual, key=lambda c: -scored(c, c.white, white).gain):
         if taken.get(one.name, 0) < SHAPES and np.any(one.white):
             taken[one.name] = taken.get(one.name, 0) + 1
@@ -114,8 +125,13 @@ def _pool(candidates: Sequence[Candidate], fit: Fit, white: Vector) -> _Pool:
     columns = np.concatenate([form.white for form in forms], axis=1)
     ends = np.cumsum([form.white.shape[1] for form in forms])
     places = tuple(slice(int(end) - form.white.shape[1], int(end)) for form, end in zip(forms, ends, strict=True))
-    freedom = tuple(_freedom(Part(form, np.zeros(form.white.shape[1]))) for form in forms)
-    return _Pool(tuple(forms), freedom, places, columns.T @ columns, columns.T @ white)
+    each = float(np.log(len(white)))
+    # of laws that explain alike, those that depend on less stand for all
+    prices = tuple(
+        _freedom(Part(form, np.zeros(form.white.shape[1]))) * each + SIMPLER * len(form.form.kind.variables)
+        for form in forms
+    )
+    return _Pool(tuple(forms), prices, places, columns.T @ columns, columns.T @ white)
 
 
 def _solved(pool: _Pool, chosen: tuple[int, ...]) -> tuple[float, Vector]:
