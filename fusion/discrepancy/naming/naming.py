@@ -179,8 +179,9 @@ def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
     fallen: Found | None = None
     while True:
         beyond = extrapolated(fit)
-        least = -CHANCE * inflation(fit.white)
-        bad = [k for k, gain in enumerate(beyond.gains) if gain is not None and gain < least]
+        chance = CHANCE * inflation(fit.white)
+        told = [(k, gain) for k, gain in enumerate(beyond.gains) if gain is not None]
+        bad = [k for k, gain in told if -gain > max(chance, FORM * _gain(fit.parts[k]))]
         bad = bad or [k for k, part in enumerate(fit.parts) if part.at_bound(fit.observations)]
         if not bad:
             return fit, beyond, fallen

@@ -9,10 +9,11 @@ from fusion.discrepancy.unknown.law import Law
 
 Vector = NDArray[np.float64]
 
-# times what names explain that a formula must: fields follow anything, and so does a patchwork of several names of
-# which one acts in a region only, so that freedom decides; several names or waves follow much; what one law lacks of
-# a fifth more is a matter of its form
-ANY, SEVERAL, ONE = 1.0, 1.05, 1.2
+# times what names explain that a formula must: maps follow anything, and so does a patchwork of several names of
+# which one acts in a region only, so that freedom decides; a law with many weights of its own kind of form (steps, a
+# polynomial) is likelier than any formula that does the same; several names or waves follow much; what one law lacks
+# of a fifth more is a matter of its form
+ANY, MANY, SEVERAL, ONE = 1.0, 1.02, 1.05, 1.2
 
 
 def is_asked(named: Named) -> bool:
@@ -37,6 +38,8 @@ def explains_more(law: Law, named: Named, white: Vector) -> bool:
 def _margin(named: Named) -> float:
     names = {step.effect.name for step in named.steps}
     patchwork = len(names) > 1 and any(step.candidate.where for step in named.steps)
-    if patchwork or any(is_field(step.candidate) for step in named.steps):
+    if patchwork or any(step.candidate.form.map for step in named.steps):
         return ANY
+    if any(is_field(step.candidate) for step in named.steps):
+        return MANY
     return SEVERAL if len(named.steps) > 1 else ONE
