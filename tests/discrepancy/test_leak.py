@@ -53,7 +53,7 @@ def test_a_wave_of_the_range_that_grows_with_the_darkness_is_one_unknown_law_of_
 
 def test_a_formula_is_asked_for_where_names_leave_more_than_noise():
     def named(left):
-        form = SimpleNamespace(columns=np.zeros((1, 1)), where=())
+        form = SimpleNamespace(columns=np.zeros((1, 1)), where=(), form=SimpleNamespace(map=""))
         step = SimpleNamespace(candidate=form, effect=SimpleNamespace(name="one"), gain=1000.0)
         return SimpleNamespace(steps=(step,), white=np.full(100, np.sqrt(left / 100)))
 

@@ -170,18 +170,23 @@ def test_a_wave_shorter_than_two_tiles_is_told_from_the_longer_one_that_looks_al
 
 
 def test_a_formula_takes_the_place_of_names_that_explain_clearly_less():
-    def step(gain: float, name: str = "one", columns: int = 1, where: tuple[str, ...] = ()) -> SimpleNamespace:
-        form = SimpleNamespace(columns=np.zeros((1, columns)), where=where)
+    def step(
+        gain: float, name: str = "one", columns: int = 1, where: tuple[str, ...] = (), kind: str = ""
+    ) -> SimpleNamespace:
+        form = SimpleNamespace(columns=np.zeros((1, columns)), where=where, form=SimpleNamespace(map=kind))
         return SimpleNamespace(candidate=form, effect=SimpleNamespace(name=name), gain=gain, price=0.0)
 
     def named(left: float, *steps: SimpleNamespace) -> SimpleNamespace:
         return SimpleNamespace(steps=steps, white=np.array([left]))
 
     white, law = np.array([10.0]), SimpleNamespace(simple=True, replicated=True, score=99.0)
-    # a law that explains 75 of 100 is not the one, one that explains 96 is, a field of 200 weights never where less do
+    # a law that explains 75 of 100 is not the one, one that explains 96 is, a map never where less do; nor many weights
+    # of another kind, but for a fiftieth
     assert explains_more(law, named(5.0, step(75.0)), white)
     assert not explains_more(law, named(2.0, step(96.0)), white)
-    assert explains_more(law, named(2.0, step(96.0, columns=200)), white)
+    assert explains_more(law, named(2.0, step(96.0, columns=200, kind="offset")), white)
+    assert explains_more(law, named(2.0, step(96.0, columns=10)), white)
+    assert not explains_more(law, named(1.0, step(98.0, columns=10)), white)
     # two laws that hold everywhere are two causes; two of which one holds in a part only are patches of one law
     assert not explains_more(law, named(2.0, step(50.0), step(46.0, "other")), white)
     assert explains_more(law, named(2.0, step(50.0), step(46.0, "other", where=("time",))), white)
