@@ -64,7 +64,7 @@ def _distance(mask: Mask) -> NDArray[np.float32]:
     """Distance (h, w) [px] to the nearest pixel of a mask; large where there is none."""
     if not mask.any():
         return np.full(mask.shape, 1e6, np.float32)
-    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5), np.float32)
+    return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5), np.float32)
 
 
 def _reach(sensor: Sensor, effect: str, parameter: str, factor: float) -> float:

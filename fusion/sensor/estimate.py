@@ -12,6 +12,7 @@ from fusion.sensor.edges import nearest_edges
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
 from fusion.sensor.effects.light.projector_shadow import shadowed
 from fusion.sensor.moment import Moment
+from fusion.sensor.neighbours import pairs_along, steps_along, stride_along
 from fusion.sensor.view import Edges, Image, View, incidence_of
 
 # share of the depth: smaller steps of a measured image are noise, or slopes up to 85 deg at fx = 585 px
@@ -92,30 +93,47 @@ def bridged(depth: Image) -> Indices:
     if not missing.any() or missing.all():
         return own
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (GAP_PX + 1, GAP_PX + 1))
-    closed = cv2.morphologyEx((~missing).astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
+    closed = cv2.morphologyEx((~missing).view(np.uint8), cv2.MORPH_CLOSE, kernel)
+    holes = np.flatnonzero(closed.view(bool) & missing)
+    if not len(holes):
+        return own
     _, label = cv2.distanceTransformWithLabels(
-        missing.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+        missing.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
+    known, label = np.flatnonzero(~missing), label.reshape(-1)
     seen = np.zeros(depth.size + 1, own.dtype)
-    seen[label[~missing]] = own[~missing]
-    return np.where(closed & missing, seen[label], own)
+    seen[label[known]] = known
+    own.reshape(-1)[holes] = seen[label[holes]]
+    return own
 
 
 def jumps_along(depth: Image, axis: int) -> tuple[Indices, Indices]:
     """Indices of neighbours along an axis, and of the ones to the right or below, with an edge in between."""
+    z, stride = np.ascontiguousarray(depth).reshape(-1), stride_along(depth, axis)
+    missing = np.isnan(z)
+    ends = pairs_along(depth, axis, missing[stride:] != missing[:-stride])
+    first = steps_along(depth, axis, JUMP)
     with np.errstate(all="ignore"):
-        inverse = 1.0 / (depth if axis == 1 else depth.T)
-        change = np.abs(np.diff(inverse, axis=1))
+        change = _change(z, first, stride)
         # on a slope the inverse depth changes alike from pixel to pixel; of two pairs on each side the flatter one
         # counts, because between two surfaces a pixel may show neither
-        beside = np.pad(np.nan_to_num(change), ((0, 0), (2, 2)))
-        slope = np.maximum(np.minimum(beside[:, :-4], beside[:, 1:-3]), np.minimum(beside[:, 3:-1], beside[:, 4:]))
-        nearer = np.fmax(inverse[:, 1:], inverse[:, :-1])
-        jump = (change > JUMP * nearer) & (slope < change / 2)
-    missing = np.isnan(inverse)
-    line, place = np.nonzero(jump | (missing[:, 1:] != missing[:, :-1]))
-    if axis == 1:
-        first = line * depth.shape[1] + place
-        return first, first + 1
-    first = place * depth.shape[1] + line
-    return first, first + depth.shape[1]
+        place = first // stride % depth.shape[axis]
+        before, near, after, far = (
+            np.where(
+                (place + by >= 0) & (place + by < depth.shape[axis] - 1),
+                np.nan_to_num(_change(z, np.clip(first + by * stride, 0, z.size - 1 - stride), stride)),
+                0,
+            )
+            for by in (-2, -1, 1, 2)
+        )
+        slope = np.maximum(np.minimum(before, near), np.minimum(after, far))
+        nearer = np.fmax(1 / z[first], 1 / z[first + stride])
+        first = np.union1d(first[(change > JUMP * nearer) & (slope < change / 2)], ends)
+    if axis == 0:  # column by column
+        first = first[np.lexsort((first // stride, first % stride))]
+    return first, first + stride
+
+
+def _change(z: Image, first: Indices, stride: int) -> Image:
+    """Difference (n,) of the inverse depths of pixels and the next ones."""
+    return np.abs(1 / z[first + stride] - 1 / z[first])

@@ -12,6 +12,7 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.axial_noise import STEEPEST, AxialNoise
 from fusion.sensor.effects.readout.lateral_noise import JUMP, LateralNoise, jump
 from fusion.sensor.effects.readout.temporal_filtering import TemporalFiltering
+from fusion.sensor.estimate import jumps_along
 from fusion.sensor.presets import PRESETS, default_sensor, preset
 from fusion.sensor.rating import DOUBT, sigma_of, weight_of
 from fusion.sensor.sensor import Sensor
@@ -64,6 +65,23 @@ def test_steps_to_neighbours_are_those_of_each_pixel(shape):
         depth = scene(shape, seed)
         assert np.array_equal(jump(depth), plain_jump(depth), equal_nan=True)
         assert np.array_equal(jump(np.asfortranarray(depth)), plain_jump(depth), equal_nan=True)
+
+
+@pytest.mark.parametrize("shape", [CAMERA.shape, (5, 1), (1, 5), (1, 1)])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_edges_of_a_measured_image_are_those_of_whole_images(shape, axis):
+    for seed in range(3):
+        depth = scene(shape, seed)
+        z = depth if axis == 1 else depth.T
+        # pairs of pixels, and the flatter of two pairs on each side
+        change = np.abs(np.diff(1 / z, axis=1))
+        beside = np.pad(np.nan_to_num(change), ((0, 0), (2, 2)))
+        slope = np.maximum(np.minimum(beside[:, :-4], beside[:, 1:-3]), np.minimum(beside[:, 3:-1], beside[:, 4:]))
+        edge = (change > JUMP / np.fmin(z[:, 1:], z[:, :-1])) & (slope < change / 2)
+        line, place = np.nonzero(edge | (np.isnan(z[:, 1:]) != np.isnan(z[:, :-1])))
+        first, step = (line * shape[1] + place, 1) if axis == 1 else (place * shape[1] + line, shape[1])
+        found = jumps_along(depth, axis)
+        assert np.array_equal(found[0], first) and np.array_equal(found[1], first + step)
 
 
 @pytest.mark.parametrize("exponent", [-0.5, 0.0, 0.3, 1.0, 1.5, 2.0])
