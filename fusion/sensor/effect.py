@@ -115,8 +115,7 @@ class Effect:
         """Standard deviation (h, w) [m] behind this effect, `sigma` in front of it; independent unless overridden."""
         if not self.changes("noise"):
             return sigma
-        noise = self.noise(depth, view)
-        return np.sqrt(sigma * sigma + noise * noise)  # np.hypot takes five times as long
+        return independent(sigma, self.noise(depth, view))
 
     def follows(self) -> float:
         """Share of the frame before that is in each frame behind this effect [1]: its noise comes again."""
@@ -164,6 +163,11 @@ def _values(effect: Any) -> tuple[Any, ...]:
 
 def _same(a: Any, b: Any) -> bool:
     return np.array_equal(a, b) if isinstance(a, np.ndarray) or isinstance(b, np.ndarray) else bool(a == b)
+
+
+def independent(sigma: Image, other: Image) -> Image:
+    """Standard deviation of the sum of two independent errors; np.hypot takes five times as long."""
+    return np.asarray(np.sqrt(sigma * sigma + other * other))
 
 
 def normal(rng: np.random.Generator, like: Image) -> Image:

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.sensor.effect import Effect, normal
+from fusion.sensor.effect import Effect, independent, normal
 from fusion.sensor.fields import windowed
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -86,7 +86,8 @@ class AxialNoise(Effect):
             ir = np.asarray(view.ir, depth.dtype)
             sigma = np.where(ir > 0, self._amplitude(ir, view), sigma)
         if np.any(self.sigma_px):
-            sigma = np.hypot(sigma, self._number("sigma_px", depth) / depth.dtype.type(view.focal_baseline) * depth**2)
+            in_depth = self._number("sigma_px", depth) / depth.dtype.type(view.focal_baseline) * depth**2
+            sigma = independent(sigma, in_depth)
         return sigma
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:

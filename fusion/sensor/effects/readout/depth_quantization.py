@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.disparity import disparity
-from fusion.sensor.effect import Effect
+from fusion.sensor.effect import Effect, independent
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
@@ -52,7 +52,7 @@ class DepthQuantization(Effect):
         if not np.any(step_px):
             return step / 12**0.5
         in_depth = step_px / depth.dtype.type(view.focal_baseline) * depth**2
-        return np.hypot(in_depth, step) / 12**0.5
+        return independent(in_depth, step) / 12**0.5
 
     def repeated(self, mean: Image, sigma: Image, view: View) -> tuple[Image, Image]:
         """Noise in front of the rounding makes its mean smooth: exact for normal noise."""
