@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.step import inflation
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.scatter import MUCH
 from fusion.discrepancy.unknown.families import shapes_of

@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 
 from fusion.discrepancy.gauge import Gauge, drift_columns
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.part import FIELD
-from fusion.discrepancy.naming.step import inflation
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.spreads import Left, Spreads, likeliest
 from fusion.discrepancy.unknown.unrestricted import Group

@@ -12,10 +12,11 @@ from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.bounds import _beside_best
 from fusion.discrepancy.naming.candidates import candidate_of, candidates_of
 from fusion.discrepancy.naming.judged import _parted
-from fusion.discrepancy.naming.naming import _faint, _of_one_region, _weak, name_effects
+from fusion.discrepancy.naming.naming import _of_one_region, name_effects
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.space import Space
+from fusion.discrepancy.naming.standing import is_faint, weak_of
 from fusion.discrepancy.naming.step import _prior, best_part
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.unknown.unrestricted import covariates, explained, groups_of
@@ -227,7 +228,7 @@ def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_that
     fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(1 + left / 100)))
     candidate = SimpleNamespace(where=())
     found = SimpleNamespace(part=SimpleNamespace(name="second", size=0.0, candidate=candidate), gain=share * left)
-    assert _faint(fit, found) == faint
+    assert is_faint(fit, found) == faint
 
 
 def test_what_does_not_stand_beside_the_others_is_not_established():
@@ -236,12 +237,12 @@ def test_what_does_not_stand_beside_the_others_is_not_established():
         return SimpleNamespace(effect=SimpleNamespace(name=name), **told)
 
     first = step("cyclic_error")
-    assert _weak([first, step(gain=100.0)]) == []
+    assert weak_of([first, step(gain=100.0)]) == []
     for bad in (step(held_out=-1.0), step(probability=0.1), step(std=0.7), step(gain=9.0)):
-        assert _weak([first, bad]) == [bad]
-    assert _weak([first, step("cyclic_error", gain=9.0)]) == []  # one more wave of it
-    assert _weak([step(std=0.7)]) == []  # the first may be of a size that differs over the data
-    assert _weak([first, step(std=0.7, shapes_std={"exponent": 0.3})]) == []  # a size is as open as its exponent
+        assert weak_of([first, bad]) == [bad]
+    assert weak_of([first, step("cyclic_error", gain=9.0)]) == []  # one more wave of it
+    assert weak_of([step(std=0.7)]) == []  # the first may be of a size that differs over the data
+    assert weak_of([first, step(std=0.7, shapes_std={"exponent": 0.3})]) == []  # a size is as open as its exponent
 
 
 def test_an_edge_between_two_peaks_is_put_at_the_higher():

@@ -9,8 +9,8 @@ from scipy.ndimage import gaussian_filter
 
 from fusion.discrepancy.covariance import drifting, neighbours
 from fusion.discrepancy.explain import explained_looks
+from fusion.discrepancy.naming.evidence import by_chance
 from fusion.discrepancy.naming.score import Scored
-from fusion.discrepancy.naming.step import by_chance
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
 DRIFT = 0.001  # [m] five times the mean of the frames of a pixel, ten times that of a tile and more

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.evidence import left_out_gain
 from fusion.discrepancy.naming.refit import Fit
-from fusion.discrepancy.naming.step import left_out_gain
 from fusion.discrepancy.observations import Observations
 
 Vector = NDArray[np.float64]

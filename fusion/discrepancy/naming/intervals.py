@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.refit import Fit
-from fusion.discrepancy.naming.step import inflation
 from fusion.discrepancy.naming.uneven import unevenness
 
 Vector = NDArray[np.float64]

@@ -8,20 +8,13 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.evidence import REPLICATED, by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.intervals import spreads_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, shapes_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import (
-    REPLICATED,
-    Found,
-    by_chance,
-    inflation,
-    left_out_gain,
-    of_time,
-    replicated_share,
-)
+from fusion.discrepancy.naming.step import Found, of_time
 from fusion.discrepancy.naming.two import like_two
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside

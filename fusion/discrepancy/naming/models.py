@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.evidence import REPLICATED, left_out_gain
 from fusion.discrepancy.naming.part import FIELD, Part
 from fusion.discrepancy.naming.refit import Fit, refitted, shapes_of
 from fusion.discrepancy.naming.score import possible, scored
-from fusion.discrepancy.naming.step import REPLICATED, SIMPLER, left_out_gain, of_time
+from fusion.discrepancy.naming.step import SIMPLER, of_time
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]

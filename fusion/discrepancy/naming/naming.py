@@ -16,7 +16,8 @@ from fusion.discrepancy.naming.models import BETTER, rearranged, score_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.review import reviewed
-from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part, inflation
+from fusion.discrepancy.naming.standing import LIKELY, contradicted, gain_of, is_faint, told_of, weak_of
+from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part
 from fusion.discrepancy.naming.two import as_two
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.parameter import parameters
@@ -26,15 +27,7 @@ from fusion.sensor.where import Bound
 Vector = NDArray[np.float64]
 
 MOST_STEPS = 6  # waves of one effect count one by one
-FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 MOST_NAMES = 3
-FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
-NEARLY_ALL = 0.75  # of all that is left beyond noise: one that explains so much is no matter of form
-FORM = 0.01  # of the first gain, a tenth of its size: no law of a catalogue is known better than that
-FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
-CHANCE = 4.0  # of the chi2 where a part hardly shows: two standard deviations of one number contradict nothing
-UNSURE = 1 / 1.645  # of a size: its own interval of 90 % does not tell it from zero
-LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 
 
 @dataclass(frozen=True)
@@ -79,9 +72,9 @@ def name_effects(
     fit, beyond, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
-    while weak := _weak(steps):
+    while weak := weak_of(steps):
         rest = [part for part in fit.parts if part.candidate is not weak[-1].candidate]
-        likely = likely or _likely(weak[-1])
+        likely = likely or told_of(weak[-1])
         fit = refitted(rest, observations, gauge)
         beyond, steps = extrapolated(fit), judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
@@ -97,7 +90,7 @@ def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]
         space, target = beside(fit, None)
         open_to = [c for c in candidates if c.name not in passed_over]
         found = best_part(open_to, fit.observations, fit.gauge, space, target)
-        if found is None or found.probability > FALSE_ALARM or _faint(fit, found):
+        if found is None or found.probability > FALSE_ALARM or is_faint(fit, found):
             return fit, likely or _told_of(fit, found, open_to) or earlier
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
             break
@@ -146,25 +139,6 @@ def _bent(fit: Fit) -> bool:
     return any(part.at_bound(fit.observations) for part in fit.parts)
 
 
-def _weak(steps: Sequence[Step]) -> list[Step]:
-    """Steps that do not stand beside the others as they are now.
-
-    Chance makes them, or recordings that took no part in their fit become worse. Beside a first name also those whose
-    own interval holds zero, or that are so small that they may be the form of the first.
-    """
-    bad = [step.held_out < 0 or step.probability > LIKELY for step in steps]
-    for k, step in enumerate(steps):
-        if step.effect.name != steps[0].effect.name:
-            # a size is as open as the shape that it goes with
-            bad[k] |= (step.std > UNSURE and not step.shapes_std) or step.gain < FORM * steps[0].gain
-    return [step for step, is_bad in zip(steps, bad, strict=True) if is_bad]
-
-
-def _likely(step: Step) -> Step | None:
-    """A step that does not stand is told of where chance is ruled out."""
-    return step if step.held_out > 0 and step.probability <= LIKELY else None
-
-
 def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:
     """The same where frames that took no part contradict it: nothing is established, the first name is likely."""
     first = max(named.steps, key=lambda step: step.held_out)
@@ -179,15 +153,13 @@ def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
     fallen: Found | None = None
     while True:
         beyond = extrapolated(fit)
-        chance = CHANCE * inflation(fit.white)
-        told = [(k, gain) for k, gain in enumerate(beyond.gains) if gain is not None]
-        bad = [k for k, gain in told if -gain > max(chance, FORM * _gain(fit.parts[k]))]
+        bad = contradicted(fit, beyond)
         bad = bad or [k for k, part in enumerate(fit.parts) if part.at_bound(fit.observations)]
         if not bad:
             return fit, beyond, fallen
         worst = min(bad, key=lambda k: beyond.gains[k] or 0.0)
         part = fit.parts[worst]
-        fallen = Found(part, _gain(part), 0.0, 0.0, FALSE_ALARM)
+        fallen = Found(part, gain_of(part), 0.0, 0.0, FALSE_ALARM)
         fit = refitted([p for k, p in enumerate(fit.parts) if k != worst], fit.observations, fit.gauge)
 
 
@@ -196,25 +168,3 @@ def _told_of(fit: Fit, found: Found | None, candidates: Sequence[Candidate]) -> 
     if found is None or found.probability > LIKELY or any(part.name == found.part.name for part in fit.parts):
         return None
     return judged_next(fit, found, candidates)
-
-
-def _faint(fit: Fit, found: Found) -> bool:
-    """True when a further part brings too little to be more than the form of the parts before it."""
-    if not fit.parts:
-        return False
-    most = max(_gain(part) for part in fit.parts)
-    fields = [_gain(part) for part in fit.parts if part.size]
-    if found.part.size and fields:
-        return found.gain < FAINT_REGION * max(fields)  # what one field leaves looks like another
-    if found.part.candidate.where:
-        return found.gain < FAINT_REGION * most
-    if any(part.name == found.part.name for part in fit.parts):
-        return found.gain < FAINT_WAVE * most
-    # what the form of an effect leaves follows no other plain law
-    beyond_noise = float(fit.white @ fit.white) - len(fit.white)
-    matter_of_form = bool(found.part.size) or found.gain < NEARLY_ALL * beyond_noise
-    return found.gain < (FAINT_NAME if matter_of_form else FORM) * most
-
-
-def _gain(part: Part) -> float:
-    return float(part.footprint @ part.footprint)

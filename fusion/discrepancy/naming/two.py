@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.models import BETTER, score_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.score import possible
 from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import inflation
 
 Vector = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.refit import Fit
 from fusion.discrepancy.naming.score import usual_size
-from fusion.discrepancy.naming.step import inflation
 from fusion.discrepancy.unknown.unrestricted import covariates
 
 Vector = NDArray[np.float64]

@@ -1,0 +1,69 @@
+"""Evidence: what tells a law from chance, and whether recordings that took no part in a fit show it too."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+from scipy.stats import f as variance_ratio
+
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.score import Scored
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
+
+
+def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0) -> float:
+    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others; not in place -1."""
+    total = 0.0
+    normal, moment = seen.T @ seen, seen.T @ target
+    normal = normal + np.eye(len(normal)) * (size**-2 if size else 1e-9 * np.trace(normal) / len(normal))
+    for g in np.unique(place[place >= 0]):
+        own, aim = seen[place == g], target[place == g]
+        weights = np.linalg.solve(normal - own.T @ own, moment - own.T @ aim)
+        total += float(aim @ aim - ((aim - own @ weights) ** 2).sum())
+    return total
+
+
+def replicated_share(candidate: Candidate, place: NDArray[np.intp], gauge: Gauge, target: Vector) -> float:
+    """Share of the gain that recordings left out show of an effect that the model holds already.
+
+    What is known of its size couples all recordings, so that one of them alone tells nothing in units of the gauge.
+    Here each recording stands for itself, without that knowledge.
+    """
+    raw, columns = gauge.root @ target, candidate.columns
+    powers, moments = [], []
+    for g in np.unique(place):
+        rows = place == g
+        own = gauge.root[rows] @ gauge.root[rows].T - gauge.known[rows] @ gauge.known[rows].T
+        solved = np.linalg.solve(own, np.column_stack([columns[rows], raw[rows]]))
+        powers.append(columns[rows].T @ solved[:, :-1])
+        moments.append(columns[rows].T @ solved[:, -1])
+    normal, moment = np.sum(powers, axis=0), np.sum(moments, axis=0)
+    whole = float(moment @ np.linalg.pinv(normal) @ moment)
+    total = 0.0
+    for power, own_moment in zip(powers, moments, strict=True):
+        weights = np.linalg.pinv(normal - power) @ (moment - own_moment)
+        total += float(2 * weights @ own_moment - weights @ power @ weights)
+    return total / whole if whole > 0 else 0.0
+
+
+def by_chance(found: Scored, fitted: Vector, target: Vector, tried: int) -> float:
+    """Probability that noise alone makes one of so many names explain as much of a target (n,).
+
+    What a law says of a handful of tiles is judged by a handful of numbers, and not as if their spread was known from
+    all the others: real tiles far out are more frequent than normal ones.
+    """
+    gain = found.gain / inflation(target - fitted)
+    own = fitted**2
+    tiles = float(own.sum() ** 2 / max(float((own**2).sum()), 1e-300))
+    if found.size:  # the many weights of a field have paid for themselves
+        return float(min(1.0, tried * chi2.sf(gain, found.freedom)))
+    return float(min(1.0, tried * variance_ratio.sf(gain / found.freedom, found.freedom, max(tiles - 1.0, 1.0))))
+
+
+def inflation(white: Vector) -> float:
+    """By how much (at least 1) the bulk of the residuals scatters more than the gauge says."""
+    return max(1.0, float((np.median(np.abs(white)) / 0.6745) ** 2))
