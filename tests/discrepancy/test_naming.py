@@ -9,6 +9,7 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.naming import standing
 from fusion.discrepancy.naming.bounds import _beside_best
 from fusion.discrepancy.naming.candidates import candidate_of, candidates_of
 from fusion.discrepancy.naming.judged import _parted
@@ -222,10 +223,11 @@ def test_several_waves_are_not_one_wave_in_a_part_of_the_depths():
 
 
 @pytest.mark.parametrize(("left", "share", "faint"), [(15000.0, 0.5, True), (15000.0, 0.9, False), (5000.0, 0.9, True)])
-def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_that_is_left(left, share, faint):
+def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_left(monkeypatch, left, share, faint):
     """Unless it is so small that a tenth of the first law's size makes it: laws are not known better than that."""
     part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 100.0))  # a gain of a million
     fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(1 + left / 100)))
+    monkeypatch.setattr(standing, "unevenness", lambda fit, k: 0.0)
     candidate = SimpleNamespace(where=())
     found = SimpleNamespace(part=SimpleNamespace(name="second", size=0.0, candidate=candidate), gain=share * left)
     assert is_faint(fit, found) == faint
@@ -238,11 +240,20 @@ def test_what_does_not_stand_beside_the_others_is_not_established():
 
     first = step("cyclic_error")
     assert weak_of([first, step(gain=100.0)]) == []
-    for bad in (step(held_out=-1.0), step(probability=0.1), step(std=0.7), step(gain=9.0)):
+    for bad in (step(held_out=-1.0), step(probability=0.1), step(std=0.7)):
         assert weak_of([first, bad]) == [bad]
-    assert weak_of([first, step("cyclic_error", gain=9.0)]) == []  # one more wave of it
     assert weak_of([step(std=0.7)]) == []  # the first may be of a size that differs over the data
     assert weak_of([first, step(std=0.7, shapes_std={"exponent": 0.3})]) == []  # a size is as open as its exponent
+
+
+@pytest.mark.parametrize(("uneven", "faint"), [(0.0, False), (0.3, False), (0.4, True)])
+def test_what_a_size_that_differs_would_explain_too_is_no_further_cause(monkeypatch, uneven, faint):
+    monkeypatch.setattr(standing, "unevenness", lambda fit, k: uneven)
+    part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 10.0))  # a gain of 10 000
+    fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(21.0)))  # 2000 more than noise
+    further = SimpleNamespace(name="second", size=0.0, candidate=SimpleNamespace(where=()))
+    # half more than 0.3^2 of the first gain is 1350, half more than 0.4^2 is 2400
+    assert is_faint(fit, SimpleNamespace(part=further, gain=1900.0)) == faint
 
 
 def test_an_edge_between_two_peaks_is_put_at_the_higher():

@@ -16,7 +16,7 @@ from fusion.discrepancy.naming.models import BETTER, rearranged, score_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.review import reviewed
-from fusion.discrepancy.naming.standing import LIKELY, contradicted, gain_of, is_faint, told_of, weak_of
+from fusion.discrepancy.naming.standing import LIKELY, contradicted, gain_of, is_faint, told_of, weak_of, without_faint
 from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part
 from fusion.discrepancy.naming.two import as_two
 from fusion.discrepancy.observations import Observations
@@ -72,13 +72,21 @@ def name_effects(
     fit, beyond, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
-    while weak := weak_of(steps):
-        rest = [part for part in fit.parts if part.candidate is not weak[-1].candidate]
-        likely = likely or told_of(weak[-1])
-        fit = refitted(rest, observations, gauge)
+    while poorer := _poorer(fit, steps):
+        fit, fallen_step = poorer
+        likely = likely or told_of(fallen_step)
         beyond, steps = extrapolated(fit), judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
     return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
+
+
+def _poorer(fit: Fit, steps: Sequence[Step]) -> tuple[Fit, Step] | None:
+    """The fit without a step that does not stand beside the others, and that step; None where all of them do."""
+    weak = weak_of(steps)
+    if not weak:
+        return without_faint(fit, steps)
+    rest = [part for part in fit.parts if part.candidate is not weak[-1].candidate]
+    return refitted(rest, fit.observations, fit.gauge), weak[-1]
 
 
 def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]:

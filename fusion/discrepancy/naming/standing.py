@@ -2,18 +2,22 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.extrapolation import Extrapolation
 from fusion.discrepancy.naming.judged import Step
 from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.step import Found
+from fusion.discrepancy.naming.uneven import unevenness
 
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
 NEARLY_ALL = 0.75  # of all that is left beyond noise: one that explains so much is no matter of form
 FORM = 0.01  # of the first gain, a tenth of its size: no law of a catalogue is known better than that
 FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
+CLEARLY = 1.5  # times what a size that differs would explain: another cause explains more than twice that
 CHANCE = 4.0  # of the chi2 where a part hardly shows: two standard deviations of one number contradict nothing
 UNSURE = 1 / 1.645  # of a size: its own interval of 90 % does not tell it from zero
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
@@ -23,18 +27,21 @@ def is_faint(fit: Fit, found: Found) -> bool:
     """True when a further part brings too little to be more than the form of the parts before it."""
     if not fit.parts:
         return False
-    most = max(gain_of(part) for part in fit.parts)
+    gains = [gain_of(part) for part in fit.parts]
+    most = max(gains)
     fields = [gain_of(part) for part in fit.parts if part.size]
     if found.part.size and fields:
         return found.gain < FAINT_REGION * max(fields)  # what one field leaves looks like another
-    if found.part.candidate.where:
-        return found.gain < FAINT_REGION * most
     if any(part.name == found.part.name for part in fit.parts):
-        return found.gain < FAINT_WAVE * most
+        return found.gain < (FAINT_REGION if found.part.candidate.where else FAINT_WAVE) * most
+    # were the size of the first law to differ over the data, that would explain as much: its form is known no better
+    form = max(FORM, CLEARLY * unevenness(fit, int(np.argmax(gains))) ** 2)
+    if found.part.candidate.where:
+        return found.gain < max(FAINT_REGION, form) * most
     # what the form of an effect leaves follows no other plain law
     beyond_noise = float(fit.white @ fit.white) - len(fit.white)
     matter_of_form = bool(found.part.size) or found.gain < NEARLY_ALL * beyond_noise
-    return found.gain < (FAINT_NAME if matter_of_form else FORM) * most
+    return found.gain < (max(FAINT_NAME, form) if matter_of_form else form) * most
 
 
 def contradicted(fit: Fit, beyond: Extrapolation) -> list[int]:
@@ -47,15 +54,27 @@ def contradicted(fit: Fit, beyond: Extrapolation) -> list[int]:
 def weak_of(steps: Sequence[Step]) -> list[Step]:
     """Steps that do not stand beside the others as they are now.
 
-    Chance makes them, or recordings that took no part in their fit become worse. Beside a first name also those whose
-    own interval holds zero, or that are so small that they may be the form of the first.
+    Chance makes them, or recordings that took no part in their fit become worse; beside a first name, their own
+    interval holds zero.
     """
     bad = [step.held_out < 0 or step.probability > LIKELY for step in steps]
     for k, step in enumerate(steps):
         if step.effect.name != steps[0].effect.name:
-            # a size is as open as the shape that it goes with
-            bad[k] |= (step.std > UNSURE and not step.shapes_std) or step.gain < FORM * steps[0].gain
+            bad[k] |= step.std > UNSURE and not step.shapes_std  # a size is as open as the shape that it goes with
     return [step for step, is_bad in zip(steps, bad, strict=True) if is_bad]
+
+
+def without_faint(fit: Fit, steps: Sequence[Step]) -> tuple[Fit, Step] | None:
+    """The fit without its least name, and that name's first step, where all of it may be the form of the others."""
+    names = {step.effect.name for step in steps} - {step.effect.name for step in steps[:1]}
+    if not names:
+        return None
+    least = min(names, key=lambda name: sum(step.gain for step in steps if step.effect.name == name))
+    step = next(step for step in steps if step.effect.name == least)
+    own = next(part for part in fit.parts if part.candidate is step.candidate)
+    rest = refitted([part for part in fit.parts if part.name != least], fit.observations, fit.gauge)
+    gain = float(rest.white @ rest.white - fit.white @ fit.white)
+    return (rest, step) if is_faint(rest, Found(own, gain, 0.0, step.held_out, step.probability)) else None
 
 
 def told_of(step: Step) -> Step | None:
