@@ -40,7 +40,7 @@ def is_faint(fit: Fit, found: Found) -> bool:
         return found.gain < max(FAINT_REGION, form) * most
     # what the form of an effect leaves follows no other plain law
     beyond_noise = float(fit.white @ fit.white) - len(fit.white)
-    matter_of_form = bool(found.part.size) or found.gain < NEARLY_ALL * beyond_noise
+    matter_of_form = bool(found.part.size) or beyond_noise <= 0 or found.gain < NEARLY_ALL * beyond_noise
     return found.gain < (max(FAINT_NAME, form) if matter_of_form else form) * most
 
 
