@@ -28,7 +28,9 @@ def wave_of(period: float, *hidden: Effect) -> tuple[Fit, list[Candidate]]:
 
 def rivals(fit: Fit, candidates: list[Candidate]) -> tuple[str, ...]:
     space, _ = beside(fit, 0)
-    return like_two(fit, fit.parts[0], [c for c in candidates if c.name != "cyclic_error"], space)
+    return tuple(
+        c.name for c in like_two(fit, fit.parts[0], [c for c in candidates if c.name != "cyclic_error"], space)
+    )
 
 
 def test_half_a_wave_may_be_two_plain_laws_and_two_waves_not():

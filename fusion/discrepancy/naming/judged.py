@@ -163,7 +163,7 @@ def _together(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Spac
     if not part.candidate.form.fixed or part.candidate.where or part.size:
         return ()
     taken = {other.name for other in (*fit.parts, part)}
-    return like_two(fit, part, [c for c in candidates if c.name not in taken], space)
+    return tuple(c.name for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space))
 
 
 def _parted(fit: Fit, fitted: Vector, rival: Vector) -> bool:

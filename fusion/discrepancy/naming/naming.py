@@ -16,7 +16,15 @@ from fusion.discrepancy.naming.models import BETTER, rearranged, score_of
 from fusion.discrepancy.naming.part import Part
 from fusion.discrepancy.naming.refit import Fit, refitted
 from fusion.discrepancy.naming.review import reviewed
-from fusion.discrepancy.naming.standing import LIKELY, contradicted, gain_of, is_faint, told_of, weak_of, without_faint
+from fusion.discrepancy.naming.standing import (
+    LIKELY,
+    contradicted,
+    gain_of,
+    is_faint,
+    likely_of,
+    weak_of,
+    without_faint,
+)
 from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part
 from fusion.discrepancy.naming.two import as_two
 from fusion.discrepancy.observations import Observations
@@ -73,8 +81,8 @@ def name_effects(
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
     while poorer := _poorer(fit, steps):
-        fit, fallen_step = poorer
-        likely = likely or told_of(fallen_step)
+        fit, taken_out = poorer
+        likely = likely or likely_of(taken_out)
         beyond, steps = extrapolated(fit), judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
     return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)

@@ -17,7 +17,7 @@ FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, 
 NEARLY_ALL = 0.75  # of all that is left beyond noise: one that explains so much is no matter of form
 FORM = 0.01  # of the first gain, a tenth of its size: no law of a catalogue is known better than that
 FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
-CLEARLY = 1.5  # times what a size that differs would explain: another cause explains more than twice that
+CLEARLY = 1.5  # times what a size that differs would explain: another cause explained twice to 25 times that
 CHANCE = 4.0  # of the chi2 where a part hardly shows: two standard deviations of one number contradict nothing
 UNSURE = 1 / 1.645  # of a size: its own interval of 90 % does not tell it from zero
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
@@ -77,7 +77,7 @@ def without_faint(fit: Fit, steps: Sequence[Step]) -> tuple[Fit, Step] | None:
     return (rest, step) if is_faint(rest, Found(own, gain, 0.0, step.held_out, step.probability)) else None
 
 
-def told_of(step: Step) -> Step | None:
+def likely_of(step: Step) -> Step | None:
     """A step that does not stand is told of where chance is ruled out."""
     return step if step.held_out > 0 and step.probability <= LIKELY else None
 

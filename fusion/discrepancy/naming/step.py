@@ -119,7 +119,7 @@ def _regional(
     chosen = []
     for i in ranked:
         name = candidates[i].name
-        if taken.get(name, 0) < SHAPES and not candidates[i].where and not of_table(candidates[i]):
+        if taken.get(name, 0) < SHAPES and not candidates[i].where and not _of_table(candidates[i]):
             taken[name] = taken.get(name, 0) + 1
             chosen.append((candidates[i], all_scored[i].weights))
     return best_region(chosen, observations, gauge, *aim)
@@ -159,7 +159,7 @@ def _own_to_region(
     return own or (chosen, best)
 
 
-def of_table(candidate: Candidate) -> bool:
+def _of_table(candidate: Candidate) -> bool:
     """True for what moves the whole object on its table: it is not confined to a region of anything."""
     return "table_angle" in candidate.form.kind.variables
 

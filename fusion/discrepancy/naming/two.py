@@ -22,15 +22,15 @@ LOOK = 0.9  # cosine of the two laws together with the footprint of the one
 PARTED = 3.0  # standard errors, recordings as replicates, from which on data tell them apart: a wrong name costs more
 
 
-def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) -> tuple[str, ...]:
-    """Names of the two plain laws that are nearest to a flexible one, where recordings do not clearly tell them apart.
+def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) -> tuple[Candidate, ...]:
+    """The two plain laws that are nearest to a flexible one, where recordings do not clearly tell them apart.
 
     Plain: of one size and without a shape. A flexible law has a shape that was searched (a period, a time constant).
     """
     footprint = space.of(part.footprint)
     plain = [c for c in others if _plain(c)]
     seen = [space.of(c.white)[:, 0] for c in plain]
-    found: list[tuple[float, int, tuple[str, ...]]] = []
+    found: list[tuple[float, tuple[Candidate, ...]]] = []
     for (a, one), (b, two) in combinations(zip(plain, seen, strict=True), 2):
         columns = np.column_stack([one, two])
         if a.name == b.name or not np.all(np.any(columns, axis=0)):
@@ -40,10 +40,13 @@ def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) ->
         cosine = float(np.linalg.norm(made) / max(float(np.linalg.norm(footprint)), 1e-300))
         fits = possible(a, weights[:1]) and possible(b, weights[1:])
         if fits and cosine > LOOK and not _told_apart(fit, space.of(fit.white), footprint - made):
-            found.append((cosine, len(a.form.kind.variables) + len(b.form.kind.variables), (a.name, b.name)))
-    nearest = max((cosine for cosine, *_ in found), default=0.0)
+            found.append((cosine, (a, b)))
+    nearest = max((cosine for cosine, _ in found), default=0.0)
+    near = (pair for cosine, pair in found if cosine > nearest - AS_NEAR)
     # where one scene shows two laws alike, the one that depends on less stands for both
-    return min((one for one in found if one[0] > nearest - AS_NEAR), key=lambda one: one[1:], default=(0.0, 0, ()))[2]
+    return min(
+        near, key=lambda pair: (sum(len(c.form.kind.variables) for c in pair), [c.name for c in pair]), default=()
+    )
 
 
 def as_two(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
@@ -56,9 +59,10 @@ def as_two(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
             continue
         taken = {other.name for other in fit.parts}
         space, _ = beside(fit, k)
-        names = like_two(fit, part, [c for c in candidates if c.name not in taken], space)
-        plain = [Part(c, np.zeros(1)) for name in names for c in candidates if _plain(c) and c.name == name]
-        if len(plain) != 2:
+        plain = [
+            Part(c, np.zeros(1)) for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space)
+        ]
+        if not plain:
             continue
         two = refitted([*fit.parts[:k], *plain, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
         if score_of(two) > score_of(fit) - BETTER * inflation(fit.white):
