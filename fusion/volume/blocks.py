@@ -33,7 +33,8 @@ class Blocks:
         around: (capacity,) int32 the same as bits, 1 << index where there is a block: it takes one look to know all.
         voxels: (capacity, 64, 2, 8) float32, rows of voxels along z: the sums of weight * distance [m] of all eight,
             then their sums of weight. So a row is one cache line, and eight voxels are updated at a time.
-        solid: (capacity,) int32, 0 where no voxel was ever behind a surface: no ray ends in such a block.
+        solid: (capacity,) int32, a bit for each octant (4 x 4 x 4 voxels; x, y, z from the highest to the lowest of
+            three bits) with a voxel that was ever behind a surface: rays end in these only.
         colors: (capacity, 512, 4) float32: sums of weight * (r, g, b), sum of weight; (1, 1, 4) without colour.
     """
 
@@ -87,7 +88,8 @@ class Blocks:
 
     def mark(self, ids: NDArray[np.int32] | slice) -> None:
         """Bring `solid` up to date after voxels were changed other than by fusing a frame."""
-        self.solid[ids] = (self.voxels[ids, :, 0] < 0).any(axis=(1, 2))
+        behind = self.voxels[ids, :, 0].reshape(-1, 2, 4, 2, 4, 2, 4) < 0
+        self.solid[ids] = behind.any(axis=(2, 4, 6)).reshape(-1, 8) @ (1 << np.arange(8))
 
     def find(self, coordinates: NDArray[np.int32]) -> NDArray[np.int32]:
         """Ids (n,) of the blocks at coordinates (n, 3), -1 where there is none."""

@@ -170,10 +170,13 @@ def _update(
                         voxels[o | e] = sums[e]
                     for e in ti.static(range(BLOCK)):
                         voxels[o | (BLOCK + e)] = weights[e]
-                    if solid[n] == 0:
+                    octant = (slab >> 2) << 2 | (j >> 2) << 1
+                    if (solid[n] >> octant) & 3 != 3:
+                        bits = 0
                         for e in ti.static(range(BLOCK)):
-                            if sums[e] < 0.0:
-                                solid[n] = 1
+                            bits |= ti.select(sums[e] < 0.0, 1 << (e >> 2), 0)
+                        if bits != 0:
+                            ti.atomic_or(solid[n], bits << octant)
             if ti.static(colored):
                 for s in range(BLOCK * BLOCK):
                     if ws[s] > 0.0 and ds[s] < truncation:

@@ -1,130 +1,157 @@
 # mypy: ignore-errors
-"""Following a ray to the first place where the field goes from outside to inside."""
+"""Following rays to the first place where the field goes from outside to inside, many side by side: each on its own
+would mostly wait for memory."""
 
 import taichi as ti
 
-from fusion.volume.sample import blend, corners, slope, value
+from fusion.geometry.lanes import high, low
+from fusion.volume.blocks import entry, lookup
+from fusion.volume.sample import blend, corners, slope
 from fusion.volume.settings import BLOCK
 from fusion.volume.window import find
 
+SIDE = 32  # rays side by side
+NEAR = 1.5  # voxels from the surface at which a coarse look is not enough
 CLOSE = 0.02  # voxels from the surface at which a straight line finds it
+LEAST = 1e-6  # of a depth that a step is long: less would be lost in rounding
+
+# Of each ray: its direction [voxels per metre of depth], the depths where it is, begins and ends, the last value
+# outside and the first one inside (negative and positive: none) with their depths, that of the surface, and that where
+# it leaves the block [m].
+DX, DY, DZ, AT, START, END, OUT, AT_OUT, IN, AT_IN, HIT, LEAVE = [SIDE * n for n in range(12)]
+# And its state, looks left to come from a guess to the surface, pixel, the block where it is, voxel.
+STATE, TRIALS, PIXEL, CELL, VOXEL = [SIDE * n for n in range(5)]
+NUMBERS, WHOLES = 12 * SIDE, 5 * SIDE
+FAR, NEARBY, DONE = 0, 1, 2  # states
 
 
 @ti.func
-def _field(p: ti.template(), n: ti.i32, neighbours: ti.template(), voxels: ti.template()):
-    """Trilinear distance [m] at p [voxels], in block n, and the lowest weight around; weight 0 where never seen."""
-    base = ti.cast(ti.floor(p), ti.i32)
-    distance = 0.0
-    weight = 0.0
-    if n >= 0:
-        f, lowest = corners(n, base[0] & 7, base[1] & 7, base[2] & 7, neighbours, voxels)
-        distance = blend(f, p - base)
-        weight = lowest
-    return distance, weight
-
-
-@ti.func
-def march(
-    origin: ti.template(), d: ti.template(), start: ti.f32, last: ti.f32, keys: ti.template(), ids: ti.template(),
-    low: ti.template(), size: ti.template(), grid: ti.template(), solid: ti.template(), neighbours: ti.template(),
-    voxels: ti.template(), voxel: ti.f32,
+def begin(
+    ray: ti.template(), whole: ti.template(), e: ti.i32, d: ti.template(), pixel: ti.i32, near: ti.f32, far: ti.f32,
+    guess: ti.f32,
 ):  # fmt: skip
-    """Depth at which the ray origin + d * depth [voxels] meets the surface between two depths; -1 for none."""
-    t = start
-    ahead = ti.Vector([BLOCK if d[a] > 0.0 else 0.0 for a in ti.static(range(3))])  # the side that a ray leaves by
-    inverse_d = ti.Vector([1.0 / d[a] if ti.abs(d[a]) > 1e-9 else ti.math.nan for a in ti.static(range(3))])
-    quantum = 1.0 / d.norm()  # depth of one voxel's length [m]
-    before, t_before = -1.0, t  # the last value known to be outside; negative = none
-    n, at = -1, ti.Vector([1 << 30, 0, 0])  # the block looked up last
-    hollow = False
-    hit = -1.0
-    while t < last and hit < 0.0:
-        p = origin + d * t
-        base = ti.cast(ti.floor(p), ti.i32)
-        block = base >> 3
-        if block[0] != at[0] or block[1] != at[1] or block[2] != at[2]:
-            at = block
-            n = find(block, low, size, grid, keys, ids)
-            hollow = n >= 0 and solid[n] == 0
-        leave = t
-        if n < 0 or hollow:
-            leave = ((ti.cast(block * BLOCK, ti.f32) + ahead - origin) * inverse_d).min()
-            if hollow:  # there it only has to be seen from which side the ray comes
-                leave -= 1.5 * quantum
-        if n < 0 or leave > t:  # on to where the ray leaves this block
-            t = ti.max(t, leave) + 0.01 * quantum
-            before = -1.0
-        else:
-            nearest = ti.cast(ti.floor(p + 0.5), ti.i32) - block * BLOCK
-            s, w = value(n, nearest[0], nearest[1], nearest[2], neighbours, voxels)
-            if w <= 0.0:  # never seen
-                before = -1.0
-                t += quantum
-            elif before < 0.0 and s < -1.8 * voxel:  # well inside, and not come from outside
-                t += quantum
-            elif s > 1.5 * voxel:  # well outside: a coarse look is enough, and the next one may be just behind
-                before = s
-                t_before = t
-                t += ti.max(0.8 * s / voxel, s / voxel - 0.5) * quantum
-            else:
-                local = base & 7
-                f, lowest = corners(n, local[0], local[1], local[2], neighbours, voxels)
-                s = blend(f, p - base)
-                if lowest <= 0.0:
-                    before = -1.0
-                    t += 0.5 * quantum
-                elif s > 0.0:
-                    before = s
-                    t_before = t
-                    t += (s / voxel + 0.3) * quantum
-                elif before < 0.0:  # inside from the start, or the back of a surface
-                    t += quantum
-                else:
-                    t0, f0, t1, f1 = t_before, before, t, s
-                    known = True
-                    for _ in range(4):  # the false position converges fast on a nearly linear field
-                        if known and ti.min(f0, -f1) > CLOSE * voxel:
-                            m = t0 + (t1 - t0) * ti.min(ti.max(f0 / (f0 - f1), 0.02), 0.98)
-                            pm = origin + d * m
-                            nm = find(ti.cast(ti.floor(pm), ti.i32) >> 3, low, size, grid, keys, ids)
-                            fm, wm = _field(pm, nm, neighbours, voxels)
-                            known = wm > 0.0
-                            if fm > 0.0:
-                                t0, f0 = m, fm
-                            else:
-                                t1, f1 = m, fm
-                    if known:
-                        hit = t0 + (t1 - t0) * f0 / (f0 - f1)
-                    else:
-                        before = -1.0
-                        t += quantum
-    return hit
+    """Sets ray e on its way between two depths, or from a guess above 0 that lies within a voxel of the surface."""
+    ray[DX + e], ray[DY + e], ray[DZ + e] = d[0], d[1], d[2]
+    ray[START + e], ray[END + e] = near, far
+    ray[OUT + e], ray[IN + e], ray[HIT + e] = -1.0, 1.0, -1.0
+    guessed = guess > 0.0
+    ray[AT + e] = ti.select(guessed, guess, near)
+    whole[PIXEL + e], whole[TRIALS + e] = pixel, ti.select(guessed, 3, 0)
+    whole[STATE + e] = ti.select(guessed, NEARBY, FAR)
 
 
 @ti.func
-def refine(
-    origin: ti.template(), d: ti.template(), guess: ti.f32, keys: ti.template(), ids: ti.template(),
-    low: ti.template(), size: ti.template(), grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),
+def _axis(p: ti.f32, d: ti.f32, o: ti.f32):
+    """Voxel on an axis at a place, and the depth at which a ray leaves its block there."""
+    i = ti.cast(ti.floor(p), ti.i32)
+    side = ti.cast(i & ~(BLOCK - 1), ti.f32) + ti.select(d > 0.0, float(BLOCK), 0.0)
+    return i, ti.select(ti.abs(d) > 1e-9, (side - o) / d, 1e30)
+
+
+@ti.func
+def approach(
+    ray: ti.template(), whole: ti.template(), origin: ti.template(), keys: ti.template(), ids: ti.template(),
+    lowest: ti.template(), size: ti.template(), grid: ti.template(), solid: ti.template(), voxels: ti.template(),
     voxel: ti.f32,
 ):  # fmt: skip
-    """Newton's method from a depth within a voxel of the surface; -1 where that is not so."""
-    t, hit, rate, off = guess, -1.0, -1.0, voxel
-    for _ in range(3):
-        if rate < 0.0 and ti.abs(off) > CLOSE * voxel:
+    """A step of each ray that is far from the surface, by what the nearest voxel says."""
+    value, weight = ti.Vector([0.0] * SIDE), ti.Vector([0.0] * SIDE)
+    block, full = ti.Vector([0] * SIDE), ti.Vector([0] * SIDE)
+    ox, oy, oz = origin[0] + 0.5, origin[1] + 0.5, origin[2] + 0.5
+    for e in range(SIDE):
+        dx, dy, dz, t = ray[DX + e], ray[DY + e], ray[DZ + e], ray[AT + e]
+        i, leave_x = _axis(ox + dx * t, dx, ox)
+        j, leave_y = _axis(oy + dy * t, dy, oy)
+        k, leave_z = _axis(oz + dz * t, dz, oz)
+        ray[LEAVE + e] = low(low(leave_x, leave_y), leave_z)
+        whole[VOXEL + e] = ((i & 7) * BLOCK + (j & 7)) * BLOCK + (k & 7)
+        i, j, k = (i >> 3) - lowest[0], (j >> 3) - lowest[1], (k >> 3) - lowest[2]
+        within = (i >= 0) & (j >= 0) & (k >= 0) & (i < size[0]) & (j < size[1]) & (k < size[2])
+        whole[CELL + e] = ti.select(within, (i * size[1] + j) * size[2] + k, -1)
+    if size[0] > 0:
+        for e in range(SIDE):
+            n = whole[CELL + e]
+            block[e] = ti.select(n >= 0, grid[ti.max(n, 0)], -1)
+    else:
+        for e in range(SIDE):
+            d = ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]])
+            p = ti.cast(ti.floor(origin + 0.5 + d * ray[AT + e]), ti.i32) >> 3
+            block[e] = lookup(p[0], p[1], p[2], keys, ids)
+    for e in range(SIDE):
+        n = ti.max(block[e], 0)
+        i = entry(n, whole[VOXEL + e])
+        full[e], value[e], weight[e] = solid[n], voxels[i], voxels[i + BLOCK]
+    for e in range(SIDE):
+        dx, dy, dz, t, w = ray[DX + e], ray[DY + e], ray[DZ + e], ray[AT + e], weight[e]
+        quantum = 1.0 / ti.sqrt(dx * dx + dy * dy + dz * dz)  # depth of one voxel's length [m]
+        distance = value[e] / (w * voxel)
+        empty = block[e] < 0
+        # there it only has to be seen from which side the ray comes
+        hollow = (full[e] == 0) & (ray[LEAVE + e] - NEAR * quantum > t)
+        skip, unseen = empty | hollow, w <= 0.0
+        back = (ray[OUT + e] < 0.0) & (distance < -1.8)  # well inside, and not come from outside
+        ahead = ti.select(unseen | back, 1.0, high(0.8 * distance, distance - 0.5)) * quantum
+        on = high(t, ray[LEAVE + e] - ti.select(empty, 0.0, NEAR * quantum)) + 0.01 * quantum + LEAST * t
+        live, look_closer = whole[STATE + e] == FAR, ~(skip | unseen | back) & (distance <= NEAR)
+        outside = live & ~(skip | unseen | back | look_closer)
+        ray[AT_OUT + e] = ti.select(outside, t, ray[AT_OUT + e])
+        before = ti.select(live & (skip | unseen), -1.0, ray[OUT + e])
+        ray[OUT + e] = ti.select(outside, distance * voxel, before)
+        to = ti.select(live & ~look_closer, ti.select(skip, on, t + ahead), t)
+        ray[AT + e] = to
+        now = ti.select(to < ray[END + e], ti.select(look_closer, NEARBY, FAR), DONE)  # of NaN, too
+        whole[STATE + e] = ti.select(live, now, whole[STATE + e])
+
+
+@ti.func
+def close(
+    ray: ti.template(), whole: ti.template(), origin: ti.template(), keys: ti.template(), ids: ti.template(),
+    lowest: ti.template(), size: ti.template(), grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),
+    voxel: ti.f32,
+):  # fmt: skip
+    """A step of each ray that was near the surface: Newton's where the field falls, kept between the last place outside
+    and the first one inside once both are known."""
+    for e in range(SIDE):
+        if whole[STATE + e] == NEARBY:
+            d, t = ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]]), ray[AT + e]
             p = origin + d * t
             base = ti.cast(ti.floor(p), ti.i32)
-            n = find(base >> 3, low, size, grid, keys, ids)
-            rate = 1.0
+            n = find(base >> 3, lowest, size, grid, keys, ids)
+            s, rate, known = 0.0, 1.0, False
             if n >= 0:
-                f, lowest = corners(n, base[0] & 7, base[1] & 7, base[2] & 7, neighbours, voxels)
-                off = blend(f, p - base)
-                if lowest > 0.0 and ti.abs(off) < voxel:
-                    rate = slope(f, p - base).dot(d)
-                    # seen at more than 84 degrees, the next step would lead anywhere
-                    if rate < -0.1 * voxel * d.norm():
-                        t -= off / rate
-                    else:
-                        rate = 1.0
-    if rate < 0.0 and ti.abs(off) < 0.1 * voxel:
-        hit = t
-    return hit
+                f, least = corners(n, base[0] & 7, base[1] & 7, base[2] & 7, neighbours, voxels)
+                s, rate, known = blend(f, p - base), slope(f, p - base).dot(d), least > 0.0
+            quantum = 1.0 / d.norm()
+            falls = known and rate < -0.1 * voxel / quantum  # else seen at more than 84 degrees
+            at_surface = ti.abs(s) < CLOSE * voxel or ti.abs(s / rate) < LEAST * t
+            if falls and at_surface and (whole[TRIALS + e] > 0 or ray[OUT + e] > 0.0):
+                ray[HIT + e], whole[STATE + e] = t - s / rate, DONE
+            elif whole[TRIALS + e] > 0:
+                whole[TRIALS + e] -= 1
+                ray[AT + e] = t - s / rate
+                if not falls or ti.abs(s) > voxel or whole[TRIALS + e] == 0:
+                    ray[AT + e], whole[STATE + e], whole[TRIALS + e] = ray[START + e], FAR, 0
+            elif not known or (s <= 0.0 and ray[OUT + e] < 0.0):  # inside from the start, or the back of a surface
+                ray[AT + e] = t + ti.select(known, 1.0, 0.5) * quantum
+                ray[OUT + e] = ti.select(known, ray[OUT + e], -1.0)
+                ray[IN + e], whole[STATE + e] = 1.0, FAR
+            else:
+                if s > 0.0:
+                    ray[OUT + e], ray[AT_OUT + e] = s, t
+                else:
+                    ray[IN + e], ray[AT_IN + e] = s, t
+                to, step = t - s / rate, (s / voxel + 0.3) * quantum
+                if ray[IN + e] <= 0.0:
+                    first, gap = ray[AT_OUT + e], ray[AT_IN + e] - ray[AT_OUT + e]
+                    share = ray[OUT + e] / (ray[OUT + e] - ray[IN + e])
+                    if not falls or to <= first or to >= first + gap:
+                        to = first + gap * ti.min(ti.max(share, 0.1), 0.9)
+                    if gap < 0.05 * quantum + LEAST * t:
+                        ray[HIT + e], whole[STATE + e] = first + gap * share, DONE
+                elif not falls or to > t + 2.0 * step:
+                    to = t + step
+                ray[AT + e] = to
+                if s > NEAR * voxel:
+                    whole[STATE + e] = FAR
+            if not ray[AT + e] < ray[END + e]:  # or NaN
+                whole[STATE + e] = DONE

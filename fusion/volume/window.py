@@ -14,7 +14,7 @@ from fusion.volume.blocks import F32, F32_2, I32, I32_2, Blocks, lookup
 from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.settings import BLOCK
 
-TILE = 8  # pixels along the edge of a tile that shares one range of depths
+TILE = 3  # bits of a pixel's place in its tile, which shares one range of depths
 LARGEST = 1 << 22  # blocks of a table, 16 MiB
 
 
@@ -42,7 +42,7 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
         size = np.zeros(3, np.int32)
     grid = np.full(max(int(np.prod(size)), 1), -1, np.int32)
     h, w = camera.shape
-    tiles = (-(-h // TILE), -(-w // TILE))
+    tiles = (-(-h >> TILE), -(-w >> TILE))
     found = Window(blocks.low, size, grid, np.full(tiles, 1e30, np.float32), np.zeros(tiles, np.float32))
     if blocks.count:
         _range(
@@ -67,16 +67,39 @@ def find(block: ti.template(), low: ti.template(), size: ti.template(), grid: ti
     return n
 
 
+@ti.func
+def _box(
+    m: ti.template(), wide: ti.f32, tall: ti.f32, spread: ti.f32, c: ti.template(), height: ti.i32, width: ti.i32,
+    distorted: ti.template(),
+):  # fmt: skip
+    """First and last row and column of the pixels around a point (3,) in front of the camera; none where u1 < 0."""
+    x, y, du, dv, outside = m[0] / m[2], m[1] / m[2], wide, tall, False
+    if ti.static(distorted):
+        limit, r, around = ti.sqrt(c[12]), ti.sqrt(x * x + y * y), spread
+        outside = r - spread > limit
+        if r > limit:  # draw the centre in to where the lens is known, and the ball with it
+            around += r - limit
+            x *= limit / r * 0.9999
+            y *= limit / r * 0.9999
+        du, dv = around * c[13] * c[0], around * c[13] * c[1]
+    u, v = project(x, y, c, distorted)
+    if outside:
+        u = -1e9
+    v0, u0 = ti.cast(ti.max(v - dv, 0.0), ti.i32), ti.cast(ti.max(u - du, 0.0), ti.i32)
+    v1 = ti.cast(ti.floor(ti.min(v + dv + 1.0, height - 1.0)), ti.i32)
+    u1 = ti.cast(ti.floor(ti.min(u + du + 1.0, width - 1.0)), ti.i32)
+    return v0, u0, v1, u1
+
+
 @ti.kernel
 def _range(
     coordinates: I32_2, count: ti.i32, solid: I32, pose: F32, camera: F32, voxel: ti.f32, near: ti.f32, far: ti.f32,
     height: ti.i32, width: ti.i32, first: F32_2, last: F32_2, low: I32, size: I32, grid: I32, distorted: ti.template(),
 ):  # fmt: skip
-    # a ray ends in a cell with a corner behind the surface: up to one voxel around a solid block
-    half = 4.5 * voxel
-    radius = half * 1.7321
-    extent = [half * (ti.abs(pose[4 * a]) + ti.abs(pose[4 * a + 1]) + ti.abs(pose[4 * a + 2])) for a in range(3)]
-    deep = extent[2]  # the cube's half extent along z
+    # A ray ends in a cell with a corner behind the surface: up to one voxel around a solid octant.
+    slant = [ti.abs(pose[4 * a]) + ti.abs(pose[4 * a + 1]) + ti.abs(pose[4 * a + 2]) for a in range(3)]
+    block, octant = [4.5 * voxel * s for s in slant], [2.5 * voxel * s for s in slant]  # half extents along the axes
+    radius = 4.5 * 1.7321 * voxel
     for n in range(count):
         if size[0] > 0:
             cell = ti.Vector([coordinates[n, a] - low[a] for a in ti.static(range(3))])
@@ -84,42 +107,29 @@ def _range(
         if solid[n] == 0:
             continue
         c = load(camera)
+        R = ti.Matrix([[pose[4 * a + b] for b in ti.static(range(3))] for a in ti.static(range(3))])
         p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
-        q = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
-                       for a in ti.static(range(3))])  # fmt: skip
-        z0 = ti.max(q[2] - deep, near)
-        z1 = ti.min(q[2] + deep, far)
-        if z0 < z1 and in_cone(q, radius, c):
-            v0, u0, v1, u1 = 0, 0, height - 1, width - 1
-            if q[2] - radius > 0.25 * radius:
-                x = q[0] / q[2]
-                y = q[1] / q[2]
-                r = ti.sqrt(x * x + y * y)
-                spread = radius * (1.0 + r) / (q[2] - radius)
-                du = (extent[0] + ti.abs(x) * deep) / (q[2] - deep)
-                dv = (extent[1] + ti.abs(y) * deep) / (q[2] - deep)
-                scale = 1.0
-                outside = False
-                if ti.static(distorted):
-                    limit = ti.sqrt(c[12])
-                    outside = r - spread > limit
-                    scale = c[13]
-                    if r > limit:  # draw the centre in to where the lens is known, and the ball with it
-                        spread += r - limit
-                        x *= limit / r * 0.9999
-                        y *= limit / r * 0.9999
-                    du = dv = spread * scale
-                u, v = project(x, y, c, distorted)
-                if outside:
-                    u = -1e9
-                v0 = ti.cast(ti.max(v - dv * c[1], 0.0), ti.i32)
-                u0 = ti.cast(ti.max(u - du * c[0], 0.0), ti.i32)
-                v1 = ti.cast(ti.floor(ti.min(v + dv * c[1] + 1.0, height - 1.0)), ti.i32)
-                u1 = ti.cast(ti.floor(ti.min(u + du * c[0] + 1.0, width - 1.0)), ti.i32)
-            if v1 >= 0 and u1 >= 0 and v0 < height and u0 < width:
-                for a in range(v0 // TILE, v1 // TILE + 1):
-                    for b in range(u0 // TILE, u1 // TILE + 1):
-                        if z0 < first[a, b]:
-                            ti.atomic_min(first[a, b], z0)
-                        if z1 > last[a, b]:
-                            ti.atomic_max(last[a, b], z1)
+        q = R @ p + ti.Vector([pose[3], pose[7], pose[11]])
+        before = q[2] - block[2]
+        if q[2] + block[2] > near and before < far and in_cone(q, radius, c):
+            regular = before > 0.25 * radius
+            wide, tall, spread = 0.0, 0.0, 0.0  # half extents of an octant in the image; the nearest one's for all
+            if regular:
+                wide = (octant[0] + (ti.abs(q[0]) + block[0]) / before * octant[2]) / before * c[0]
+                tall = (octant[1] + (ti.abs(q[1]) + block[1]) / before * octant[2]) / before * c[1]
+                aside = ti.sqrt(q[0] * q[0] + q[1] * q[1]) + radius
+                spread = 2.5 * 1.7321 * voxel * (1.0 + aside / before) / before
+            for o in range(8):
+                if (solid[n] >> o) & 1 == 1:
+                    m = q + R @ (ti.Vector([(o >> 2) & 1, (o >> 1) & 1, o & 1]) * 4.0 - 2.0) * voxel
+                    z0, z1 = ti.max(m[2] - octant[2], near), ti.min(m[2] + octant[2], far)
+                    v0, u0, v1, u1 = 0, 0, height - 1, width - 1
+                    if regular:
+                        v0, u0, v1, u1 = _box(m, wide, tall, spread, c, height, width, distorted)
+                    if z0 < z1 and v1 >= 0 and u1 >= 0:
+                        for a in range(v0 >> TILE, (v1 >> TILE) + 1):
+                            for b in range(u0 >> TILE, (u1 >> TILE) + 1):
+                                if z0 < first[a, b]:
+                                    ti.atomic_min(first[a, b], z0)
+                                if z1 > last[a, b]:
+                                    ti.atomic_max(last[a, b], z1)

@@ -129,6 +129,13 @@ def test_every_voxel_near_the_surface_has_a_block(one_view):
         assert (volume.blocks.find(np.floor(voxels[near] / 8).astype(np.int32)) >= 0).all()
 
 
+def test_fusing_marks_the_same_octants(one_view):
+    blocks = one_view[0].blocks
+    found = blocks.solid[: blocks.count].copy()
+    blocks.mark(slice(0, blocks.count))
+    assert (found == blocks.solid[: blocks.count]).all() and found.any()
+
+
 def test_raycast_equals_its_twin(one_view):
     volume, camera, T, _ = one_view
     seen = volume.raycast(camera, T, near=0.2, far=1.5).depth
