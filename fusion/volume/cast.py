@@ -4,11 +4,10 @@
 import taichi as ti
 
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64
-from fusion.volume.curve import PAD
+from fusion.volume.curve import COARSE, PAD
 from fusion.volume.march import DONE, END, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
 from fusion.volume.window import TILE
 
-COARSE = 4  # pixels between the rays that are followed first; those between them mostly meet the same surface
 SPACING = 4.0  # voxels between rays that are done: what fits between them is thinner than the least truncation
 APART = 8.0  # voxels by which the depths of rays on one surface differ at most
 SHARES = 32  # of the rays, that threads take in turn
@@ -29,15 +28,15 @@ def _expected(coarse: ti.template(), v: ti.i32, u: ti.i32, dv: ti.i32, du: ti.i3
 
 @ti.func
 def _wanted(
-    i: ti.i32, j: ti.i32, step: ti.i32, coarse: ti.template(), fine: ti.template(), pad: ti.i32, last: ti.f32,
-    farthest: ti.f32, voxel: ti.f32,
+    i: ti.i32, j: ti.i32, step: ti.i32, coarse: ti.template(), fine: ti.template(), height: ti.i32, width: ti.i32,
+    last: ti.f32, farthest: ti.f32, voxel: ti.f32,
 ):  # fmt: skip
     """Whether a ray has to be followed, and from which depth, 0 for the start."""
-    guess, follow = 0.0, not (fine[i + pad, j + pad] > 0.0) and last > 0.0
+    guess, follow = 0.0, not (fine[i + PAD, j + PAD] > 0.0) and last > 0.0
     if follow and step != COARSE:
         dv, du = i & 1, j & 1
         expected, difference, some = _expected(coarse, (i >> 1) + PAD, (j >> 1) + PAD, dv, du)
-        inner = i + dv < fine.shape[0] - 2 * pad and j + du < fine.shape[1] - 2 * pad
+        inner = (i + dv) * step < height and (j + du) * step < width
         # the ray was followed before, or lies between such that met nothing
         follow = dv + du > 0 and (some or not inner or last >= farthest)
         if expected < farthest and difference < APART * voxel:
@@ -58,7 +57,7 @@ def _next(turn: ti.template(), share: ti.i32, total: ti.i32):
 def cast(
     step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32,
     rays: F32_3, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32, farthest: ti.f32,
-    coarse: F32_2, fine: F32_2, pad: ti.i32, turn: I32, parts: ti.i32,
+    coarse: F32_2, fine: F32_2, turn: I32, parts: ti.i32,
 ):  # fmt: skip
     """Fills in the depths of every step-th pixel in both directions where they are NaN; those at twice the step, in
     `coarse`, are done unless the step is COARSE. What such rays enclose is less than SPACING wide up to the farthest
@@ -89,7 +88,7 @@ def cast(
                         n += 1
                         if v < height and u < width:
                             near, far = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
-                            follow, guess = _wanted(i, j, step, coarse, fine, pad, far, farthest, voxel)
+                            follow, guess = _wanted(i, j, step, coarse, fine, height, width, far, farthest, voxel)
                             if follow:
                                 d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel
                                 begin(ray, whole, e, d, (v << 16) | u, near, far, guess)
@@ -101,6 +100,6 @@ def cast(
                         live += 1
                     elif 0.0 < ray[HIT + e] < ray[END + e]:
                         pixel = whole[PIXEL + e]
-                        fine[(pixel >> (16 + down)) + pad, ((pixel & 0xFFFF) >> down) + pad] = ray[HIT + e]
+                        fine[(pixel >> (16 + down)) + PAD, ((pixel & 0xFFFF) >> down) + PAD] = ray[HIT + e]
                         ray[HIT + e] = -1.0
             n = _next(turn, share, total)

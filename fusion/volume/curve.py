@@ -7,14 +7,24 @@ from numpy.typing import NDArray
 
 from fusion.volume.blocks import F32_2
 
-PAD = 2  # pixels around an image of every n-th ray, in which nothing is seen
+PAD = 2  # pixels around an image of rays, in which nothing is seen
 SMOOTH = 0.05  # voxels that a bend may move the surface between two rays; then their curve says where it is
-STRIP = 32  # pixels of a row that are looked at in turn
+STRIP = 16  # pixels of a row that are looked at in turn
+COARSE = 4  # pixels between the rays that are followed first; those between them mostly meet the same surface
+
+
+def padded(image: NDArray[np.float32], step: int = 1) -> NDArray[np.float32]:
+    """Every step-th pixel of an image (h, w) in both directions, NaN around: rows are whole strips for every step."""
+    h, w = image.shape
+    across = -(-w // (COARSE * STRIP)) * COARSE * STRIP // step
+    out = np.full((-(-h // step) + 2 * PAD, across + 2 * PAD), np.nan, np.float32)
+    out[PAD : PAD + -(-h // step), PAD : PAD + -(-w // step)] = image[::step, ::step]
+    return out
 
 
 def unseen(height: int, width: int, step: int) -> NDArray[np.float32]:
-    """Depths (h, w) of every step-th ray in both directions, none of them known yet; padded, rows to whole strips."""
-    across = -(-width // step // STRIP) * STRIP
+    """Depths of every step-th ray in both directions, none of them known yet; padded in the same way."""
+    across = -(-width // (COARSE * STRIP)) * COARSE * STRIP // step
     return np.full((-(-height // step) + 2 * PAD, across + 2 * PAD), np.nan, np.float32)
 
 
@@ -30,13 +40,9 @@ def _half_way(a: ti.template(), b: ti.template(), c: ti.template(), e: ti.templa
 
 
 @ti.kernel
-def fill(coarse: F32_2, fine: F32_2, pad: ti.i32, height: ti.i32, width: ti.i32, voxel: ti.f32, farthest: ti.f32):
+def fill(coarse: F32_2, fine: F32_2, voxel: ti.f32, farthest: ti.f32):
     """Depths of all rays from those of every second one in both directions, where they lie on a smooth surface nearer
-    than `farthest`; the others stay as they are.
-
-    Args:
-        coarse, fine: padded by PAD, and by `pad`; height and width are those of fine without padding.
-    """
+    than `farthest`; the others stay as they are. Both images are padded."""
     across = (coarse.shape[1] - 2 * PAD) // STRIP
     for n in range((coarse.shape[0] - 2 * PAD) * across):
         r, c = n // across + PAD, n % across * STRIP + PAD
@@ -60,13 +66,7 @@ def fill(coarse: F32_2, fine: F32_2, pad: ti.i32, height: ti.i32, width: ti.i32,
                 )  # fmt: skip
                 aside = (ti.abs(coarse[r, u + 1] - z) < voxel) & (ti.abs(coarse[r + 1, u] - z) < voxel)
                 both[s] = ti.select(aside, z, ti.math.nan)
-            v, u = 2 * (r - PAD), 2 * (c - PAD)
-            for s in range(ti.min(STRIP, (width - u + 1) // 2)):
-                x, y = u + 2 * s + pad, v + pad
-                fine[y, x] = coarse[r, c + s]
-                if x - pad + 1 < width:
-                    fine[y, x + 1] = right[s]
-                if v + 1 < height:
-                    fine[y + 1, x] = down[s]
-                    if x - pad + 1 < width:
-                        fine[y + 1, x + 1] = both[s]
+            v, u = 2 * (r - PAD) + PAD, 2 * (c - PAD) + PAD
+            for s in range(STRIP):
+                fine[v, u + 2 * s], fine[v, u + 2 * s + 1] = coarse[r, c + s], right[s]
+                fine[v + 1, u + 2 * s], fine[v + 1, u + 2 * s + 1] = down[s], both[s]

@@ -8,8 +8,8 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.lanes import LANES, put
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64
+from fusion.volume.curve import PAD, padded
 from fusion.volume.sample import corners, place, slope, smooth
 from fusion.volume.window import find
 
@@ -23,9 +23,9 @@ U8_3 = ti.types.ndarray(ti.u8, 3)
 
 @lru_cache(maxsize=4)
 def slants(camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """x/z and y/z of all pixels, each (h, w): side by side as vectors need them."""
+    """x/z and y/z of all pixels, each an image with the padding of those of rays."""
     rays = camera.rays()
-    return np.ascontiguousarray(rays[..., 0]), np.ascontiguousarray(rays[..., 1])
+    return padded(rays[..., 0]), padded(rays[..., 1])
 
 
 @ti.func
@@ -47,34 +47,32 @@ def _across(v: ti.i32, u: ti.i32, span: ti.i32, x: ti.template(), y: ti.template
 @ti.kernel
 def shade(
     keys: I64, ids: I32, low: I32, size: I32, grid: I32, neighbours: I32_2, voxels: F32, colors: F32_3,
-    x: F32_2, y: F32_2, pose: F32, voxel: ti.f32, focal: ti.f32, depth: F32_2, points: F32, normals: F32,
-    image: U8_3, colored: ti.template(),
+    x: F32_2, y: F32_2, seen: F32_2, pose: F32, voxel: ti.f32, focal: ti.f32, depth: F32_2, points: F32, normals: F32,
+    image: U8_3, blank: ti.i32, colored: ti.template(),
 ):  # fmt: skip
-    """Fills in points and normals, flat, and where it is asked for the colours of pixels that see something."""
+    """Fills in depth, points and normals, the latter two flat, from the depths of the rays, and where it is asked for
+    the colours of pixels that see something. x, y and `seen` are padded; `blank` where all is NaN already."""
     height, width = depth.shape[0], depth.shape[1]
     across = (width + PIECE - 1) // PIECE
-    for piece in range(height * across):  # a division for every pixel would take as long as the rest
-        v, u0 = piece // across, piece % across * PIECE
-        count, nearest = ti.min(PIECE, width - u0), INFINITY
-        for s in range(count):
-            bits = ti.bit_cast(depth[v, u0 + s], ti.i32)
+    # In loops of a known length: the others, of which the compiler makes vectors too, take it three times as long.
+    for piece in range(height * across):
+        v, u0, nearest = piece // across, piece % across * PIECE, INFINITY
+        for s in range(PIECE):
+            bits = ti.bit_cast(seen[v + PAD, u0 + PAD + s], ti.i32)
             nearest = ti.select(bits < nearest, bits, nearest)
-        nothing = ti.Vector([ti.math.nan] * LANES)
-        if nearest == INFINITY and count == PIECE:
-            for g in range(3 * PIECE // LANES):
-                put(points, (v * width + u0) * 3 + g * LANES, nothing)
-            for g in range(3 * PIECE // LANES):
-                put(normals, (v * width + u0) * 3 + g * LANES, nothing)
-        else:
-            nx, ny, nz = ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE)
-            span = ti.cast(ti.ceil(SPAN * voxel * focal / ti.bit_cast(nearest, ti.f32)), ti.i32)
-            inner = v >= span and v + span < height
-            if inner:  # a loop that the compiler makes vectors of; beside the image it reads the next rows
-                for s in range(count):
-                    nx[s], ny[s], nz[s] = _across(v, u0 + s, span, x, y, depth, BEND * voxel)
-            for s in range(count):
-                u, g = u0 + s, ti.Vector([nx[s], ny[s], nz[s]])
-                hit, ray = depth[v, u], ti.Vector([x[v, u], y[v, u], 1.0])
+        if nearest == INFINITY and blank:
+            continue
+        nx, ny, nz = ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE)
+        span = ti.cast(ti.ceil(SPAN * voxel * focal / ti.bit_cast(nearest, ti.f32)), ti.i32)
+        inner = nearest < INFINITY and v >= span and v + span < height
+        if inner:  # beside the image it reads the next rows
+            for s in range(PIECE):
+                nx[s], ny[s], nz[s] = _across(v + PAD, u0 + PAD + s, span, x, y, seen, BEND * voxel)
+        for s in range(PIECE):
+            u = u0 + s
+            if u < width:
+                hit = seen[v + PAD, u + PAD]
+                g, ray = ti.Vector([nx[s], ny[s], nz[s]]), ti.Vector([x[v + PAD, u + PAD], y[v + PAD, u + PAD], 1.0])
                 known = inner and g[0] == g[0] and u >= span and u + span < width
                 if hit > 0.0 and (not known or ti.static(colored)):
                     R = ti.Matrix([[pose[4 * a + b] for b in ti.static(range(3))] for a in ti.static(range(3))])
@@ -97,6 +95,7 @@ def shade(
                             if b >= 0 and colors[b, o, 3] > 0.0:
                                 for a in ti.static(range(3)):
                                     image[v, u, a] = ti.cast(colors[b, o, a] / colors[b, o, 3] + 0.5, ti.u8)
+                depth[v, u] = hit
                 for a in ti.static(range(3)):
                     at = (v * width + u) * 3 + a
                     points[at] = ray[a] * hit  # NaN where nothing was hit
