@@ -78,8 +78,8 @@ def _read(row: ti.template(), image: ti.template(), v: ti.i32, u: ti.i32):
         for s in range(STRIP):
             row[s] = image[v, u + s]
     elif v < image.shape[0]:
-        for s in range(image.shape[1] - u):
-            row[s] = image[v, u + s]
+        for s in range(STRIP):  # a loop of another length would take the compiler longer than all else here
+            row[s] = ti.select(u + s < image.shape[1], image[v, ti.min(u + s, image.shape[1] - 1)], row[s])
 
 
 @ti.kernel

@@ -10,7 +10,7 @@ from fusion.volume.sample import blend, corners, slope
 from fusion.volume.settings import BLOCK
 from fusion.volume.window import find
 
-SIDE = 32  # rays side by side
+SIDE = 16  # rays side by side
 NEAR = 1.5  # voxels from the surface at which a coarse look is not enough
 CLOSE = 0.02  # voxels from the surface at which a straight line finds it
 LEAST = 1e-6  # of a depth that a step is long: less would be lost in rounding
