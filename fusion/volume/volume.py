@@ -12,11 +12,11 @@ from fusion.geometry.pose import Array, is_rigid
 from fusion.mesh.mesh import Mesh
 from fusion.volume import store
 from fusion.volume.blocks import Blocks
-from fusion.volume.integrate import integrate
-from fusion.volume.raycast import Raycast, raycast
+from fusion.volume.extraction.surface import surface
+from fusion.volume.integration.integrate import integrate
+from fusion.volume.raycasting.raycast import Raycast, raycast
 from fusion.volume.sample import sample
 from fusion.volume.settings import VolumeSettings
-from fusion.volume.surface import surface
 
 __all__ = ["Raycast", "Volume", "VolumeSettings"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.volume.cubes import EDGES, table
+from fusion.volume.extraction.cubes import EDGES, table
 
 
 def test_a_case_uses_the_crossed_edges_only():

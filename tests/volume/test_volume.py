@@ -10,7 +10,7 @@ from volume_twin import crossings_twin, integrate_twin, raycast_twin
 from fusion.errors import VolumeError
 from fusion.geometry.camera import Camera
 from fusion.volume.blocks import by_voxel
-from fusion.volume.cubes import table
+from fusion.volume.extraction.cubes import table
 from fusion.volume.volume import Volume, VolumeSettings
 
 CAMERAS = {

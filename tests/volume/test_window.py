@@ -6,9 +6,9 @@ from scenes import look_at
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
+from fusion.volume.raycasting.window import TILE, window
 from fusion.volume.settings import BLOCK, VolumeSettings
 from fusion.volume.volume import Volume
-from fusion.volume.window import TILE, window
 
 LENS = (-0.28, 0.12, 1e-3, -2e-3, -0.02, 0.0, 0.0, 0.0)
 CAMERAS = {

@@ -6,9 +6,9 @@ import taichi as ti
 
 from fusion.geometry.lanes import high, low
 from fusion.volume.blocks import entry, lookup
+from fusion.volume.raycasting.window import find
 from fusion.volume.sample import blend, corners, slope
 from fusion.volume.settings import BLOCK
-from fusion.volume.window import find
 
 SIDE = 16  # rays side by side
 NEAR = 1.5  # voxels from the surface at which a coarse look is not enough

@@ -4,9 +4,9 @@
 import taichi as ti
 
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64
-from fusion.volume.curve import COARSE, PAD
-from fusion.volume.march import DONE, END, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
-from fusion.volume.window import TILE
+from fusion.volume.raycasting.curve import COARSE, PAD
+from fusion.volume.raycasting.march import DONE, END, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
+from fusion.volume.raycasting.window import TILE
 
 SPACING = 4.0  # voxels between rays that are done: what fits between them is thinner than the least truncation
 APART = 8.0  # voxels by which the depths of rays on one surface differ at most

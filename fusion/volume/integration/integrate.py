@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse
-from fusion.volume.allocate import allocate
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
-from fusion.volume.frame import CELL, PAD, work
+from fusion.volume.integration.allocate import allocate
+from fusion.volume.integration.frame import CELL, PAD, work
+from fusion.volume.integration.planes import first, measure_planes, second
 from fusion.volume.lens import in_cone, lens, load, project, rows
-from fusion.volume.planes import first, measure_planes, second
 from fusion.volume.settings import BLOCK
 
 U8_3 = ti.types.ndarray(ti.u8, 3)

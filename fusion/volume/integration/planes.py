@@ -13,7 +13,7 @@ import taichi as ti
 
 from fusion.geometry.lanes import eight, high, low, put
 from fusion.volume.blocks import F32, F32_2, I32
-from fusion.volume.frame import CELL, NOWHERE, PAD, STRIP
+from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
 EDGE = 0.5  # slant of pixels without neighbours (guess)

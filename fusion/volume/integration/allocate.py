@@ -9,9 +9,9 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low, put
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, unpack
-from fusion.volume.frame import CELL, PAD, STRIP, Work
+from fusion.volume.integration.frame import CELL, PAD, STRIP, Work
+from fusion.volume.integration.missing import FILTER, look
 from fusion.volume.lens import rows
-from fusion.volume.missing import FILTER, look
 from fusion.volume.settings import BLOCK, LATTICE
 
 CELLS = STRIP // CELL  # that are looked at side by side

@@ -10,11 +10,11 @@ from fusion.compute import parts
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
-from fusion.volume.cast import SPACING, cast
-from fusion.volume.curve import COARSE, fill, unseen
 from fusion.volume.lens import rows
-from fusion.volume.shade import shade, slants
-from fusion.volume.window import window
+from fusion.volume.raycasting.cast import SPACING, cast
+from fusion.volume.raycasting.curve import COARSE, fill, unseen
+from fusion.volume.raycasting.shade import shade, slants
+from fusion.volume.raycasting.window import window
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ import taichi as ti
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
-from fusion.volume import cubes
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
-from fusion.volume.crossings import ROWS, case_of, cells, classify, cross, look, row_of
+from fusion.volume.extraction import cubes
+from fusion.volume.extraction.crossings import ROWS, case_of, cells, classify, cross, look, row_of
 from fusion.volume.sample import place, value
 from fusion.volume.settings import BLOCK
 

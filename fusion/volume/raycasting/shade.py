@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64
-from fusion.volume.curve import PAD, padded
+from fusion.volume.raycasting.curve import PAD, padded
+from fusion.volume.raycasting.window import find
 from fusion.volume.sample import corners, place, slope, smooth
-from fusion.volume.window import find
 
 SPAN = 1.5  # voxels to either side over which a normal is taken from the depth image
 BEND = 1.0  # voxels that its ends may lie beside the tangent

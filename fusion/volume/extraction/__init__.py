@@ -1,0 +1,1 @@
+"""The zero surface as a mesh: edges it crosses, triangles of each cell."""
