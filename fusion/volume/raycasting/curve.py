@@ -13,19 +13,18 @@ STRIP = 16  # pixels of a row that are looked at in turn
 COARSE = 4  # pixels between the rays that are followed first; those between them mostly meet the same surface
 
 
-def padded(image: NDArray[np.float32], step: int = 1) -> NDArray[np.float32]:
-    """Every step-th pixel of an image (h, w) in both directions, NaN around: rows are whole strips for every step."""
-    h, w = image.shape
-    across = -(-w // (COARSE * STRIP)) * COARSE * STRIP // step
-    out = np.full((-(-h // step) + 2 * PAD, across + 2 * PAD), np.nan, np.float32)
-    out[PAD : PAD + -(-h // step), PAD : PAD + -(-w // step)] = image[::step, ::step]
-    return out
-
-
-def unseen(height: int, width: int, step: int) -> NDArray[np.float32]:
-    """Depths of every step-th ray in both directions, none of them known yet; padded in the same way."""
+def unseen(height: int, width: int, step: int = 1) -> NDArray[np.float32]:
+    """Depths of every step-th ray in both directions, none known yet, NaN; rows are whole strips at any step."""
     across = -(-width // (COARSE * STRIP)) * COARSE * STRIP // step
     return np.full((-(-height // step) + 2 * PAD, across + 2 * PAD), np.nan, np.float32)
+
+
+def padded(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """An image (h, w) laid out as the depths of all its rays are."""
+    h, w = image.shape
+    out = unseen(h, w)
+    out[PAD : PAD + h, PAD : PAD + w] = image
+    return out
 
 
 @ti.func
