@@ -13,7 +13,7 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 
 # each room may import from itself and from those before it
 ROOMS = [
-    "errors", "output", "launch", "compute", "geometry", "recording", "devices", "mesh", "sensor", "calibration",
+    "errors", "output", "compute", "geometry", "recording", "devices", "mesh", "sensor", "calibration",
     "evaluation", "tracking", "volume", "simulation", "turntable", "discrepancy", "report", "reconstruct", "scan",
     "commands",
 ]  # fmt: skip

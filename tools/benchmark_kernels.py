@@ -15,7 +15,7 @@ import numpy as np
 from bench_stages.workloads import made
 from taichi.lang.kernel_impl import Kernel
 
-from fusion.compute import start
+from fusion.compute.start import start
 from fusion.geometry.camera import Camera
 from fusion.volume.volume import Volume, VolumeSettings
 

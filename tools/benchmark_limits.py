@@ -19,7 +19,7 @@ import numpy as np
 from bench_stages.growth import Views
 from bench_stages.workloads import WORKLOADS, made
 
-from fusion.compute import start
+from fusion.compute.start import start
 from fusion.volume.volume import Volume, VolumeSettings
 
 FRAME = 40

@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Eight values side by side, written so that the compiler makes vector instructions of them; for kernels."""
 
-import taichi as ti
+from fusion.compute.language import ti
 
 LANES = 8
 

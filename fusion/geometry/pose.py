@@ -1,5 +1,7 @@
 """Rigid poses as 4x4 matrices, named by what they map: `T_world_camera` takes camera points to the world."""
 
+from math import isfinite
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -82,11 +84,12 @@ def to_tum(T: Array) -> Array:
 
 def is_rigid(T: Array, tolerance: float = 1e-3) -> bool:
     """True when a (4, 4) matrix is finite, orthonormal, right-handed and has the last row 0 0 0 1."""
-    if T.shape != (4, 4) or not np.isfinite(T).all():
+    if T.shape != (4, 4):
         return False
-    R = T[:3, :3]
-    return bool(
-        np.abs(R @ R.T - np.eye(3)).max() < tolerance
-        and np.linalg.det(R) > 0
-        and np.abs(T[3] - [0, 0, 0, 1]).max() < tolerance
-    )
+    # in plain numbers, as every frame asks: numpy takes 20 us for steps this small, ten times that with cold caches
+    a, b, c, x, d, e, f, y, g, h, i, z, *last = T.ravel().tolist()
+    along = a * a + b * b + c * c - 1, d * d + e * e + f * f - 1, g * g + h * h + i * i - 1
+    across = a * d + b * e + c * f, a * g + b * h + c * i, d * g + e * h + f * i
+    off = *along, *across, last[0], last[1], last[2], last[3] - 1
+    volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return isfinite(x + y + z) and volume > 0 and all(abs(value) < tolerance for value in off)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
-from fusion import compute
+from fusion.compute.language import ti
+from fusion.compute.start import start
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import LANES, eight, high, low, put
 
@@ -71,7 +71,7 @@ def relief(
         sigma: (h, w) standard deviation of the depth [m].
         step: differences of depth above about this are steps, not noise [m].
     """
-    compute.start()
+    start()
     planes = _planes(camera)
     planes.images[DEPTH] = depth
     planes.images[ANGLE] = np.nan

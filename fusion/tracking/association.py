@@ -5,10 +5,10 @@ The kernels see a camera as (12,) parameters: fx, fy, cx, cy, k1, k2, p1, p2, k3
 """
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
-from fusion import compute
+from fusion.compute.language import ti
+from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import project
 
@@ -90,7 +90,7 @@ def associate(
         IN_FRONT (of the model: the model's camera would have seen it), BEHIND, NO_NORMAL, FACING_AWAY;
         moved (n, 3): the points in the model's camera [m].
     """
-    compute.start()
+    start()
     pixel = np.empty(len(points), np.int32)
     moved = np.empty((len(points), 3), np.float32)
     if len(points):

@@ -4,10 +4,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
-from fusion import compute
+from fusion.compute.language import ti
+from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project
 from fusion.tracking.pairs import CUT
@@ -86,7 +86,7 @@ class Equations:
 def lay_out(source: PointMap, most: int) -> Points:
     """The points of every n-th pixel in both directions that has a normal and a sigma; about `most` to four times that,
     or all there are."""
-    compute.start()
+    start()
     height, width = source.camera.shape
     known = 64 * int(np.isfinite(source.normals[4::8, 4::8, 0]).sum())
     stride = max(1, int(np.sqrt(known / most)))
@@ -122,7 +122,7 @@ def equations(source: Points, T_model_source: Array, model: PointMap, limits: Li
     The model's depth is interpolated between four pixels, so that its pixels' raster leaves no mark in the residuals;
     where the four do not lie on one surface, nothing is met.
     """
-    compute.start()
+    start()
     groups = len(source.lanes)
     if not groups or min(model.camera.shape) < 2:
         return Equations(np.zeros((6, 6)), np.zeros(6), 0.0, 0.0, 0, 0, 0, 1.0)

@@ -7,9 +7,9 @@ same result.
 """
 
 import numpy as np
-import taichi as ti
 
-from fusion.compute import SPLIT
+from fusion.compute.language import ti
+from fusion.compute.start import SPLIT
 from fusion.volume.blocks import F32_2, I32, I32_2
 
 F64 = ti.types.ndarray(ti.f64, 1)

@@ -1,9 +1,8 @@
 # mypy: ignore-errors
 """All edges of a joint fit on Taichi: pairs, residuals and derivatives, errors of the camera included; their sums."""
 
-import taichi as ti
-
-from fusion.compute import SPLIT
+from fusion.compute.language import ti
+from fusion.compute.start import SPLIT
 from fusion.geometry.lanes import project
 from fusion.tracking.pairs import CUT
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion import compute
+from fusion.compute.start import start
 from fusion.turntable.axis import Axis
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import View
@@ -143,7 +143,7 @@ def paired(
     """
     from fusion.turntable.edge_pairs import pair_edges  # starts Taichi
 
-    compute.start()
+    start()
     (axis, turns), (errors, columns) = motion, check
     camera = seen.views[0].map.camera
     most = int(np.max(np.diff(seen.first)))

@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Where the rays of all frames meet the model, and what each says there, in one Taichi kernel."""
 
-import taichi as ti
-
+from fusion.compute.language import ti
 from fusion.volume.blocks import F32, F32_2, I32, I32_2, I64, lookup
 from fusion.volume.sample import blend, corners, slope
 

@@ -7,10 +7,10 @@ object turns, and so push the axis (measured on the statue of the open challenge
 """
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
-from fusion import compute
+from fusion.compute.language import ti
+from fusion.compute.start import start
 
 HALF = 3  # [px] of the window: a matching window and its surroundings (guess: with 2, steps are taken for slopes)
 SURE = 2.0  # standard deviations of the scatter that noise alone leaves
@@ -30,7 +30,7 @@ def shared_errors(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken:
         depth, sigma: (h, w) [m].
         taken: (h, w) pixels of the surface; others say nothing.
     """
-    compute.start()
+    start()
     scatter, count = np.full(depth.shape, np.nan), np.ones(depth.shape)
     _scatter(np.ascontiguousarray(depth, np.float32), taken.astype(np.uint8), scatter, count)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -6,9 +6,9 @@ gigabytes. Each block also keeps the ids of its 27 neighbours, so interpolation 
 """
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.errors import VolumeError
 from fusion.volume.settings import BLOCK, LATTICE, VOXELS, VolumeSettings
 
@@ -33,6 +33,7 @@ class Blocks:
         around: (capacity,) int32 the same as bits, 1 << index where there is a block: it takes one look to know all.
         voxels: (capacity, 64, 2, 8) float32, rows of voxels along z: the sums of weight * distance [m] of all eight,
             then their sums of weight. So a row is one cache line, and eight voxels are updated at a time.
+        flat: the same in one dimension, as kernels take it; see `entry`.
         solid: (capacity,) int32, a bit for each octant (4 x 4 x 4 voxels; x, y, z from the highest to the lowest of
             three bits) with a voxel that was ever behind a surface: rays end in these only.
         colors: (capacity, 512, 4) float32: sums of weight * (r, g, b), sum of weight; (1, 1, 4) without colour.
@@ -52,11 +53,6 @@ class Blocks:
         self.solid: NDArray[np.int32] = np.zeros(0, np.int32)
         self.colors: NDArray[np.float32] = np.zeros((0, VOXELS, 4) if settings.color else (1, 1, 4), np.float32)
         self._reserve(min(64, max(self.limit, 1)))
-
-    @property
-    def flat(self) -> NDArray[np.float32]:
-        """`voxels` in one dimension, as kernels take them; see `entry`."""
-        return self.voxels.reshape(-1)
 
     @property
     def bytes(self) -> int:
@@ -107,6 +103,7 @@ class Blocks:
             new = np.zeros((capacity, *old.shape[1:]), old.dtype)
             new[: self.count] = old[: self.count]
             setattr(self, name, new)
+        self.flat = self.voxels.reshape(-1)
 
 
 def by_voxel(voxels: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -4,9 +4,9 @@
 from functools import lru_cache
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.geometry import lanes
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array

@@ -2,9 +2,9 @@
 """Reading the field between voxels: trilinear value and gradient."""
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.volume.blocks import F32, F32_2, I32, I32_2, I64, Blocks, entry, lookup
 from fusion.volume.settings import BLOCK, LATTICE
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute import start
+from fusion.compute.start import start
 from fusion.errors import VolumeError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid

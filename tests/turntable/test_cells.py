@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fusion import compute
+from fusion.compute.start import start
 from fusion.tracking.pairs import tukey
 from fusion.turntable.cells import CUT, SHARED, normal_equations, settle
 
@@ -11,7 +11,7 @@ FRAMES, CELLS, EACH, SIGMA = 5, 40, 12, 0.001
 
 def rows_of_cells(rng):
     """Equations of cells with offsets of their own: rows, frames and where each cell begins."""
-    compute.start()
+    start()
     offset = rng.normal(0, 0.002, CELLS)
     rows = rng.normal(0, 1, (CELLS * EACH, 9)).astype(np.float32)
     rows[:, 0] = np.repeat(offset, EACH) + rng.normal(0, SIGMA, CELLS * EACH)

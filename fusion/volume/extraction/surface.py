@@ -2,9 +2,9 @@
 """Marching cubes over the blocks: one vertex per crossed edge, so the mesh is welded from the start."""
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.mesh.mesh import Mesh
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
 from fusion.volume.extraction import cubes

@@ -1,20 +1,23 @@
 # mypy: ignore-errors
 """First look at a depth image: drop what is no depth, and give memory to the blocks around what was measured."""
 
+from functools import lru_cache
+
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low, put
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, unpack
-from fusion.volume.integration.frame import CELL, PAD, STRIP, Work
+from fusion.volume.integration.frame import CELL, PAD, STRIP, Work, whole
 from fusion.volume.integration.missing import FILTER, look
 from fusion.volume.lens import rows
-from fusion.volume.settings import BLOCK, LATTICE
+from fusion.volume.settings import BLOCK, LATTICE, VolumeSettings
 
 CELLS = STRIP // CELL  # that are looked at side by side
+NEAREST = 1e-6  # [m], nothing is measured so close
 
 
 def allocate(
@@ -33,19 +36,17 @@ def allocate(
         VolumeError: they do not fit; none is added then.
     """
     settings = blocks.settings
-    block = settings.voxel * BLOCK
-    box = np.array([-1e30] * 3 + [1e30] * 3 if settings.bounds is None else np.ravel(settings.bounds)) / block
-    edge = LATTICE - 2  # neighbours stay on the lattice
-    span = np.clip(np.floor(box), -edge, edge).astype(np.int32)
     depth, weight = images
+    weighted = weight.size > 1 or depth.size == 1
+    depth, weight = whole(depth), whole(weight) if weighted else weight
     missing, size = np.zeros(1, np.int32), FILTER
     while True:
         keys, missing[0] = np.empty(size, np.int64), 0
         _scan(
             depth, weight, frame.inverse, frame.weight, frame.farthest, frame.cells, frame.x, frame.y,
-            rows(T_world_camera), span, blocks.keys, blocks.ids, blocks.around, np.full(FILTER, -1, np.int64), keys,
-            missing, settings.voxel, settings.truncation, camera.fx, frame.margin, block * (LATTICE - 4),
-            weight.size > 1 or depth.size == 1,
+            rows(T_world_camera), _span(settings), blocks.keys, blocks.ids, blocks.around,
+            np.full(FILTER, -1, np.int64), keys, missing, settings.voxel, settings.truncation, camera.fx, frame.margin,
+            settings.voxel * BLOCK * (LATTICE - 4), weighted,
         )  # fmt: skip
         if missing[0] <= size:
             break
@@ -55,6 +56,14 @@ def allocate(
     added = unpack(np.unique(keys[: missing[0]]))
     blocks.insert(added)
     return added
+
+
+@lru_cache(maxsize=16)
+def _span(settings: VolumeSettings) -> NDArray[np.int32]:
+    """Lowest and highest block along each axis (6,)."""
+    bounds = [-1e30] * 3 + [1e30] * 3 if settings.bounds is None else np.ravel(settings.bounds)
+    edge = LATTICE - 2  # neighbours stay on the lattice
+    return np.clip(np.floor(np.array(bounds) / (settings.voxel * BLOCK)), -edge, edge).astype(np.int32)
 
 
 @ti.func
@@ -72,14 +81,15 @@ def _reach(
 
 
 @ti.func
-def _read(row: ti.template(), image: ti.template(), v: ti.i32, u: ti.i32):
-    """A strip of an image from pixel (v, u) on; what lies outside of the image stays as it is."""
-    if v < image.shape[0] and u + STRIP <= image.shape[1]:
+def _measured(image: ti.template(), v: ti.i32, u: ti.i32, horizon: ti.f32):
+    """Whether a cell high and a strip wide there is a depth in the image, from pixel (v, u) on: compared as whole
+    numbers, which go up with the depth, and those of NaN lie above."""
+    least, most, some = ti.bit_cast(NEAREST, ti.i32), ti.bit_cast(horizon, ti.i32), 0
+    for r in range(CELL):
         for s in range(STRIP):
-            row[s] = image[v, u + s]
-    elif v < image.shape[0]:
-        for s in range(STRIP):  # a loop of another length would take the compiler longer than all else here
-            row[s] = ti.select(u + s < image.shape[1], image[v, ti.min(u + s, image.shape[1] - 1)], row[s])
+            bits = ti.bit_cast(image[v + r, u + s], ti.i32)
+            some |= ti.select((bits > least) & (bits < most), 1, 0)
+    return some == 1
 
 
 @ti.kernel
@@ -90,38 +100,35 @@ def _scan(
 ):  # fmt: skip
     """Fills `inverse`, `farthest` and, where there are weights, `weighed`, and lists absent blocks that hold a voxel
     which a pixel sees within the truncation."""
-    across = farthest.shape[1] // CELLS
+    across, strips = farthest.shape[1] // CELLS, depth.shape[1] // STRIP
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
-    for n in range(farthest.shape[0] * across):
-        row, c0 = n // across, n % across * CELLS
-        start = (row * CELL + PAD) * across * STRIP + c0 * CELL
-        near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
+    for n in range(farthest.shape[0] * strips):
+        row, c0 = n // strips, n % strips * CELLS
         before = 0.0
         for c in range(CELLS):
             before += farthest[row, c0 + c]
+        if before <= 0.0 and not _measured(depth, row * CELL, c0 * CELL, horizon):
+            continue  # it is empty and stays so
+        start = (row * CELL + PAD) * across * STRIP + c0 * CELL
+        near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
         for r in range(CELL):
             i, w = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
-            _read(i, depth, row * CELL + r, c0 * CELL)
-            if ti.static(weighted):
-                _read(w, weight, row * CELL + r, c0 * CELL)
             for s in range(STRIP):
-                known = (i[s] > 1e-6) & (i[s] < horizon)  # NaN is neither
+                i[s] = depth[row * CELL + r, c0 * CELL + s]
+                if ti.static(weighted):
+                    w[s] = weight[row * CELL + r, c0 * CELL + s]
+            for s in range(STRIP):
+                known = (i[s] > NEAREST) & (i[s] < horizon)  # NaN is neither
                 if ti.static(weighted):
                     known &= (w[s] > 0.0) & (w[s] < 1e30)
                 i[s] = ti.select(known, 1.0 / i[s], 0.0)
                 near[s] = high(near[s], i[s])
                 far[s] = low(far[s], ti.select(known, i[s], 1e30))
-            some = before > 0.0
             for g in range(STRIP // 8):
-                a = eight(i, g)
-                for e in ti.static(range(8)):
-                    some |= a[e] > 0.0
-            if some:  # else it is empty and stays so
-                for g in range(STRIP // 8):
-                    o = start + r * across * STRIP + g * 8
-                    put(inverse, o, eight(i, g))
-                    if ti.static(weighted):
-                        put(weighed, o, eight(w, g))
+                o = start + r * across * STRIP + g * 8
+                put(inverse, o, eight(i, g))
+                if ti.static(weighted):
+                    put(weighed, o, eight(w, g))
         # Eight cells are looked at side by side, each as one where it is small and all on one surface, then what is
         # left pixel by pixel, eight at a time.
         deep, use, left = ti.Vector([0.0] * CELLS), ti.Vector([0] * CELLS), ti.Vector([0] * CELLS)

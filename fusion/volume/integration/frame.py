@@ -47,7 +47,7 @@ class Work:
         inverse: flat, one over depth, 0 where missing [1/m].
         weight: flat, the weight of each pixel, where there is any.
         level, slopes, scales: flat, the plane at every pixel, see `planes`.
-        filled: for each strip, 1 where one of them has a plane.
+        filled: for each strip of a row of cells, 1 where a pixel of it has a plane.
         farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
     """
 
@@ -84,11 +84,19 @@ def work(camera: Camera) -> Work:
     farthest = np.zeros((down // CELL, layout.stride // CELL), np.float32)
     size = layout.rows * layout.stride
     level = np.full(size, NOWHERE, np.float32)
-    slopes, scales, filled = np.zeros(size, np.int32), np.zeros(size, np.int32), np.zeros(size // STRIP, np.int32)
+    slopes, scales = np.zeros(size, np.int32), np.zeros(size, np.int32)
+    filled = np.zeros(farthest.size * CELL // STRIP, np.int32)
     cells = _cells(rays, margin, farthest.shape)
     return Work(
         layout, x, y, bend, margin, cells, layout.flat(), layout.flat(), level, slopes, scales, filled, farthest
     )
+
+
+def whole(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """An image of whole cells of rows and whole strips: itself, or with zeros below and to the right."""
+    height, width = image.shape
+    down, across = -height % CELL, -width % STRIP
+    return np.pad(image, ((0, down), (0, across))) if down or across else image
 
 
 def _cells(rays: NDArray[np.floating], margin: float, shape: tuple[int, ...]) -> Flat:

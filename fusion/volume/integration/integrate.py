@@ -9,9 +9,9 @@ right near the measured point only.
 """
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse

@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Which of the blocks that a frame needs are missing."""
 
-import taichi as ti
-
+from fusion.compute.language import ti
 from fusion.volume.blocks import lookup, pack
 
 FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks

@@ -9,8 +9,7 @@ of it by the first scale * (1 - z / the plane's depth where the point lies in th
 Slopes and scales are pairs in one number, each kept to one part in 256: half as much to look up.
 """
 
-import taichi as ti
-
+from fusion.compute.language import ti
 from fusion.geometry.lanes import eight, high, low, put
 from fusion.volume.blocks import F32, F32_2, I32
 from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
@@ -69,13 +68,14 @@ def measure_planes(
     across = farthest.shape[1] * CELL // STRIP
     stride = across * STRIP
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
-    for n in range(farthest.shape[0] * CELL * across):
+    for n in range(farthest.shape[0] * across):
         deep = 0.0
         for cell in range(STRIP // CELL):
-            deep += farthest[n // across // CELL, n % across * (STRIP // CELL) + cell]
-        if deep > 0.0 or filled[n] == 1:  # else it is empty and stays so
-            filled[n] = ti.select(deep > 0.0, 1, 0)
-            at = n * STRIP + PAD * stride
+            deep += farthest[n // across, n % across * (STRIP // CELL) + cell]
+        was, is_now = filled[n], ti.select(deep > 0.0, 1, 0)
+        filled[n] = is_now
+        for r in range((was | is_now) * CELL):  # else it is empty and stays so
+            at = (n // across * CELL + PAD + r) * stride + n % across * STRIP
             i, du, dv = ti.Vector([NOWHERE] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
             jump, least = ti.Vector([0.0] * STRIP), ti.Vector([STEEP] * STRIP)
             for s in range(STRIP):

@@ -2,9 +2,9 @@
 """Depths between rays that were followed, read off the curve through them where the surface is smooth."""
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.volume.blocks import F32_2
 
 PAD = 2  # pixels around an image of rays, in which nothing is seen

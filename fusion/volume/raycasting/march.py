@@ -2,8 +2,7 @@
 """Following rays to the first place where the field goes from outside to inside, many side by side: each on its own
 would mostly wait for memory."""
 
-import taichi as ti
-
+from fusion.compute.language import ti
 from fusion.geometry.lanes import high, low
 from fusion.volume.blocks import entry, lookup
 from fusion.volume.raycasting.window import find

@@ -4,9 +4,9 @@
 from functools import lru_cache
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.volume.raycasting.curve import PAD, padded

@@ -5,9 +5,9 @@ may meet something solid."""
 from dataclasses import dataclass
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
+from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import F32, F32_2, I32, I32_2, Blocks, lookup

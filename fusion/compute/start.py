@@ -7,15 +7,12 @@ import os
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any
 
-import taichi as ti
-from taichi.lang import kernel_impl
-from taichi.lang.ast import ast_transformer_utils
 from tqdm import tqdm
 
+from fusion.compute.language import ti
+from fusion.compute.launch import launch_quickly
 from fusion.errors import FusionError
-from fusion.launch import launch_quickly
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits: what shall run side by side takes as many
 FEW = 4  # processor cores; with more, two threads that share one cost little
@@ -37,7 +34,6 @@ def start() -> str:
     name = os.environ.get("FUSION_DEVICE") or "cpu"
     if name not in DEVICES:
         raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(DEVICES))
-    _read_kernels_quickly()
     if name == "cpu":  # elsewhere nobody has tried it
         launch_quickly()
     _keep_memory()
@@ -105,21 +101,3 @@ def _spread(workers: list[int]) -> None:
             with contextlib.suppress(OSError):
                 for worker, core in zip(workers, cores, strict=True):
                     os.sched_setaffinity(worker, {core})
-
-
-def _read_kernels_quickly() -> None:
-    """Half of what a cached kernel costs on its first call is text for error messages that nobody will see.
-
-    For each node of a kernel Taichi 1.7 draws the line of source with a marker below it, and looks the source of every
-    inlined function up anew. File, line and function are enough, and sources do not change. Measured from prepare to
-    raycast of one frame: 2.2 s of processor before, 1.2 s after.
-    """
-    if hasattr(ast_transformer_utils.ASTTransformerContext, "get_pos_info"):  # of Taichi 1.7; others do as they do
-        ast_transformer_utils.ASTTransformerContext.get_pos_info = _position
-    for name in ("getsourcelines", "getsourcefile"):
-        if hasattr(kernel_impl, name) and not hasattr(getattr(kernel_impl, name), "cache_info"):
-            setattr(kernel_impl, name, cache(getattr(kernel_impl, name)))
-
-
-def _position(context: Any, node: Any) -> str:
-    return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'

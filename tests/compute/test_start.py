@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from fusion.compute import FEW, start
+from fusion.compute.start import FEW, start
 
 
 def test_a_second_start_changes_nothing():
@@ -33,7 +33,7 @@ def test_a_mistake_in_a_kernel_names_file_line_and_function():
         for i in values:
             values[i] = not_there  # noqa: F821
 
-    with pytest.raises(ti.TaichiNameError, match=r"test_compute\.py\", line \d+, in wrong:"):
+    with pytest.raises(ti.TaichiNameError, match=r"test_start\.py\", line \d+, in wrong:"):
         wrong(np.zeros(3, np.float32))
 
 
@@ -41,7 +41,7 @@ def test_a_mistake_in_a_kernel_names_file_line_and_function():
 def test_a_device_that_is_not_there_is_said(device, said):
     if device == "vulkan" and os.environ.get("FUSION_DEVICE") == "vulkan":
         pytest.skip("it is there")
-    program = "from fusion.compute import start; start()"
+    program = "from fusion.compute.start import start; start()"
     environment = {**os.environ, "FUSION_DEVICE": device}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0 or said in done.stderr

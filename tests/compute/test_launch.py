@@ -1,11 +1,14 @@
 """Kernels that are called quickly do what they do when Taichi calls them."""
 
+import weakref
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import taichi as ti
 
-from fusion.compute import start
-from fusion.launch import slowly
+from fusion.compute.launch import slowly
+from fusion.compute.start import start
 
 F32, U8_2 = ti.types.ndarray(ti.f32, 1), ti.types.ndarray(ti.u8, 2)
 
@@ -43,6 +46,42 @@ def test_a_kernel_is_ready_for_each_kind_once(scale):
         scale(np.ones(4, np.float32), np.ones((1, 1), np.uint8), 1.0, 0, True)
     ready = [found for types, found in scale._primal.ready.items() if types[2][0] is float]
     assert len({id(found) for found in ready}) == 2
+
+
+def test_what_changed_since_the_last_call_is_handed_over_anew(scale):
+    mask, values = np.full((1, 1), 3, np.uint8), np.ones(4, np.float32)
+    scale(values, mask, 1.0, 0, False)
+    scale(values, mask, 2.0, 1, False)  # other numbers
+    assert values.tolist() == [3, 18, 18, 18]
+    two = np.ones(4, np.float32)
+    scale(two, mask, 2.0, 1, False)  # another array
+    assert values.tolist() == [3, 18, 18, 18]
+    assert two.tolist() == [1, 6, 6, 6]
+
+
+def test_nothing_of_a_call_is_kept_alive(scale):
+    values, mask = np.ones(4, np.float32), np.ones((1, 1), np.uint8)
+    scale(values, mask, 1.0, 0, False)
+    alive = weakref.ref(values)
+    del values
+    assert alive() is None
+    for n in range(20):  # new arrays come to lie where others were
+        values = np.full(4, float(n), np.float32)
+        scale(values, mask, 2.0, 0, False)
+        assert values.tolist() == [2.0 * n] * 4
+
+
+def test_threads_do_not_mix_their_arguments(scale):
+    def work(n: int) -> bool:
+        mask, good = np.full((1, 1), n + 1, np.uint8), True
+        for k in range(200):
+            values = np.full(8, float(k), np.float32)
+            scale(values, mask, 1.0, 0, False)
+            good = good and bool((values == (n + 1) * k).all())
+        return good
+
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(work, range(4)))
 
 
 def test_wrong_arguments_are_still_refused(scale):

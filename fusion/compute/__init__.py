@@ -1,0 +1,1 @@
+"""Taichi: imported, started and called, in one place."""
