@@ -2,7 +2,7 @@
 
 Taichi 1.7 asks the inspect module in which line of source each of its functions is made, which looks through all
 modules there are; it draws, for each node of a kernel, that line with a marker below it, for messages that nobody will
-see; and it looks the source of every inlined function up anew. File, line and function are enough, and sources do not
+see; and it looks the source of every inlined function up anew, and wraps its lines, though none is longer than 9999. File, line and function are enough, and sources do not
 change. Meanwhile Python's collector goes again and again through objects that all stay.
 """
 
@@ -12,7 +12,8 @@ import linecache
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from types import FrameType
+from textwrap import dedent
+from types import FrameType, SimpleNamespace
 from typing import Any
 
 __all__ = ["reading", "ti"]
@@ -48,6 +49,11 @@ def _position(context: Any, node: Any) -> str:
     return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
 
 
+def _filled(line: str, tabsize: int = 8, **_: int) -> str:
+    """What textwrap makes of a line that is not too long."""
+    return line.expandtabs(tabsize).rstrip()
+
+
 def _read_quickly() -> None:
     """From now on, in this process; another Taichi than 1.7 may be built otherwise, and does as it does."""
     if hasattr(ast_transformer_utils.ASTTransformerContext, "get_pos_info"):
@@ -55,6 +61,8 @@ def _read_quickly() -> None:
     for name in ("getsourcelines", "getsourcefile"):
         if hasattr(kernel_impl, name):
             setattr(kernel_impl, name, cache(getattr(kernel_impl, name)))
+    if hasattr(kernel_impl, "textwrap"):
+        kernel_impl.textwrap = SimpleNamespace(dedent=dedent, fill=_filled)
     if hasattr(kernel_impl, "_inside_class"):
         inside_class = kernel_impl._inside_class
 

@@ -8,8 +8,6 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from tqdm import tqdm
-
 from fusion.compute.language import ti
 from fusion.compute.launch import launch_quickly
 from fusion.errors import FusionError
@@ -40,6 +38,8 @@ def start() -> str:
     os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # else it tells its makers about this machine once a day
     kept = kernels_kept_in()
     if not kept.exists():  # a line that stays, on a terminal only
+        from tqdm import tqdm
+
         line = "compiling the kernels, once on this machine: up to a minute"
         tqdm(total=0, desc=line, bar_format="{desc}", disable=None).close()
     before = _threads()

@@ -10,7 +10,7 @@ Slopes and scales are pairs in one number, each kept to one part in 256: half as
 """
 
 from fusion.compute.language import ti
-from fusion.geometry.lanes import eight, high, low, put
+from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.volume.blocks import F32, F32_2, I32
 from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 
@@ -66,7 +66,6 @@ def measure_planes(
     """Fills the planes from one over depth; the weight is the slant, the distance to the plane per difference in z,
     times the pixel's own, and 0 where there is no depth."""
     across = farthest.shape[1] * CELL // STRIP
-    stride = across * STRIP
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
     for n in range(farthest.shape[0] * across):
         deep = 0.0
@@ -75,25 +74,23 @@ def measure_planes(
         was, is_now = filled[n], ti.select(deep > 0.0, 1, 0)
         filled[n] = is_now
         for r in range((was | is_now) * CELL):  # else it is empty and stays so
-            at = (n // across * CELL + PAD + r) * stride + n % across * STRIP
+            stride = bounded(farthest.shape[1] * CELL)
+            at = bounded((n // across * CELL + PAD + r) * stride + n % across * STRIP)
             i, du, dv = ti.Vector([NOWHERE] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
             jump, least = ti.Vector([0.0] * STRIP), ti.Vector([STEEP] * STRIP)
+            signs = -1  # its highest bit stays as long as all jumps are negative
             for s in range(STRIP):
                 ul, u, ur = _three(inverse, at + s - stride)
                 cl, c, cr = _three(inverse, at + s)
                 dl, d, dr = _three(inverse, at + s + stride)
                 lowest = low(low(low(low(ul, u), low(ur, cl)), low(low(c, cr), low(dl, d))), dr)
                 highest = high(high(high(high(ul, u), high(ur, cl)), high(high(c, cr), high(dl, d))), dr)
-                jump[s] = high(highest - c - truncation * highest * c, c - lowest - truncation * lowest * c)
+                step = high(highest - c - truncation * highest * c, c - lowest - truncation * lowest * c)
+                jump[s], signs = step, signs & ti.bit_cast(step, ti.i32)
                 du[s] = ((ur - ul) + (cr - cl) + (dr - dl)) * (1.0 / 6.0)
                 dv[s] = ((dl - ul) + (d - u) + (dr - ur)) * (1.0 / 6.0)
                 i[s] = c + ((u + d) + (cl + cr) - 4.0 * c) * 0.125
-            broken = False
-            for g in range(STRIP // 8):
-                edge = eight(jump, g)
-                for e in ti.static(range(8)):
-                    broken |= edge[e] >= 0.0
-            if broken:
+            if signs >= 0:
                 for s in range(STRIP):
                     cl, c, cr = _three(inverse, at + s)
                     across_u, sides_u = _half(c, cl, cr, truncation)
@@ -103,7 +100,7 @@ def measure_planes(
                     du[s] = ti.select(whole, du[s], across_u)
                     dv[s] = ti.select(whole, dv[s], across_v)
                     least[s] = ti.select(low(sides_u, sides_v) < 0.5, EDGE, STEEP)
-            slope, scale = ti.Vector([0] * STRIP), ti.Vector([0] * STRIP)
+            out, slope, scale = ti.Vector([0.0] * STRIP), ti.Vector([0] * STRIP), ti.Vector([0] * STRIP)
             for s in range(STRIP):
                 A, B = du[s] * fx, dv[s] * fy
                 if ti.static(distorted):  # pixels are no steps along x or y alone
@@ -118,9 +115,9 @@ def measure_planes(
                     w *= weight[at + s]
                 slope[s] = pair(du[s], dv[s])
                 scale[s] = ti.select(known, pair(slant / i[s], w), 0)
-                i[s] = ti.select(known, i[s], NOWHERE)
+                out[s] = ti.select(known, i[s], NOWHERE)
             for g in range(STRIP // 8):
                 o = at + g * 8
-                put(level, o, eight(i, g))
+                put(level, o, eight(out, g))
                 put(slopes, o, eight(slope, g))
                 put(scales, o, eight(scale, g))
