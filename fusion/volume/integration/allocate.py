@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
-from fusion.geometry.lanes import eight, high, low, put
+from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, unpack
 from fusion.volume.integration.frame import CELL, PAD, STRIP, Work, whole
@@ -43,7 +43,7 @@ def allocate(
     while True:
         keys, missing[0] = np.empty(size, np.int64), 0
         _scan(
-            depth, weight, frame.inverse, frame.weight, frame.farthest, frame.cells, frame.x, frame.y,
+            depth.reshape(-1), depth.shape[1], weight.reshape(-1), frame.inverse, frame.weight, frame.farthest, frame.cells, frame.x, frame.y,
             rows(T_world_camera), _span(settings), blocks.keys, blocks.ids, blocks.around,
             np.full(FILTER, -1, np.int64), keys, missing, settings.voxel, settings.truncation, camera.fx, frame.margin,
             settings.voxel * BLOCK * (LATTICE - 4), weighted,
@@ -81,47 +81,47 @@ def _reach(
 
 
 @ti.func
-def _measured(image: ti.template(), v: ti.i32, u: ti.i32, horizon: ti.f32):
-    """Whether a cell high and a strip wide there is a depth in the image, from pixel (v, u) on: compared as whole
+def _measured(image: ti.template(), at: ti.i32, width: ti.i32, horizon: ti.f32):
+    """Whether a cell high and a strip wide there is a depth in the flat image, from a place on: compared as whole
     numbers, which go up with the depth, and those of NaN lie above."""
     least, most, some = ti.bit_cast(NEAREST, ti.i32), ti.bit_cast(horizon, ti.i32), 0
     for r in range(CELL):
+        o = bounded(at + r * width)
         for s in range(STRIP):
-            bits = ti.bit_cast(image[v + r, u + s], ti.i32)
+            bits = ti.bit_cast(image[o + s], ti.i32)
             some |= ti.select((bits > least) & (bits < most), 1, 0)
     return some == 1
 
 
 @ti.kernel
 def _scan(
-    depth: F32_2, weight: F32_2, inverse: F32, weighed: F32, farthest: F32_2, cells: F32_3, x: F32, y: F32, pose: F32,
+    depth: F32, width: ti.i32, weight: F32, inverse: F32, weighed: F32, farthest: F32_2, cells: F32_3, x: F32, y: F32, pose: F32,
     span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32, voxel: ti.f32,
     truncation: ti.f32, focal: ti.f32, margin: ti.f32, horizon: ti.f32, weighted: ti.template(),
 ):  # fmt: skip
     """Fills `inverse`, `farthest` and, where there are weights, `weighed`, and lists absent blocks that hold a voxel
     which a pixel sees within the truncation."""
-    across, strips = farthest.shape[1] // CELLS, depth.shape[1] // STRIP
+    across, strips = farthest.shape[1] // CELLS, width // STRIP
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
     for n in range(farthest.shape[0] * strips):
         row, c0 = n // strips, n % strips * CELLS
         before = 0.0
         for c in range(CELLS):
             before += farthest[row, c0 + c]
-        if before <= 0.0 and not _measured(depth, row * CELL, c0 * CELL, horizon):
+        corner = row * CELL * width + c0 * CELL
+        if before <= 0.0 and not _measured(depth, corner, width, horizon):
             continue  # it is empty and stays so
         start = (row * CELL + PAD) * across * STRIP + c0 * CELL
         near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
         for r in range(CELL):
-            i, w = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
+            i, w, at = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP), bounded(corner + r * width)
             for s in range(STRIP):
-                i[s] = depth[row * CELL + r, c0 * CELL + s]
+                z = depth[at + s]
+                known = (z > NEAREST) & (z < horizon)  # NaN is neither
                 if ti.static(weighted):
-                    w[s] = weight[row * CELL + r, c0 * CELL + s]
-            for s in range(STRIP):
-                known = (i[s] > NEAREST) & (i[s] < horizon)  # NaN is neither
-                if ti.static(weighted):
+                    w[s] = weight[at + s]
                     known &= (w[s] > 0.0) & (w[s] < 1e30)
-                i[s] = ti.select(known, 1.0 / i[s], 0.0)
+                i[s] = ti.select(known, 1.0 / z, 0.0)
                 near[s] = high(near[s], i[s])
                 far[s] = low(far[s], ti.select(known, i[s], 1e30))
             for g in range(STRIP // 8):

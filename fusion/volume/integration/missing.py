@@ -46,5 +46,13 @@ def look(
         if n >= 0:
             whole = (_bits(begin - middle + 1, end - middle + 1) & ~around[n]) == 0
     if not whole:
-        for j, k, m in ti.ndrange(sides[0], sides[1], sides[2]):
-            _want(begin + ti.Vector([j, k, m]), keys, ids, seen, missing, count)
+        at = ti.Vector([begin[0], begin[1], begin[2]])
+        while at[0] <= end[0]:  # counted by hand: the compiler would write a loop whose length it knows four times
+            _want(at, keys, ids, seen, missing, count)
+            at[2] += 1
+            if at[2] > end[2]:
+                at[2] = begin[2]
+                at[1] += 1
+                if at[1] > end[1]:
+                    at[1] = begin[1]
+                    at[0] += 1
