@@ -2,8 +2,8 @@
 
 Taichi 1.7 asks the inspect module in which line of source each of its functions is made, which looks through all
 modules there are; it draws, for each node of a kernel, that line with a marker below it, for messages that nobody will
-see; and it looks the source of every inlined function up anew, and wraps its lines, though none is longer than 9999. File, line and function are enough, and sources do not
-change. Meanwhile Python's collector goes again and again through objects that all stay.
+see; it looks the source of every inlined function up anew, and wraps its lines at column 9999. File, line and function
+are enough, and sources do not change. Meanwhile Python's collector goes again and again through objects that all stay.
 """
 
 import gc

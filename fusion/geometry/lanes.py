@@ -14,13 +14,13 @@ def eight(image: ti.template(), g: ti.i32):
 
 @ti.func
 def bounded(at: ti.i32) -> ti.i32:
-    """A place in an image, below 2^29. It changes nothing, but the compiler sees that the places around do not overflow;
+    """A place in an image, below 2^28. It changes nothing, but the compiler sees that places around do not overflow;
     else it writes each loop twice, with and without vectors, and looks which one to take every time.
 
-    It also does so where a local array is written to beside an image that is read, once it is used at more than 20 places
-    of the kernel: from then on it is taken for part of any image. What `eight` reads four times counts 32 times.
+    It also does so where a local array is written to beside an image that is read, once it is used at more than 20
+    places of a kernel: from then on it is taken for part of any image. What `eight` reads in four turns is 32 places.
     """
-    return at & 0x1FFFFFFF
+    return at & 0x0FFFFFFF
 
 
 @ti.func

@@ -43,10 +43,10 @@ def allocate(
     while True:
         keys, missing[0] = np.empty(size, np.int64), 0
         _scan(
-            depth.reshape(-1), depth.shape[1], weight.reshape(-1), frame.inverse, frame.weight, frame.farthest, frame.cells, frame.x, frame.y,
-            rows(T_world_camera), _span(settings), blocks.keys, blocks.ids, blocks.around,
-            np.full(FILTER, -1, np.int64), keys, missing, settings.voxel, settings.truncation, camera.fx, frame.margin,
-            settings.voxel * BLOCK * (LATTICE - 4), weighted,
+            depth.reshape(-1), depth.shape[1], weight.reshape(-1), frame.inverse, frame.weight, frame.farthest,
+            frame.cells, frame.x, frame.y, rows(T_world_camera), _span(settings), blocks.keys, blocks.ids,
+            blocks.around, np.full(FILTER, -1, np.int64), keys, missing, settings.voxel, settings.truncation,
+            camera.fx, frame.margin, settings.voxel * BLOCK * (LATTICE - 4), weighted,
         )  # fmt: skip
         if missing[0] <= size:
             break
@@ -95,8 +95,8 @@ def _measured(image: ti.template(), at: ti.i32, width: ti.i32, horizon: ti.f32):
 
 @ti.kernel
 def _scan(
-    depth: F32, width: ti.i32, weight: F32, inverse: F32, weighed: F32, farthest: F32_2, cells: F32_3, x: F32, y: F32, pose: F32,
-    span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32, voxel: ti.f32,
+    depth: F32, width: ti.i32, weight: F32, inverse: F32, weighed: F32, farthest: F32_2, cells: F32_3, x: F32, y: F32,
+    pose: F32, span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32, voxel: ti.f32,
     truncation: ti.f32, focal: ti.f32, margin: ti.f32, horizon: ti.f32, weighted: ti.template(),
 ):  # fmt: skip
     """Fills `inverse`, `farthest` and, where there are weights, `weighed`, and lists absent blocks that hold a voxel

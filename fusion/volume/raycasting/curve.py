@@ -5,11 +5,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.language import ti
-from fusion.volume.blocks import F32_2
+from fusion.geometry.lanes import bounded
+from fusion.volume.blocks import F32
 
 PAD = 2  # pixels around an image of rays, in which nothing is seen
 SMOOTH = 0.05  # voxels that a bend may move the surface between two rays; then their curve says where it is
 STRIP = 16  # pixels of a row that are looked at in turn
+INFINITY = 0x7F800000  # as bits, which go up with the number; those of NaN lie above
 COARSE = 4  # pixels between the rays that are followed first; those between them mostly meet the same surface
 
 
@@ -39,33 +41,33 @@ def _half_way(a: ti.template(), b: ti.template(), c: ti.template(), e: ti.templa
 
 
 @ti.kernel
-def fill(coarse: F32_2, fine: F32_2, voxel: ti.f32, farthest: ti.f32):
+def fill(coarse: F32, rows: ti.i32, wide: ti.i32, fine: F32, voxel: ti.f32, farthest: ti.f32):
     """Depths of all rays from those of every second one in both directions, where they lie on a smooth surface nearer
-    than `farthest`; the others stay as they are. Both images are padded."""
-    across = (coarse.shape[1] - 2 * PAD) // STRIP
-    for n in range((coarse.shape[0] - 2 * PAD) * across):
-        r, c = n // across + PAD, n % across * STRIP + PAD
-        some = False
+    than `farthest`; the others stay as they are. Both images are padded and flat, the coarse one with `rows` rows of
+    `wide` pixels."""
+    across = (wide - 2 * PAD) // STRIP
+    for n in range((rows - 2 * PAD) * across):
+        row, strip = n // across, n % across
+        at = (row + PAD) * wide + strip * STRIP + PAD
+        above, below, second = bounded(at - wide), bounded(at + wide), bounded(at + 2 * wide)
+        at = bounded(at)
+        nearest = INFINITY
         for s in range(STRIP):
-            some |= coarse[r, c + s] > 0.0
-        if some:  # loops that the compiler makes vectors of
+            nearest = ti.min(nearest, ti.bit_cast(coarse[at + s], ti.i32))
+        if nearest < INFINITY:  # loops that the compiler makes vectors of
             right, down, both = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
             for s in range(STRIP):
-                u = c + s
-                right[s] = _half_way(
-                    coarse[r, u - 1], coarse[r, u], coarse[r, u + 1], coarse[r, u + 2], voxel, farthest
-                )  # fmt: skip
-                down[s] = _half_way(
-                    coarse[r - 1, u], coarse[r, u], coarse[r + 1, u], coarse[r + 2, u], voxel, farthest
-                )  # fmt: skip
-            for s in range(STRIP):
-                u = c + s
+                here = coarse[at + s]
+                across_z = _half_way(coarse[at + s - 1], here, coarse[at + s + 1], coarse[at + s + 2], voxel, farthest)
+                down_z = _half_way(coarse[above + s], here, coarse[below + s], coarse[second + s], voxel, farthest)
                 z = _half_way(
-                    coarse[r - 1, u - 1], coarse[r, u], coarse[r + 1, u + 1], coarse[r + 2, u + 2], voxel, farthest
+                    coarse[above + s - 1], here, coarse[below + s + 1], coarse[second + s + 2], voxel, farthest
                 )  # fmt: skip
-                aside = (ti.abs(coarse[r, u + 1] - z) < voxel) & (ti.abs(coarse[r + 1, u] - z) < voxel)
-                both[s] = ti.select(aside, z, ti.math.nan)
-            v, u = 2 * (r - PAD) + PAD, 2 * (c - PAD) + PAD
+                aside = (ti.abs(coarse[at + s + 1] - z) < voxel) & (ti.abs(coarse[below + s] - z) < voxel)
+                right[s], down[s], both[s] = across_z, down_z, ti.select(aside, z, ti.math.nan)
+            o = 2 * row * (2 * wide - 2 * PAD) + 2 * strip * STRIP + PAD * (2 * wide - 2 * PAD + 1)
             for s in range(STRIP):
-                fine[v, u + 2 * s], fine[v, u + 2 * s + 1] = coarse[r, c + s], right[s]
-                fine[v + 1, u + 2 * s], fine[v + 1, u + 2 * s + 1] = down[s], both[s]
+                fine[o + 2 * s], fine[o + 2 * s + 1] = coarse[at + s], right[s]
+            o += 2 * wide - 2 * PAD
+            for s in range(STRIP):
+                fine[o + 2 * s], fine[o + 2 * s + 1] = down[s], both[s]

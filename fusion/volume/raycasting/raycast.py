@@ -47,7 +47,7 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
         farthest = SPACING * voxel * camera.fx / (2 * step)
         if step != COARSE:
             coarse, fine = fine, unseen(h, w, step)
-            fill(coarse, fine, voxel, farthest)
+            fill(coarse.reshape(-1), *coarse.shape, fine.reshape(-1), voxel, farthest)
         cast(
             step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, T, seen.first, seen.last, tiles,
             len(tiles), voxel, farthest, coarse, fine, np.zeros(1, np.int32), parts(),
@@ -58,7 +58,7 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
     colored = blocks.settings.color
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     shade(
-        *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine, T, voxel, camera.fx, depth,
-        points.reshape(-1), normals.reshape(-1), colors, few, colored,
+        *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine.reshape(-1), fine.shape[1], T,
+        voxel, camera.fx, depth, points.reshape(-1), normals.reshape(-1), colors, few, colored,
     )  # fmt: skip
     return Raycast(depth, points, normals, colors if colored else None)
