@@ -76,9 +76,14 @@ def cast(
             whole[STATE + e] = DONE
         n = _next(turn, share, total)
         while n < total:
-            stop, live = ti.min(n + share, total), 0
-            while n < stop or live > 0:
+            stop, live = ti.min(n + share, total), 1
+            while live > 0:
+                live = 0
                 for e in range(SIDE):
+                    if whole[STATE + e] == DONE and 0.0 < ray[HIT + e] < ray[END + e]:
+                        pixel = whole[PIXEL + e]
+                        fine[(pixel >> (16 + down)) + PAD, ((pixel & 0xFFFF) >> down) + PAD] = ray[HIT + e]
+                        ray[HIT + e] = -1.0
                     while whole[STATE + e] == DONE and n < stop:  # the next one takes its place
                         tile = tiles[n >> (2 * bits)]
                         i = ((tile >> 16) << bits) | ((n >> bits) & ((1 << bits) - 1))
@@ -91,14 +96,8 @@ def cast(
                             if follow:
                                 d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel
                                 begin(ray, whole, e, d, (v << 16) | u, near, far, guess)
-                approach(ray, whole, origin, keys, ids, low, size, grid, solid, voxels, voxel)
-                close(ray, whole, origin, keys, ids, low, size, grid, neighbours, voxels, voxel)
-                live = 0
-                for e in range(SIDE):
-                    if whole[STATE + e] != DONE:
-                        live += 1
-                    elif 0.0 < ray[HIT + e] < ray[END + e]:
-                        pixel = whole[PIXEL + e]
-                        fine[(pixel >> (16 + down)) + PAD, ((pixel & 0xFFFF) >> down) + PAD] = ray[HIT + e]
-                        ray[HIT + e] = -1.0
+                    live += ti.select(whole[STATE + e] == DONE, 0, 1)
+                if live > 0:
+                    approach(ray, whole, origin, keys, ids, low, size, grid, solid, voxels, voxel)
+                    close(ray, whole, origin, keys, ids, low, size, grid, neighbours, voxels, voxel)
             n = _next(turn, share, total)

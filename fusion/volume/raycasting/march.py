@@ -4,7 +4,7 @@ would mostly wait for memory."""
 
 from fusion.compute.language import ti
 from fusion.geometry.lanes import high, low
-from fusion.volume.blocks import entry, lookup
+from fusion.volume.blocks import entry, pack, slot
 from fusion.volume.raycasting.window import find
 from fusion.volume.sample import blend, corners, slope
 from fusion.volume.settings import BLOCK
@@ -57,6 +57,7 @@ def approach(
     value, weight = ti.Vector([0.0] * SIDE), ti.Vector([0.0] * SIDE)
     block, full = ti.Vector([0] * SIDE), ti.Vector([0] * SIDE)
     ox, oy, oz = origin[0] + 0.5, origin[1] + 0.5, origin[2] + 0.5
+    x0, y0, z0, nx, ny, nz = lowest[0], lowest[1], lowest[2], size[0], size[1], size[2]
     for e in range(SIDE):
         dx, dy, dz, t = ray[DX + e], ray[DY + e], ray[DZ + e], ray[AT + e]
         i, leave_x = _axis(ox + dx * t, dx, ox)
@@ -64,18 +65,26 @@ def approach(
         k, leave_z = _axis(oz + dz * t, dz, oz)
         ray[LEAVE + e] = low(low(leave_x, leave_y), leave_z)
         whole[VOXEL + e] = ((i & 7) * BLOCK + (j & 7)) * BLOCK + (k & 7)
-        i, j, k = (i >> 3) - lowest[0], (j >> 3) - lowest[1], (k >> 3) - lowest[2]
-        within = (i >= 0) & (j >= 0) & (k >= 0) & (i < size[0]) & (j < size[1]) & (k < size[2])
-        whole[CELL + e] = ti.select(within, (i * size[1] + j) * size[2] + k, -1)
-    if size[0] > 0:
+        i, j, k = (i >> 3) - x0, (j >> 3) - y0, (k >> 3) - z0
+        within = (i >= 0) & (j >= 0) & (k >= 0) & (i < nx) & (j < ny) & (k < nz)
+        whole[CELL + e] = ti.select(within, (i * ny + j) * nz + k, -1)
+    if nx > 0:
         for e in range(SIDE):
             n = whole[CELL + e]
             block[e] = ti.select(n >= 0, grid[ti.max(n, 0)], -1)
     else:
-        for e in range(SIDE):
-            d = ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]])
-            p = ti.cast(ti.floor(origin + 0.5 + d * ray[AT + e]), ti.i32) >> 3
-            block[e] = lookup(p[0], p[1], p[2], keys, ids)
+        e, h, key = 0, -1, ti.cast(-1, ti.i64)
+        while e < SIDE:  # as `lookup` for each; with a loop inside of this one the compiler would write it eight times
+            if h < 0:
+                d = ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]])
+                p = ti.cast(ti.floor(origin + 0.5 + d * ray[AT + e]), ti.i32) >> 3
+                key, h = pack(p[0], p[1], p[2]), slot(p[0], p[1], p[2], keys.shape[0])
+            seen = keys[h]
+            if seen == key or seen == -1:
+                block[e] = ti.select(seen == key, ids[h], -1)
+                e, h = e + 1, -1
+            else:
+                h = (h + 1) & (keys.shape[0] - 1)
     for e in range(SIDE):
         n = ti.max(block[e], 0)
         i = entry(n, whole[VOXEL + e])
