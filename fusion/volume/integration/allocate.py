@@ -29,7 +29,7 @@ def allocate(
     Args:
         blocks: changed in place.
         images: depth (h, w), weight (h, w) or (1, 1).
-        frame: its inverse and farthest are filled, and its weight where there is any.
+        frame: its inverse, farthest and filled are written to, and its weight where there is any.
         camera, T_world_camera: as above.
 
     Raises:
@@ -44,7 +44,7 @@ def allocate(
         keys, missing[0] = np.empty(size, np.int64), 0
         _scan(
             depth.reshape(-1), depth.shape[1], weight.reshape(-1), frame.inverse, frame.weight, frame.farthest,
-            frame.cells, frame.x, frame.y, rows(T_world_camera), _span(settings), blocks.keys, blocks.ids,
+            frame.filled, frame.cells, frame.x, frame.y, rows(T_world_camera), _span(settings), blocks.keys, blocks.ids,
             blocks.around, np.full(FILTER, -1, np.int64), keys, missing, settings.voxel, settings.truncation,
             camera.fx, frame.margin, settings.voxel * BLOCK * (LATTICE - 4), weighted,
         )  # fmt: skip
@@ -95,9 +95,9 @@ def _measured(image: ti.template(), at: ti.i32, width: ti.i32, horizon: ti.f32):
 
 @ti.kernel
 def _scan(
-    depth: F32, width: ti.i32, weight: F32, inverse: F32, weighed: F32, farthest: F32_2, cells: F32_3, x: F32, y: F32,
-    pose: F32, span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32, voxel: ti.f32,
-    truncation: ti.f32, focal: ti.f32, margin: ti.f32, horizon: ti.f32, weighted: ti.template(),
+    depth: F32, width: ti.i32, weight: F32, inverse: F32, weighed: F32, farthest: F32_2, filled: I32, cells: F32_3,
+    x: F32, y: F32, pose: F32, span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32,
+    voxel: ti.f32, truncation: ti.f32, focal: ti.f32, margin: ti.f32, horizon: ti.f32, weighted: ti.template(),
 ):  # fmt: skip
     """Fills `inverse`, `farthest` and, where there are weights, `weighed`, and lists absent blocks that hold a voxel
     which a pixel sees within the truncation."""
@@ -105,11 +105,11 @@ def _scan(
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
     for n in range(farthest.shape[0] * strips):
         row, c0 = n // strips, n % strips * CELLS
-        before = 0.0
-        for c in range(CELLS):
-            before += farthest[row, c0 + c]
+        state = row * across + n % strips
+        before = filled[state] & 1
         corner = row * CELL * width + c0 * CELL
-        if before <= 0.0 and not _measured(depth, corner, width, horizon):
+        filled[state] = 0
+        if before == 0 and not _measured(depth, corner, width, horizon):
             continue  # it is empty and stays so
         start = (row * CELL + PAD) * across * STRIP + c0 * CELL
         near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
@@ -148,6 +148,7 @@ def _scan(
                     rough += 1
         for e in ti.static(range(CELLS)):
             farthest[row, c0 + e] = deep[e]
+        filled[state] = before << 1 | passes
         begins, ends = ti.Vector([0] * (3 * CELLS)), ti.Vector([0] * (3 * CELLS))
         first, last = ti.Vector([1 << 30, 0, 0]), ti.Vector([0, 0, 0])  # blocks that were all there, or are listed
         for t in range(passes + 2 * rough):

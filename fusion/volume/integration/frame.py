@@ -47,7 +47,7 @@ class Work:
         inverse: flat, one over depth, 0 where missing [1/m].
         weight: flat, the weight of each pixel, where there is any.
         level, slopes, scales: flat, the plane at every pixel, see `planes`.
-        filled: for each strip of a row of cells, 1 where a pixel of it has a plane.
+        filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where it was before.
         farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
     """
 

@@ -17,7 +17,7 @@ from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
 from fusion.volume.integration.allocate import allocate
-from fusion.volume.integration.frame import CELL, PAD, work
+from fusion.volume.integration.frame import CELL, PAD, STRIP, work
 from fusion.volume.integration.planes import first, measure_planes, second
 from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.settings import BLOCK
@@ -49,8 +49,9 @@ def integrate(
     allocate(blocks, (depth, weights), frame, camera, T_world_camera)
     settings = blocks.settings
     measure_planes(
-        frame.inverse, frame.x, frame.y, frame.bend, frame.farthest, camera.fx, camera.fy, settings.truncation,
-        frame.weight, frame.level, frame.slopes, frame.scales, frame.filled, any(camera.distortion), weight is not None,
+        frame.inverse, frame.layout.stride // STRIP, frame.x, frame.y, frame.bend, frame.filled, camera.fx, camera.fy,
+        settings.truncation, frame.weight, frame.level, frame.slopes, frame.scales, any(camera.distortion),
+        weight is not None,
     )  # fmt: skip
     colored = color is not None and settings.color
     skip = (PAD - 1) * frame.layout.stride - 8  # to the pixel before the first one, up and left

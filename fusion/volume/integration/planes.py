@@ -11,7 +11,7 @@ Slopes and scales are pairs in one number, each kept to one part in 256: half as
 
 from fusion.compute.language import ti
 from fusion.geometry.lanes import bounded, eight, high, low, put
-from fusion.volume.blocks import F32, F32_2, I32
+from fusion.volume.blocks import F32, I32
 from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
@@ -60,22 +60,17 @@ def _half(here: ti.template(), before: ti.template(), after: ti.template(), trun
 
 @ti.kernel
 def measure_planes(
-    inverse: F32, x: F32, y: F32, bend: F32, farthest: F32_2, fx: ti.f32, fy: ti.f32, truncation: ti.f32,
-    weight: F32, level: F32, slopes: I32, scales: I32, filled: I32, distorted: ti.template(), weighted: ti.template(),
+    inverse: F32, across: ti.i32, x: F32, y: F32, bend: F32, filled: I32, fx: ti.f32, fy: ti.f32, truncation: ti.f32,
+    weight: F32, level: F32, slopes: I32, scales: I32, distorted: ti.template(), weighted: ti.template(),
 ):  # fmt: skip
-    """Fills the planes from one over depth; the weight is the slant, the distance to the plane per difference in z,
-    times the pixel's own, and 0 where there is no depth."""
-    across = farthest.shape[1] * CELL // STRIP
+    """Fills the planes from one over depth, images of `across` strips; the weight is the slant, the distance to the
+    plane per difference in z, times the pixel's own, and 0 where there is no depth."""
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
-    for n in range(farthest.shape[0] * across):
-        deep = 0.0
-        for cell in range(STRIP // CELL):
-            deep += farthest[n // across, n % across * (STRIP // CELL) + cell]
-        was, is_now = filled[n], ti.select(deep > 0.0, 1, 0)
-        filled[n] = is_now
-        for r in range((was | is_now) * CELL):  # else it is empty and stays so
-            stride = bounded(farthest.shape[1] * CELL)
-            at = bounded((n // across * CELL + PAD + r) * stride + n % across * STRIP)
+    for n in range(filled.shape[0] * CELL):
+        row, strip = n // across, n % across
+        if filled[row // CELL * across + strip] != 0:  # else it is empty and stays so
+            stride = bounded(across * STRIP)
+            at = bounded((row + PAD) * stride + strip * STRIP)
             i, du, dv = ti.Vector([NOWHERE] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
             jump, least = ti.Vector([0.0] * STRIP), ti.Vector([STEEP] * STRIP)
             signs = -1  # its highest bit stays as long as all jumps are negative
