@@ -43,7 +43,7 @@ class Blocks:
         self.settings = settings
         self.limit = min(settings.max_bytes // settings.block_bytes, LARGEST)
         self.count = 0
-        self.low = self.high = np.zeros(3, np.int32)
+        self.low, self.high = np.zeros(3, np.int32), np.zeros(3, np.int32)
         self.keys: NDArray[np.int64] = np.full(256, -1, np.int64)
         self.ids: NDArray[np.int32] = np.full(256, -1, np.int32)
         self.coordinates: NDArray[np.int32] = np.zeros((0, 3), np.int32)
@@ -66,21 +66,24 @@ class Blocks:
         Raises:
             VolumeError: they do not fit into `max_bytes`; nothing is added then.
         """
-        needed = self.count + len(coordinates)
+        self.insert_keys(_pack(coordinates))
+
+    def insert_keys(self, keys: NDArray[np.int64]) -> None:
+        """The same with packed coordinates (n,)."""
+        needed = self.count + len(keys)
         if needed > self.limit:
             raise _full(self.settings, needed)
         if needed > len(self.coordinates):
             self._reserve(min(max(needed, 2 * len(self.coordinates)), self.limit))
         first, self.count = self.count, needed
-        self.coordinates[first:needed] = coordinates
-        if len(coordinates):
-            low, high = coordinates.min(axis=0), coordinates.max(axis=0)
-            self.low, self.high = (np.minimum(self.low, low), np.maximum(self.high, high)) if first else (low, high)
         rehashed = first
         if 2 * needed > len(self.keys):
             size, rehashed = 1 << int(4 * needed - 1).bit_length(), 0
             self.keys, self.ids = np.full(size, -1, np.int64), np.full(size, -1, np.int32)
-        _add(self.coordinates, rehashed, first, needed, self.keys, self.ids, self.neighbours, self.around)
+        _add(
+            keys, rehashed, first, self.coordinates, self.low, self.high, self.keys, self.ids, self.neighbours,
+            self.around,
+        )  # fmt: skip
 
     def mark(self, ids: NDArray[np.int32] | slice) -> None:
         """Bring `solid` up to date after voxels were changed other than by fusing a frame."""
@@ -116,10 +119,10 @@ def by_row(voxels: NDArray[np.float32]) -> NDArray[np.float32]:
     return voxels.reshape(-1, BLOCK * BLOCK, BLOCK, 2).swapaxes(2, 3)
 
 
-def unpack(keys: NDArray[np.int64]) -> NDArray[np.int32]:
-    """Block coordinates (n, 3) of packed keys (n,)."""
-    mask = (1 << 21) - 1
-    return np.stack([(keys >> shift & mask) - LATTICE for shift in (42, 21, 0)], axis=1).astype(np.int32)
+def _pack(coordinates: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Keys (n,) of block coordinates (n, 3)."""
+    x, y, z = coordinates.astype(np.int64).T + LATTICE
+    return x << 42 | y << 21 | z
 
 
 def _full(settings: VolumeSettings, needed: int) -> VolumeError:
@@ -177,11 +180,20 @@ def _find(coordinates: I32_2, keys: I64, ids: I32, found: I32):
 
 @ti.kernel
 def _add(
-    coordinates: I32_2, first: ti.i32, new: ti.i32, end: ti.i32, keys: I64, ids: I32, neighbours: I32_2, around: I32
-):
-    """Hash the blocks from the first, and link the new ones; one after the other, as threads wake late for a few."""
+    added: I64, first: ti.i32, new: ti.i32, coordinates: I32_2, low: I32, high: I32, keys: I64, ids: I32,
+    neighbours: I32_2, around: I32,
+):  # fmt: skip
+    """Unpack the new blocks, hash those from the first on, and link the new ones; one after the other, as threads wake
+    late for a few."""
     ti.loop_config(serialize=True)
-    for n in range(first, end):
+    for n in range(added.shape[0]):
+        for a in ti.static(range(3)):
+            c = ti.cast((added[n] >> (42 - 21 * a)) & ((1 << 21) - 1), ti.i32) - LATTICE
+            coordinates[new + n, a] = c
+            low[a] = ti.select(new + n == 0, c, ti.min(low[a], c))
+            high[a] = ti.select(new + n == 0, c, ti.max(high[a], c))
+    ti.loop_config(serialize=True)
+    for n in range(first, new + added.shape[0]):
         x, y, z = coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]
         size = keys.shape[0]
         h = slot(x, y, z, size)
@@ -190,7 +202,7 @@ def _add(
         keys[h] = pack(x, y, z)
         ids[h] = n
     ti.loop_config(serialize=True)
-    for n in range(new, end):
+    for n in range(new, new + added.shape[0]):
         for o in range(27):
             x = coordinates[n, 0] + o // 9 - 1
             y = coordinates[n, 1] + o // 3 % 3 - 1

@@ -10,7 +10,7 @@ from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.geometry.pose import Array
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks, unpack
+from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks
 from fusion.volume.integration.frame import CELL, PAD, STRIP, Work, whole
 from fusion.volume.integration.missing import FILTER, look
 from fusion.volume.lens import rows
@@ -23,8 +23,8 @@ NEAREST = 1e-6  # [m], nothing is measured so close
 def allocate(
     blocks: Blocks, images: tuple[NDArray[np.float32], NDArray[np.float32]], frame: Work, camera: Camera,
     T_world_camera: Array,
-) -> NDArray[np.int32]:  # fmt: skip
-    """Add the blocks within the truncation of the measured points; returns those added (n, 3).
+) -> None:  # fmt: skip
+    """Add the blocks within the truncation of the measured points.
 
     Args:
         blocks: changed in place.
@@ -51,11 +51,8 @@ def allocate(
         if missing[0] <= size:
             break
         size = int(missing[0]) * 2
-    if missing[0] == 0:
-        return np.zeros((0, 3), np.int32)
-    added = unpack(np.unique(keys[: missing[0]]))
-    blocks.insert(added)
-    return added
+    if missing[0] > 0:
+        blocks.insert_keys(np.unique(keys[: missing[0]]))
 
 
 @lru_cache(maxsize=16)

@@ -47,6 +47,7 @@ class Work:
         inverse: flat, one over depth, 0 where missing [1/m].
         weight: flat, the weight of each pixel, where there is any.
         level, slopes, scales: flat, the plane at every pixel, see `planes`.
+        shifted: the same three, from the pixel before the first one on, one row up and eight to the left.
         filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where it was before.
         farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
     """
@@ -62,6 +63,7 @@ class Work:
     level: Flat
     slopes: NDArray[np.int32]
     scales: NDArray[np.int32]
+    shifted: tuple[Flat, NDArray[np.int32], NDArray[np.int32]]
     filled: NDArray[np.int32]
     farthest: NDArray[np.float32]
 
@@ -86,10 +88,11 @@ def work(camera: Camera) -> Work:
     level = np.full(size, NOWHERE, np.float32)
     slopes, scales = np.zeros(size, np.int32), np.zeros(size, np.int32)
     filled = np.zeros(farthest.size * CELL // STRIP, np.int32)
-    cells = _cells(rays, margin, farthest.shape)
+    cells, skip = _cells(rays, margin, farthest.shape), (PAD - 1) * layout.stride - 8
     return Work(
-        layout, x, y, bend, margin, cells, layout.flat(), layout.flat(), level, slopes, scales, filled, farthest
-    )
+        layout, x, y, bend, margin, cells, layout.flat(), layout.flat(), level, slopes, scales,
+        (level[skip:], slopes[skip:], scales[skip:]), filled, farthest,
+    )  # fmt: skip
 
 
 def whole(image: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -14,15 +14,17 @@ from numpy.typing import NDArray
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
-from fusion.geometry.pose import Array, inverse
+from fusion.geometry.pose import Array
 from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
 from fusion.volume.integration.allocate import allocate
-from fusion.volume.integration.frame import CELL, PAD, STRIP, work
+from fusion.volume.integration.frame import CELL, STRIP, work
 from fusion.volume.integration.planes import first, measure_planes, second
-from fusion.volume.lens import in_cone, lens, load, project, rows
+from fusion.volume.lens import in_cone, inverse_rows, lens, load, project
 from fusion.volume.settings import BLOCK
 
 U8_3 = ti.types.ndarray(ti.u8, 3)
+NO_COLOR = np.zeros((1, 1, 3), np.uint8)
+NO_WEIGHT = np.ones((1, 1), np.float32)
 
 
 def integrate(
@@ -44,24 +46,21 @@ def integrate(
         VolumeError: the blocks do not fit into memory; nothing is fused then.
     """
     depth, weight, color = images
-    weights = np.ones((1, 1), np.float32) if weight is None else np.ascontiguousarray(weight, np.float32)
+    weights = NO_WEIGHT if weight is None else np.ascontiguousarray(weight, np.float32)
     frame = work(camera)
     allocate(blocks, (depth, weights), frame, camera, T_world_camera)
-    settings = blocks.settings
+    settings, distorted = blocks.settings, any(camera.distortion)
     measure_planes(
         frame.inverse, frame.layout.stride // STRIP, frame.x, frame.y, frame.bend, frame.filled, camera.fx, camera.fy,
-        settings.truncation, frame.weight, frame.level, frame.slopes, frame.scales, any(camera.distortion),
-        weight is not None,
+        settings.truncation, frame.weight, frame.level, frame.slopes, frame.scales, distorted, weight is not None,
     )  # fmt: skip
     colored = color is not None and settings.color
-    skip = (PAD - 1) * frame.layout.stride - 8  # to the pixel before the first one, up and left
     _update(
         blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
-        frame.level[skip:], frame.slopes[skip:], frame.scales[skip:],
-        np.ascontiguousarray(color) if colored else np.zeros((1, 1, 3), np.uint8),
-        frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
+        *frame.shifted, np.ascontiguousarray(color) if colored else NO_COLOR,
+        frame.farthest, np.empty(blocks.count + 1, np.int32), inverse_rows(T_world_camera), lens(camera),
         settings.voxel, settings.truncation, camera.height, camera.width, frame.layout.stride,
-        any(camera.distortion), colored,
+        distorted, colored,
     )  # fmt: skip
 
 
