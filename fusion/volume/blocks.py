@@ -185,33 +185,41 @@ def _add(
 ):  # fmt: skip
     """Unpack the new blocks, hash those from the first on, and link the new ones; one after the other, as threads wake
     late for a few."""
-    ti.loop_config(serialize=True)
-    for n in range(added.shape[0]):
-        for a in ti.static(range(3)):
-            c = ti.cast((added[n] >> (42 - 21 * a)) & ((1 << 21) - 1), ti.i32) - LATTICE
-            coordinates[new + n, a] = c
-            low[a] = ti.select(new + n == 0, c, ti.min(low[a], c))
-            high[a] = ti.select(new + n == 0, c, ti.max(high[a], c))
-    ti.loop_config(serialize=True)
-    for n in range(first, new + added.shape[0]):
-        x, y, z = coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]
-        size = keys.shape[0]
-        h = slot(x, y, z, size)
-        while keys[h] != -1:
+    # Each turn looks at one place of the hash: the compiler would write loops within loops up to eight times.
+    size, end = keys.shape[0], new + added.shape[0]
+    n, h, key = first, -1, ti.cast(0, ti.i64)
+    while n < end:
+        if h < 0:
+            if n >= new:
+                key = added[n - new]
+                c = ti.Vector([ti.cast((key >> s) & ((1 << 21) - 1), ti.i32) - LATTICE for s in ti.static((42, 21, 0))])
+                for a in ti.static(range(3)):
+                    coordinates[n, a] = c[a]
+                    low[a] = ti.select(n == 0, c[a], ti.min(low[a], c[a]))
+                    high[a] = ti.select(n == 0, c[a], ti.max(high[a], c[a]))
+            x, y, z = coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]
+            key, h = pack(x, y, z), slot(x, y, z, size)
+        if keys[h] == -1:
+            keys[h], ids[h] = key, n
+            n, h = n + 1, -1
+        else:
             h = (h + 1) & (size - 1)
-        keys[h] = pack(x, y, z)
-        ids[h] = n
-    ti.loop_config(serialize=True)
-    for n in range(new, new + added.shape[0]):
-        for o in range(27):
-            x = coordinates[n, 0] + o // 9 - 1
-            y = coordinates[n, 1] + o // 3 % 3 - 1
+    m = new * 27  # 27 neighbours of each
+    while m < end * 27:
+        n, o = m // 27, m % 27
+        if h < 0:
+            x, y = coordinates[n, 0] + o // 9 - 1, coordinates[n, 1] + o // 3 % 3 - 1
             z = coordinates[n, 2] + o % 3 - 1
-            other = -1
-            if ti.max(ti.abs(x), ti.abs(y), ti.abs(z)) < LATTICE:
-                other = lookup(x, y, z, keys, ids)
+            inside = ti.max(ti.abs(x), ti.abs(y), ti.abs(z)) < LATTICE
+            key, h = ti.select(inside, pack(x, y, z), ti.cast(-2, ti.i64)), slot(x, y, z, size)
+        seen = keys[h]
+        if seen == key or seen == -1:
+            other = ti.select(seen == key, ids[h], -1)
             neighbours[n, o] = other
             if other >= 0:
                 neighbours[other, 26 - o] = n
                 around[n] = around[n] | (1 << o)
                 around[other] = around[other] | (1 << (26 - o))
+            m, h = m + 1, -1
+        else:
+            h = (h + 1) & (size - 1)
