@@ -2,10 +2,10 @@
 
     python tools/benchmark_start.py [--rounds 5]
 
-Each figure is the least wall time of some runs, each a fresh process, from its start until it says that it is done; and
-the least processor time of the whole process: what it would take on a machine that does nothing else. The first frame is
-there when a frame of 640 x 480 px is prepared, fused and seen again, as in `fusion reconstruct`. Python's compiled files
-are kept from run to run as the kernels are, whatever PYTHONDONTWRITEBYTECODE says.
+Each figure is the least wall time of some runs, each a fresh process, from its start until it says that it is done;
+and the least processor time of the whole process: what it would take on a machine that does nothing else. The first
+frame is there when a frame of 640 x 480 px is prepared, fused and seen again, as in `fusion reconstruct`. Python's
+compiled files are kept from run to run as the kernels are, whatever PYTHONDONTWRITEBYTECODE says.
 """
 
 import argparse
