@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32
 from fusion.compute.language import ti
 from fusion.compute.start import start
 from fusion.geometry.camera import Camera
@@ -25,7 +26,6 @@ STEEP = 5.7  # a surface seen at 80 degrees changes its depth by as many pixel w
 NOTHING = -1e3  # stands for a missing depth: far from every other
 ARCCOS = (1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046, 0.0308918810, -0.0170881256, 0.0066700901,
           -0.0012624911)  # fmt: skip
-F32 = ti.types.ndarray(dtype=ti.f32, ndim=1)
 
 # planes: x/z and y/z of the pixels, measured depth, its average along rows, along columns too, and angle of the normal
 X, Y, DEPTH, ALONG, SMOOTH, ANGLE = range(6)

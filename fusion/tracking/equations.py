@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32
 from fusion.compute.language import ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
@@ -23,7 +24,6 @@ STEEP = 12.0
 LATERAL = 0.29  # standard deviation of where in its pixel a depth comes from, all places being alike [px]
 # where the upper and the lower triangle of the information stand among the sums
 _FULL = np.array([[max(i, j) * (max(i, j) + 1) // 2 + min(i, j) for j in range(6)] for i in range(6)])
-F32 = ti.types.ndarray(dtype=ti.f32, ndim=1)
 
 
 @dataclass(frozen=True)

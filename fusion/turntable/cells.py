@@ -8,13 +8,10 @@ same result.
 
 import numpy as np
 
+from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
 from fusion.compute.language import ti
 from fusion.compute.start import SPLIT
-from fusion.volume.blocks import F32_2, I32, I32_2
 
-F64 = ti.types.ndarray(ti.f64, 1)
-F64_2 = ti.types.ndarray(ti.f64, 2)
-F64_3 = ti.types.ndarray(ti.f64, 3)
 SHARED = 4  # unknowns of the axis
 PARTS = 16  # of the cells, side by side
 CUT = 3.5  # robust standard deviations at which a pixel stops to count

@@ -1,8 +1,9 @@
 # mypy: ignore-errors
 """Where the rays of all frames meet the model, and what each says there, in one Taichi kernel."""
 
+from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
 from fusion.compute.language import ti
-from fusion.volume.blocks import F32, F32_2, I32, I32_2, I64, lookup
+from fusion.volume.hashing import lookup
 from fusion.volume.sample import blend, corners, slope
 
 vec3 = ti.types.vector(3, ti.f32)

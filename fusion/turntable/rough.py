@@ -9,6 +9,7 @@ object turns, and so push the axis (measured on the statue of the open challenge
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32_2, F64_2, U8_2
 from fusion.compute.language import ti
 from fusion.compute.start import start
 
@@ -16,9 +17,6 @@ HALF = 3  # [px] of the window: a matching window and its surroundings (guess: w
 SURE = 2.0  # standard deviations of the scatter that noise alone leaves
 
 Array = NDArray[np.float64]
-F32_2 = ti.types.ndarray(ti.f32, 2)
-F64_2 = ti.types.ndarray(ti.f64, 2)
-U8_2 = ti.types.ndarray(ti.u8, 2)
 
 
 def shared_errors(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken: NDArray[np.bool_]) -> Array:

@@ -4,8 +4,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
 from fusion.compute.language import ti
-from fusion.volume.blocks import F32, F32_2, I32, I32_2, I64, Blocks, entry, lookup
+from fusion.volume.blocks import Blocks, entry
+from fusion.volume.hashing import lookup
 from fusion.volume.settings import BLOCK, LATTICE
 
 

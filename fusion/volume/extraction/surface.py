@@ -4,16 +4,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32, F32_2, F32_3, F64_2, I32, I32_2, U8_2
 from fusion.compute.language import ti
 from fusion.mesh.mesh import Mesh
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
+from fusion.volume.blocks import Blocks
 from fusion.volume.extraction import cubes
 from fusion.volume.extraction.crossings import ROWS, case_of, cells, classify, cross, look, row_of
 from fusion.volume.sample import place, value
 from fusion.volume.settings import BLOCK
-
-U8_2 = ti.types.ndarray(ti.u8, 2)
-F64_2 = ti.types.ndarray(ti.f64, 2)
 
 
 def surface(blocks: Blocks, min_weight: float) -> Mesh:

@@ -6,11 +6,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32, F32_2, F32_3, I32, I64
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.geometry.pose import Array
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I64, Blocks
+from fusion.volume.blocks import Blocks
 from fusion.volume.integration.frame import CELL, PAD, STRIP, Work, whole
 from fusion.volume.integration.missing import FILTER, look
 from fusion.volume.lens import rows

@@ -11,18 +11,18 @@ right near the measured point only.
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, Blocks
+from fusion.volume.blocks import Blocks
 from fusion.volume.integration.allocate import allocate
 from fusion.volume.integration.frame import CELL, STRIP, work
 from fusion.volume.integration.planes import first, measure_planes, second
 from fusion.volume.lens import in_cone, inverse_rows, lens, load, project
 from fusion.volume.settings import BLOCK
 
-U8_3 = ti.types.ndarray(ti.u8, 3)
 NO_COLOR = np.zeros((1, 1, 3), np.uint8)
 NO_WEIGHT = np.ones((1, 1), np.float32)
 

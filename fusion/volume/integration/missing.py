@@ -2,7 +2,7 @@
 """Which of the blocks that a frame needs are missing."""
 
 from fusion.compute.language import ti
-from fusion.volume.blocks import lookup, pack
+from fusion.volume.hashing import lookup, pack
 
 FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks
 

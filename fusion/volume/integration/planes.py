@@ -9,9 +9,9 @@ of it by the first scale * (1 - z / the plane's depth where the point lies in th
 Slopes and scales are pairs in one number, each kept to one part in 256: half as much to look up.
 """
 
+from fusion.compute.arrays import F32, I32
 from fusion.compute.language import ti
 from fusion.geometry.lanes import bounded, eight, high, low, put
-from fusion.volume.blocks import F32, I32
 from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)

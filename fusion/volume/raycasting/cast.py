@@ -1,8 +1,8 @@
 # mypy: ignore-errors
 """Casting the rays of an image: few are followed from their start, most begin at the plane through those around."""
 
+from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.compute.language import ti
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.volume.raycasting.curve import COARSE, PAD
 from fusion.volume.raycasting.march import DONE, END, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
 from fusion.volume.raycasting.window import TILE

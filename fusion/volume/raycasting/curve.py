@@ -4,9 +4,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32
 from fusion.compute.language import ti
 from fusion.geometry.lanes import bounded
-from fusion.volume.blocks import F32
 
 PAD = 2  # pixels around an image of rays, in which nothing is seen
 SMOOTH = 0.05  # voxels that a bend may move the surface between two rays; then their curve says where it is

@@ -4,7 +4,8 @@ would mostly wait for memory."""
 
 from fusion.compute.language import ti
 from fusion.geometry.lanes import high, low
-from fusion.volume.blocks import entry, pack, slot
+from fusion.volume.blocks import entry
+from fusion.volume.hashing import pack, slot
 from fusion.volume.raycasting.window import find
 from fusion.volume.sample import blend, corners, slope
 from fusion.volume.settings import BLOCK

@@ -6,10 +6,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64, U8_3
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded
-from fusion.volume.blocks import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.volume.raycasting.curve import INFINITY, PAD, padded
 from fusion.volume.raycasting.window import find
 from fusion.volume.sample import corners, place, slope, smooth
@@ -17,8 +17,6 @@ from fusion.volume.sample import corners, place, slope, smooth
 SPAN = 1.5  # voxels to either side over which a normal is taken from the depth image
 BEND = 1.0  # voxels that its ends may lie beside the tangent
 PIECE = 32  # pixels of a row that are looked at in turn
-
-U8_3 = ti.types.ndarray(ti.u8, 3)
 
 
 @lru_cache(maxsize=4)

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32, F32_2, I32, I32_2
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
-from fusion.volume.blocks import F32, F32_2, I32, I32_2, Blocks, lookup
+from fusion.volume.blocks import Blocks
+from fusion.volume.hashing import lookup
 from fusion.volume.lens import in_cone, inverse_rows, lens, load, project
 from fusion.volume.settings import BLOCK
 

@@ -1,0 +1,15 @@
+"""Types of the arrays that kernels take, by what they hold and the number of their dimensions."""
+
+from fusion.compute.language import ti
+
+U8_2 = ti.types.ndarray(ti.u8, 2)
+U8_3 = ti.types.ndarray(ti.u8, 3)
+I32 = ti.types.ndarray(ti.i32, 1)
+I32_2 = ti.types.ndarray(ti.i32, 2)
+I64 = ti.types.ndarray(ti.i64, 1)
+F32 = ti.types.ndarray(ti.f32, 1)
+F32_2 = ti.types.ndarray(ti.f32, 2)
+F32_3 = ti.types.ndarray(ti.f32, 3)
+F64 = ti.types.ndarray(ti.f64, 1)
+F64_2 = ti.types.ndarray(ti.f64, 2)
+F64_3 = ti.types.ndarray(ti.f64, 3)
