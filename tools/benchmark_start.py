@@ -1,6 +1,6 @@
 """How soon something happens: the help, the import, and the first frame of a run whose kernels are cached.
 
-    python tools/benchmark_start.py [--rounds 5]
+    python tools/benchmark_start.py [--rounds 9]
 
 Each figure is the least wall time of some runs, each a fresh process, from its start until it says that it is done;
 and the least processor time of the whole process: what it would take on a machine that does nothing else. The first
@@ -48,7 +48,7 @@ ASKED = {  # program and seconds
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()
     programs = {"the interpreter alone": ("pass", 0.1), **ASKED}
     good = True

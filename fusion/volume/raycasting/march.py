@@ -154,13 +154,15 @@ def close(
                     first, gap = ray[AT_OUT + e], ray[AT_IN + e] - ray[AT_OUT + e]
                     share = ray[OUT + e] / (ray[OUT + e] - ray[IN + e])
                     if not falls or to <= first or to >= first + gap:
-                        to = first + gap * ti.min(ti.max(share, 0.1), 0.9)
+                        to = first + gap * share
+                    # never nearer to an end: from cell to cell the slope jumps, and two places may send to each other
+                    to = ti.min(ti.max(to, first + 0.05 * gap), first + 0.95 * gap)
                     if gap < 0.05 * quantum + LEAST * t:
                         ray[HIT + e], whole[STATE + e] = first + gap * share, DONE
                 elif not falls or to > t + 2.0 * step:
                     to = t + step
                 ray[AT + e] = to
-                if s > NEAR * voxel:
+                if s > NEAR * voxel and ray[IN + e] > 0.0:  # with a place inside it would walk past it, and come back
                     whole[STATE + e] = FAR
             if not ray[AT + e] < ray[END + e]:  # or NaN
                 whole[STATE + e] = DONE
