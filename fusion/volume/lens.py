@@ -42,14 +42,6 @@ def rows(T: Array) -> NDArray[np.float32]:
     return np.ascontiguousarray(T[:3], np.float32).ravel()
 
 
-def inverse_rows(T: Array) -> NDArray[np.float32]:
-    """The same of the inverse of a rigid pose."""
-    out = np.empty((3, 4), np.float32)
-    out[:, :3] = T[:3, :3].T
-    out[:, 3] = -(T[:3, 3] @ T[:3, :3])
-    return out.ravel()
-
-
 @ti.func
 def load(parameters: ti.template()):
     """The 14 values as a local vector, so that they stay in registers."""

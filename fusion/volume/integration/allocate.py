@@ -30,7 +30,7 @@ def allocate(
     Args:
         blocks: changed in place.
         images: depth (h, w), weight (h, w) or (1, 1).
-        frame: its inverse, farthest and filled are written to, and its weight where there is any.
+        frame: its inverse, farthest and what is measured of filled are written to, and its weight where there is any.
         camera, T_world_camera: as above.
 
     Raises:
@@ -106,7 +106,6 @@ def _scan(
         state = row * across + n % strips
         before = filled[state] & 1
         corner = row * CELL * width + c0 * CELL
-        filled[state] = 0
         if before == 0 and not _measured(depth, corner, width, horizon):
             continue  # it is empty and stays so
         start = (row * CELL + PAD) * across * STRIP + c0 * CELL
@@ -146,7 +145,7 @@ def _scan(
                     rough += 1
         for e in ti.static(range(CELLS)):
             farthest[row, c0 + e] = deep[e]
-        filled[state] = before << 1 | passes
+        filled[state] = (filled[state] & 2) | passes
         begins, ends = ti.Vector([0] * (3 * CELLS)), ti.Vector([0] * (3 * CELLS))
         first, last = ti.Vector([1 << 30, 0, 0]), ti.Vector([0, 0, 0])  # blocks that were all there, or are listed
         for t in range(passes + 2 * rough):

@@ -48,7 +48,7 @@ class Work:
         weight: flat, the weight of each pixel, where there is any.
         level, slopes, scales: flat, the plane at every pixel, see `planes`.
         shifted: the same three, from the pixel before the first one on, one row up and eight to the left.
-        filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where it was before.
+        filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where planes stand.
         farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
     """
 

@@ -15,12 +15,12 @@ from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
-from fusion.geometry.pose import Array
+from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
 from fusion.volume.integration.allocate import allocate
 from fusion.volume.integration.frame import CELL, STRIP, work
 from fusion.volume.integration.planes import first, measure_planes, second
-from fusion.volume.lens import in_cone, inverse_rows, lens, load, project
+from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.settings import BLOCK
 
 NO_COLOR = np.zeros((1, 1, 3), np.uint8)
@@ -54,11 +54,12 @@ def integrate(
         frame.inverse, frame.layout.stride // STRIP, frame.x, frame.y, frame.bend, frame.filled, camera.fx, camera.fy,
         settings.truncation, frame.weight, frame.level, frame.slopes, frame.scales, distorted, weight is not None,
     )  # fmt: skip
+    frame.filled[:] = (frame.filled & 1) * 3
     colored = color is not None and settings.color
     _update(
         blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
         *frame.shifted, np.ascontiguousarray(color) if colored else NO_COLOR,
-        frame.farthest, np.empty(blocks.count + 1, np.int32), inverse_rows(T_world_camera), lens(camera),
+        frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
         settings.voxel, settings.truncation, camera.height, camera.width, frame.layout.stride,
         distorted, colored,
     )  # fmt: skip

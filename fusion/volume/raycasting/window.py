@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from fusion.compute.arrays import F32, F32_2, I32, I32_2
 from fusion.compute.language import ti
 from fusion.geometry.camera import Camera
-from fusion.geometry.pose import Array
+from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
 from fusion.volume.hashing import lookup
-from fusion.volume.lens import in_cone, inverse_rows, lens, load, project
+from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.settings import BLOCK
 
 TILE = 3  # bits of a pixel's place in its tile, which shares one range of depths
@@ -48,7 +48,7 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
     found = Window(blocks.low, size, grid, np.full(tiles, 1e30, np.float32), np.zeros(tiles, np.float32))
     if blocks.count:
         _range(
-            blocks.coordinates, blocks.count, blocks.solid, inverse_rows(T_world_camera), lens(camera),
+            blocks.coordinates, blocks.count, blocks.solid, rows(inverse(T_world_camera)), lens(camera),
             blocks.settings.voxel, *reach, h, w, found.first, found.last, found.low, size, grid,
             any(camera.distortion),
         )  # fmt: skip
