@@ -12,7 +12,6 @@ from fusion.compute.language import ti
 from fusion.compute.launch import launch_quickly
 from fusion.errors import FusionError
 
-SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits: what shall run side by side takes as many
 FEW = 4  # processor cores; with more, two threads that share one cost little
 DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
 
@@ -59,11 +58,6 @@ def start() -> str:
     if name != "cpu" and running != DEVICES[name]:  # Taichi takes the processor without a word
         raise FusionError("no such device here", "--device or FUSION_DEVICE", name, "cpu", "leave it out")
     return name
-
-
-def parts() -> int:
-    """Iterations of a parallel loop of which each of the pool's threads gets one lot, of the least size."""
-    return SPLIT * (os.cpu_count() or 1)
 
 
 def kernels_kept_in() -> Path:

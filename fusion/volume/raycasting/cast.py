@@ -3,13 +3,13 @@
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.compute.language import ti
+from fusion.compute.shares import share
 from fusion.volume.raycasting.curve import COARSE, PAD
 from fusion.volume.raycasting.march import DONE, END, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
 from fusion.volume.raycasting.window import TILE
 
 SPACING = 4.0  # voxels between rays that are done: what fits between them is thinner than the least truncation
 APART = 8.0  # voxels by which the depths of rays on one surface differ at most
-SHARES = 32  # of the rays, that threads take in turn
 
 
 @ti.func
@@ -43,15 +43,6 @@ def _wanted(
     return follow, guess
 
 
-@ti.func
-def _next(turn: ti.template(), share: ti.i32, total: ti.i32):
-    """Where the next share begins; the total when all are taken."""
-    first = total
-    if turn[0] < total:  # else it would grow without end
-        first = ti.atomic_add(turn[0], share)
-    return first
-
-
 @ti.kernel
 def cast(
     step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32,
@@ -65,18 +56,15 @@ def cast(
     down = ti.select(step == 1, 0, ti.select(step == 2, 1, 2))  # as bits: divisions would take as long as the rest
     bits = TILE - down
     total = count << (2 * bits)
-    share = total // SHARES + 1
-    # One part for each thread: it takes its next share when it is done with one, as rays are not equally long and
-    # cores not equally fast. Dealt out beforehand, they took 15 to 20 % longer.
     for _ in range(parts):
         R = ti.Matrix([[pose[4 * a + b] for b in ti.static(range(3))] for a in ti.static(range(3))])
         origin = ti.Vector([pose[3], pose[7], pose[11]]) / voxel
         ray, whole = ti.Vector([1.0] * NUMBERS), ti.Vector([0] * WHOLES)
         for e in range(SIDE):
             whole[STATE + e] = DONE
-        n = _next(turn, share, total)
+        n, stop = share(turn, total)
         while n < total:
-            stop, live = ti.min(n + share, total), 1
+            live = 1
             while live > 0:
                 live = 0
                 for e in range(SIDE):
@@ -100,4 +88,4 @@ def cast(
                 if live > 0:
                     approach(ray, whole, origin, keys, ids, low, size, grid, solid, voxels, voxel)
                     close(ray, whole, origin, keys, ids, low, size, grid, neighbours, voxels, voxel)
-            n = _next(turn, share, total)
+            n, stop = share(turn, total)

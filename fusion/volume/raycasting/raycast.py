@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.start import parts
+from fusion.compute.shares import parts
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
@@ -59,6 +59,6 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     shade(
         *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine.reshape(-1), fine.shape[1], T,
-        voxel, camera.fx, depth, points.reshape(-1), normals.reshape(-1), colors, few, colored,
+        voxel, camera.fx, depth, points.reshape(-1), normals.reshape(-1), colors, few, np.zeros(1, np.int32), parts(), colored,
     )  # fmt: skip
     return Raycast(depth, points, normals, colors if colored else None)

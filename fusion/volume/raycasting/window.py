@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, I32, I32_2
 from fusion.compute.language import ti
+from fusion.compute.shares import parts, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
@@ -50,7 +51,7 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
         _range(
             blocks.coordinates, blocks.count, blocks.solid, rows(inverse(T_world_camera)), lens(camera),
             blocks.settings.voxel, *reach, h, w, found.first, found.last, found.low, size, grid,
-            any(camera.distortion),
+            np.zeros(1, np.int32), parts(), any(camera.distortion),
         )  # fmt: skip
     return found
 
@@ -96,42 +97,49 @@ def _box(
 @ti.kernel
 def _range(
     coordinates: I32_2, count: ti.i32, solid: I32, pose: F32, camera: F32, voxel: ti.f32, near: ti.f32, far: ti.f32,
-    height: ti.i32, width: ti.i32, first: F32_2, last: F32_2, low: I32, size: I32, grid: I32, distorted: ti.template(),
+    height: ti.i32, width: ti.i32, first: F32_2, last: F32_2, low: I32, size: I32, grid: I32, turn: I32,
+    parts: ti.i32, distorted: ti.template(),
 ):  # fmt: skip
     # A ray ends in a cell with a corner behind the surface: up to one voxel around a solid octant.
     slant = [ti.abs(pose[4 * a]) + ti.abs(pose[4 * a + 1]) + ti.abs(pose[4 * a + 2]) for a in range(3)]
     block, octant = [4.5 * voxel * s for s in slant], [2.5 * voxel * s for s in slant]  # half extents along the axes
     radius = 4.5 * 1.7321 * voxel
-    for n in range(count):
-        if size[0] > 0:
-            cell = ti.Vector([coordinates[n, a] - low[a] for a in ti.static(range(3))])
-            grid[(cell[0] * size[1] + cell[1]) * size[2] + cell[2]] = n
-        if solid[n] == 0:
-            continue
-        c = load(camera)
-        R = ti.Matrix([[pose[4 * a + b] for b in ti.static(range(3))] for a in ti.static(range(3))])
-        p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
-        q = R @ p + ti.Vector([pose[3], pose[7], pose[11]])
-        before = q[2] - block[2]
-        if q[2] + block[2] > near and before < far and in_cone(q, radius, c):
-            regular = before > 0.25 * radius
-            wide, tall, spread = 0.0, 0.0, 0.0  # half extents of an octant in the image; the nearest one's for all
-            if regular:
-                wide = (octant[0] + (ti.abs(q[0]) + block[0]) / before * octant[2]) / before * c[0]
-                tall = (octant[1] + (ti.abs(q[1]) + block[1]) / before * octant[2]) / before * c[1]
-                aside = ti.sqrt(q[0] * q[0] + q[1] * q[1]) + radius
-                spread = 2.5 * 1.7321 * voxel * (1.0 + aside / before) / before
-            for o in range(8):
-                if (solid[n] >> o) & 1 == 1:
-                    m = q + R @ (ti.Vector([(o >> 2) & 1, (o >> 1) & 1, o & 1]) * 4.0 - 2.0) * voxel
-                    z0, z1 = ti.max(m[2] - octant[2], near), ti.min(m[2] + octant[2], far)
-                    v0, u0, v1, u1 = 0, 0, height - 1, width - 1
-                    if regular:
-                        v0, u0, v1, u1 = _box(m, wide, tall, spread, c, height, width, distorted)
-                    if z0 < z1 and v1 >= 0 and u1 >= 0:
-                        for a in range(v0 >> TILE, (v1 >> TILE) + 1):
-                            for b in range(u0 >> TILE, (u1 >> TILE) + 1):
-                                if z0 < first[a, b]:
-                                    ti.atomic_min(first[a, b], z0)
-                                if z1 > last[a, b]:
-                                    ti.atomic_max(last[a, b], z1)
+    for _ in range(parts):
+        begin, stop = share(turn, count)
+        while begin < count:
+            n = begin
+            begin += 1
+            if begin == stop:
+                begin, stop = share(turn, count)
+            if size[0] > 0:
+                cell = ti.Vector([coordinates[n, a] - low[a] for a in ti.static(range(3))])
+                grid[(cell[0] * size[1] + cell[1]) * size[2] + cell[2]] = n
+            if solid[n] == 0:
+                continue
+            c = load(camera)
+            R = ti.Matrix([[pose[4 * a + b] for b in ti.static(range(3))] for a in ti.static(range(3))])
+            p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
+            q = R @ p + ti.Vector([pose[3], pose[7], pose[11]])
+            before = q[2] - block[2]
+            if q[2] + block[2] > near and before < far and in_cone(q, radius, c):
+                regular = before > 0.25 * radius
+                wide, tall, spread = 0.0, 0.0, 0.0  # half extents of an octant in the image; the nearest one's for all
+                if regular:
+                    wide = (octant[0] + (ti.abs(q[0]) + block[0]) / before * octant[2]) / before * c[0]
+                    tall = (octant[1] + (ti.abs(q[1]) + block[1]) / before * octant[2]) / before * c[1]
+                    aside = ti.sqrt(q[0] * q[0] + q[1] * q[1]) + radius
+                    spread = 2.5 * 1.7321 * voxel * (1.0 + aside / before) / before
+                for o in range(8):
+                    if (solid[n] >> o) & 1 == 1:
+                        m = q + R @ (ti.Vector([(o >> 2) & 1, (o >> 1) & 1, o & 1]) * 4.0 - 2.0) * voxel
+                        z0, z1 = ti.max(m[2] - octant[2], near), ti.min(m[2] + octant[2], far)
+                        v0, u0, v1, u1 = 0, 0, height - 1, width - 1
+                        if regular:
+                            v0, u0, v1, u1 = _box(m, wide, tall, spread, c, height, width, distorted)
+                        if z0 < z1 and v1 >= 0 and u1 >= 0:
+                            for a in range(v0 >> TILE, (v1 >> TILE) + 1):
+                                for b in range(u0 >> TILE, (u1 >> TILE) + 1):
+                                    if z0 < first[a, b]:
+                                        ti.atomic_min(first[a, b], z0)
+                                    if z1 > last[a, b]:
+                                        ti.atomic_max(last[a, b], z1)
