@@ -5,7 +5,7 @@ from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.compute.language import ti
 from fusion.compute.shares import share
 from fusion.volume.raycasting.curve import COARSE, PAD
-from fusion.volume.raycasting.march import DONE, END, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
+from fusion.volume.raycasting.march import DONE, END, FAR, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
 from fusion.volume.raycasting.window import TILE
 
 SPACING = 4.0  # voxels between rays that are done: what fits between them is thinner than the least truncation
@@ -64,9 +64,9 @@ def cast(
             whole[STATE + e] = DONE
         n, stop = share(turn, total)
         while n < total:
-            live = 1
+            live, far = 1, 0
             while live > 0:
-                live = 0
+                live, far = 0, 0
                 for e in range(SIDE):
                     if whole[STATE + e] == DONE and 0.0 < ray[HIT + e] < ray[END + e]:
                         pixel = whole[PIXEL + e]
@@ -79,13 +79,15 @@ def cast(
                         v, u = i << down, j << down
                         n += 1
                         if v < height and u < width:
-                            near, far = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
-                            follow, guess = _wanted(i, j, step, coarse, fine, height, width, far, farthest, voxel)
+                            near, end = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
+                            follow, guess = _wanted(i, j, step, coarse, fine, height, width, end, farthest, voxel)
                             if follow:
                                 d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel
-                                begin(ray, whole, e, d, (v << 16) | u, near, far, guess)
+                                begin(ray, whole, e, d, (v << 16) | u, near, end, guess)
                     live += ti.select(whole[STATE + e] == DONE, 0, 1)
-                if live > 0:
+                    far += ti.select(whole[STATE + e] == FAR, 1, 0)
+                if 2 * far > live:  # a step takes as long for one as for all
                     approach(ray, whole, origin, keys, ids, low, size, grid, solid, voxels, voxel)
+                elif live > 0:
                     close(ray, whole, origin, keys, ids, low, size, grid, neighbours, voxels, voxel)
             n, stop = share(turn, total)
