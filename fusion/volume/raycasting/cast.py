@@ -46,8 +46,8 @@ def _wanted(
 @ti.kernel
 def cast(
     step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32,
-    rays: F32_3, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32, farthest: ti.f32,
-    coarse: F32_2, fine: F32_2, turn: I32, parts: ti.i32,
+    rays: F32_3, camera: F32, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32, farthest: ti.f32,
+    coarse: F32_2, fine: F32_2, turn: I32, parts: ti.i32, distorted: ti.template(),
 ):  # fmt: skip
     """Fills in the depths of every step-th pixel in both directions where they are NaN; those at twice the step, in
     `coarse`, are done unless the step is COARSE. What such rays enclose is less than SPACING wide up to the farthest
@@ -82,7 +82,10 @@ def cast(
                             near, end = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
                             follow, guess = _wanted(i, j, step, coarse, fine, height, width, end, farthest, voxel)
                             if follow:
-                                d = R @ ti.Vector([rays[v, u, 0], rays[v, u, 1], 1.0]) / voxel
+                                x, y = (u - camera[2]) / camera[0], (v - camera[3]) / camera[1]
+                                if ti.static(distorted):
+                                    x, y = rays[v, u, 0], rays[v, u, 1]
+                                d = R @ ti.Vector([x, y, 1.0]) / voxel
                                 begin(ray, whole, e, d, (v << 16) | u, near, end, guess)
                     live += ti.select(whole[STATE + e] == DONE, 0, 1)
                     far += ti.select(whole[STATE + e] == FAR, 1, 0)

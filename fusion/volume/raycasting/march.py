@@ -120,9 +120,9 @@ def close(
 ):  # fmt: skip
     """A step of each ray that was near the surface: Newton's where the field falls, kept between the last place outside
     and the first one inside once both are known."""
-    at, f, w = ti.Vector([-1] * (8 * SIDE)), ti.Vector([0.0] * (8 * SIDE)), ti.Vector([0.0] * (8 * SIDE))
+    value, weight = ti.Vector([0.0] * (8 * SIDE)), ti.Vector([0.0] * (8 * SIDE))
     part = ti.Vector([0.0] * (3 * SIDE))  # where in its cell a ray is
-    for e in range(SIDE):  # the corners of its cell
+    for e in range(SIDE):  # what the corners of its cell say
         if whole[STATE + e] == NEARBY:
             p = origin + ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]]) * ray[AT + e]
             base = ti.cast(ti.floor(p), ti.i32)
@@ -132,24 +132,23 @@ def close(
             if n >= 0:
                 i, j, k = base[0] & 7, base[1] & 7, base[2] & 7
                 if ti.max(i, j, k) < BLOCK - 1:  # all in one block
-                    first = entry(n, (i * BLOCK + j) * BLOCK + k)
+                    at = entry(n, (i * BLOCK + j) * BLOCK + k)
                     for c in ti.static(range(8)):
-                        at[c * SIDE + e] = first + ti.static(c // 4 * 128 + c // 2 % 2 * 16 + c % 2)
+                        corner = at + ti.static(c // 4 * 128 + c // 2 % 2 * 16 + c % 2)
+                        value[c * SIDE + e], weight[c * SIDE + e] = voxels[corner], voxels[corner + BLOCK]
                 else:
                     for c in range(8):
                         block, o = place(n, i + c // 4, j + c // 2 % 2, k + c % 2, neighbours)
-                        at[c * SIDE + e] = ti.select(block >= 0, entry(block, o), -1)
-    for m in range(8 * SIDE):
-        i = ti.max(at[m], 0)
-        weight = ti.select(at[m] >= 0, voxels[i + BLOCK], 0.0)
-        w[m], f[m] = weight, voxels[i] / weight
+                        if block >= 0:
+                            corner = entry(block, o)
+                            value[c * SIDE + e], weight[c * SIDE + e] = voxels[corner], voxels[corner + BLOCK]
     for e in range(SIDE):
         x, y, z = part[e], part[SIDE + e], part[2 * SIDE + e]
         dx, dy, dz, t = ray[DX + e], ray[DY + e], ray[DZ + e], ray[AT + e]
-        v = [f[c * SIDE + e] for c in ti.static(range(8))]
-        least = w[e]
+        least = weight[e]
         for c in ti.static(range(1, 8)):
-            least = low(least, w[c * SIDE + e])
+            least = low(least, weight[c * SIDE + e])
+        v = ti.Vector([value[c * SIDE + e] / weight[c * SIDE + e] for c in ti.static(range(8))])
         along = [v[c + 4] - v[c] for c in ti.static(range(4))]
         a = [v[c] + along[c] * x for c in ti.static(range(4))]
         b, up = [a[c] + (a[c + 2] - a[c]) * y for c in ti.static(range(2))], a[3] - a[1] - (a[2] - a[0])

@@ -10,7 +10,7 @@ from fusion.compute.shares import parts
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
-from fusion.volume.lens import rows
+from fusion.volume.lens import lens, rows
 from fusion.volume.raycasting.cast import SPACING, cast
 from fusion.volume.raycasting.curve import COARSE, fill, unseen
 from fusion.volume.raycasting.shade import shade, slants
@@ -49,8 +49,8 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
             coarse, fine = fine, unseen(h, w, step)
             fill(coarse.reshape(-1), *coarse.shape, fine.reshape(-1), voxel, farthest)
         cast(
-            step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, T, seen.first, seen.last, tiles,
-            len(tiles), voxel, farthest, coarse, fine, np.zeros(1, np.int32), parts(),
+            step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, lens(camera), T, seen.first, seen.last, tiles,
+            len(tiles), voxel, farthest, coarse, fine, np.zeros(1, np.int32), parts(), any(camera.distortion),
         )  # fmt: skip
     few = 2 * len(tiles) < seen.last.size
     make = partial(np.full, fill_value=np.nan) if few else np.empty  # where it is nearly all, twice as fast as a kernel
