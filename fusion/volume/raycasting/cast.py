@@ -5,7 +5,20 @@ from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.compute.language import ti
 from fusion.compute.shares import share
 from fusion.volume.raycasting.curve import COARSE, PAD
-from fusion.volume.raycasting.march import DONE, END, FAR, HIT, NUMBERS, PIXEL, SIDE, STATE, WHOLES, approach, begin, close
+from fusion.volume.raycasting.march import (
+    DONE,
+    END,
+    FAR,
+    HIT,
+    NUMBERS,
+    PIXEL,
+    SIDE,
+    STATE,
+    WHOLES,
+    approach,
+    begin,
+    close,
+)
 from fusion.volume.raycasting.window import TILE
 
 SPACING = 4.0  # voxels between rays that are done: what fits between them is thinner than the least truncation
@@ -46,8 +59,8 @@ def _wanted(
 @ti.kernel
 def cast(
     step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32,
-    rays: F32_3, camera: F32, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32, farthest: ti.f32,
-    coarse: F32_2, fine: F32_2, turn: I32, parts: ti.i32, distorted: ti.template(),
+    rays: F32_3, camera: F32, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32,
+    farthest: ti.f32, coarse: F32_2, fine: F32_2, turn: I32, parts: ti.i32, distorted: ti.template(),
 ):  # fmt: skip
     """Fills in the depths of every step-th pixel in both directions where they are NaN; those at twice the step, in
     `coarse`, are done unless the step is COARSE. What such rays enclose is less than SPACING wide up to the farthest
@@ -63,34 +76,34 @@ def cast(
         for e in range(SIDE):
             whole[STATE + e] = DONE
         n, stop = share(turn, total)
-        while n < total:
-            live, far = 1, 0
-            while live > 0:
-                live, far = 0, 0
-                for e in range(SIDE):
-                    if whole[STATE + e] == DONE and 0.0 < ray[HIT + e] < ray[END + e]:
-                        pixel = whole[PIXEL + e]
-                        fine[(pixel >> (16 + down)) + PAD, ((pixel & 0xFFFF) >> down) + PAD] = ray[HIT + e]
-                        ray[HIT + e] = -1.0
-                    while whole[STATE + e] == DONE and n < stop:  # the next one takes its place
-                        tile = tiles[n >> (2 * bits)]
-                        i = ((tile >> 16) << bits) | ((n >> bits) & ((1 << bits) - 1))
-                        j = ((tile & 0xFFFF) << bits) | (n & ((1 << bits) - 1))
-                        v, u = i << down, j << down
-                        n += 1
-                        if v < height and u < width:
-                            near, end = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
-                            follow, guess = _wanted(i, j, step, coarse, fine, height, width, end, farthest, voxel)
-                            if follow:
-                                x, y = (u - camera[2]) / camera[0], (v - camera[3]) / camera[1]
-                                if ti.static(distorted):
-                                    x, y = rays[v, u, 0], rays[v, u, 1]
-                                d = R @ ti.Vector([x, y, 1.0]) / voxel
-                                begin(ray, whole, e, d, (v << 16) | u, near, end, guess)
-                    live += ti.select(whole[STATE + e] == DONE, 0, 1)
-                    far += ti.select(whole[STATE + e] == FAR, 1, 0)
-                if 2 * far > live:  # a step takes as long for one as for all
-                    approach(ray, whole, origin, keys, ids, low, size, grid, solid, voxels, voxel)
-                elif live > 0:
-                    close(ray, whole, origin, keys, ids, low, size, grid, neighbours, voxels, voxel)
-            n, stop = share(turn, total)
+        live, far = ti.select(n < total, 1, 0), 0
+        while live > 0:
+            live, far = 0, 0
+            for e in range(SIDE):
+                if whole[STATE + e] == DONE and 0.0 < ray[HIT + e] < ray[END + e]:
+                    pixel = whole[PIXEL + e]
+                    fine[(pixel >> (16 + down)) + PAD, ((pixel & 0xFFFF) >> down) + PAD] = ray[HIT + e]
+                    ray[HIT + e] = -1.0
+                while whole[STATE + e] == DONE and n < total:  # the next one takes its place
+                    tile = tiles[n >> (2 * bits)]
+                    i = ((tile >> 16) << bits) | ((n >> bits) & ((1 << bits) - 1))
+                    j = ((tile & 0xFFFF) << bits) | (n & ((1 << bits) - 1))
+                    v, u = i << down, j << down
+                    n += 1
+                    if n == stop:
+                        n, stop = share(turn, total)
+                    if v < height and u < width:
+                        near, end = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
+                        follow, guess = _wanted(i, j, step, coarse, fine, height, width, end, farthest, voxel)
+                        if follow:
+                            x, y = (u - camera[2]) / camera[0], (v - camera[3]) / camera[1]
+                            if ti.static(distorted):
+                                x, y = rays[v, u, 0], rays[v, u, 1]
+                            d = R @ ti.Vector([x, y, 1.0]) / voxel
+                            begin(ray, whole, e, d, (v << 16) | u, near, end, guess)
+                live += ti.select(whole[STATE + e] == DONE, 0, 1)
+                far += ti.select(whole[STATE + e] == FAR, 1, 0)
+            if 2 * far > live:  # a step takes as long for one as for all
+                approach(ray, whole, origin, keys, ids, low, size, grid, solid, voxels, voxel)
+            elif live > 0:
+                close(ray, whole, origin, keys, ids, low, size, grid, neighbours, voxels, voxel)

@@ -1,7 +1,6 @@
 """Seeing the volume from a camera: the first place on each ray where the field goes from outside to inside."""
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
 from fusion.volume.lens import lens, rows
+from fusion.volume.raycasting.canvas import give_back, take
 from fusion.volume.raycasting.cast import SPACING, cast
 from fusion.volume.raycasting.curve import COARSE, fill, unseen
 from fusion.volume.raycasting.shade import shade, slants
@@ -49,16 +49,17 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
             coarse, fine = fine, unseen(h, w, step)
             fill(coarse.reshape(-1), *coarse.shape, fine.reshape(-1), voxel, farthest)
         cast(
-            step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, lens(camera), T, seen.first, seen.last, tiles,
-            len(tiles), voxel, farthest, coarse, fine, np.zeros(1, np.int32), parts(), any(camera.distortion),
+            step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, lens(camera), T, seen.first, seen.last,
+            tiles, len(tiles), voxel, farthest, coarse, fine, np.zeros(1, np.int32), parts(), any(camera.distortion),
         )  # fmt: skip
-    few = 2 * len(tiles) < seen.last.size
-    make = partial(np.full, fill_value=np.nan) if few else np.empty  # where it is nearly all, twice as fast as a kernel
-    depth, points, normals = [make(shape, dtype=np.float32) for shape in ((h, w), (h, w, 3), (h, w, 3))]
+    canvas = take(h, w)
     colored = blocks.settings.color
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     shade(
         *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine.reshape(-1), fine.shape[1], T,
-        voxel, camera.fx, depth, points.reshape(-1), normals.reshape(-1), colors, few, np.zeros(1, np.int32), parts(), colored,
+        voxel, camera.fx, canvas.depth, canvas.points, canvas.normals, colors, canvas.used, np.zeros(1, np.int32),
+        parts(), colored,
     )  # fmt: skip
-    return Raycast(depth, points, normals, colors if colored else None)
+    give_back(canvas)
+    points, normals = (image.reshape(h, w, 3) for image in (canvas.points, canvas.normals))
+    return Raycast(canvas.depth, points, normals, colors if colored else None)

@@ -11,13 +11,13 @@ from fusion.compute.language import ti
 from fusion.compute.shares import share
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded
+from fusion.volume.raycasting.canvas import PIECE
 from fusion.volume.raycasting.curve import INFINITY, PAD, padded
 from fusion.volume.raycasting.window import find
 from fusion.volume.sample import corners, place, slope, smooth
 
 SPAN = 1.5  # voxels to either side over which a normal is taken from the depth image
 BEND = 1.0  # voxels that its ends may lie beside the tangent
-PIECE = 32  # pixels of a row that are looked at in turn
 
 
 @lru_cache(maxsize=4)
@@ -50,11 +50,11 @@ def _across(
 def shade(
     keys: I64, ids: I32, low: I32, size: I32, grid: I32, neighbours: I32_2, voxels: F32, colors: F32_3,
     x: F32, y: F32, seen: F32, wide: ti.i32, pose: F32, voxel: ti.f32, focal: ti.f32, depth: F32_2, points: F32,
-    normals: F32, image: U8_3, blank: ti.i32, turn: I32, parts: ti.i32, colored: ti.template(),
+    normals: F32, image: U8_3, used: I32, turn: I32, parts: ti.i32, colored: ti.template(),
 ):  # fmt: skip
     """Fills in depth, points and normals, the latter two flat, from the depths of the rays, and where it is asked for
-    the colours of pixels that see something. x, y and `seen` are padded and flat, with rows of `wide` pixels; `blank`
-    where all is NaN already."""
+    the colours of pixels that see something. x, y and `seen` are padded and flat, with rows of `wide` pixels. Pieces of
+    which `used` says that they are NaN stay so where nothing is seen."""
     height, width = depth.shape[0], depth.shape[1]
     across = (width + PIECE - 1) // PIECE
     # In loops of a known length: the others, of which the compiler makes vectors too, take it three times as long.
@@ -63,14 +63,16 @@ def shade(
         n, stop = share(turn, total)
         while n < total:
             v, u0, nearest = n // across, n % across * PIECE, INFINITY
+            piece = n
             n += 1
             if n == stop:
                 n, stop = share(turn, total)
             begin = bounded((v + PAD) * wide + u0 + PAD)
             for s in range(PIECE):
                 nearest = ti.min(nearest, ti.bit_cast(seen[begin + s], ti.i32))
-            if nearest == INFINITY and blank:
+            if nearest == INFINITY and used[piece] == 0:
                 continue
+            used[piece] = ti.select(nearest < INFINITY, 1, 0)
             nx, ny, nz = ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE)
             span = ti.cast(ti.ceil(SPAN * voxel * focal / ti.bit_cast(nearest, ti.f32)), ti.i32)
             inner = nearest < INFINITY and v >= span and v + span < height
