@@ -16,7 +16,7 @@ from fusion.volume.raycasting.curve import INFINITY, PAD, padded
 from fusion.volume.raycasting.window import find
 from fusion.volume.sample import corners, place, slope, smooth
 
-SPAN = 1.5  # voxels to either side over which a normal is taken from the depth image
+SPAN = 1.5  # voxels to either side, at most, over which a normal is taken from the depth image
 BEND = 1.0  # voxels that its ends may lie beside the tangent
 
 
@@ -74,7 +74,7 @@ def shade(
                 continue
             used[piece] = ti.select(nearest < INFINITY, 1, 0)
             nx, ny, nz = ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE), ti.Vector([0.0] * PIECE)
-            span = ti.cast(ti.ceil(SPAN * voxel * focal / ti.bit_cast(nearest, ti.f32)), ti.i32)
+            span = ti.max(ti.cast(SPAN * voxel * focal / ti.bit_cast(nearest, ti.f32), ti.i32), 1)
             inner = nearest < INFINITY and v >= span and v + span < height
             if inner:  # beside the image it reads the next rows
                 around = [begin, begin - span, begin + span, begin - span * wide, begin + span * wide]
