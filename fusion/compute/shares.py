@@ -6,6 +6,7 @@ runs on a core that something else uses, the others wait for it.
 """
 
 import os
+from functools import cache
 
 from fusion.compute.language import ti
 
@@ -13,6 +14,7 @@ SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits
 SHARES = 32  # of a loop
 
 
+@cache
 def parts() -> int:
     """Iterations of a parallel loop of which each of the pool's threads gets one lot: each takes shares there."""
     return SPLIT * (os.cpu_count() or 1)

@@ -4,7 +4,7 @@
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.compute.language import ti
 from fusion.compute.shares import share
-from fusion.volume.raycasting.curve import COARSE, PAD
+from fusion.volume.raycasting.curve import COARSE, PAD, fill
 from fusion.volume.raycasting.march import (
     DONE,
     END,
@@ -62,21 +62,21 @@ def cast(
     rays: F32_3, camera: F32, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32,
     farthest: ti.f32, coarse: F32_2, fine: F32_2, turn: I32, parts: ti.i32, distorted: ti.template(),
 ):  # fmt: skip
-    """Fills in the depths of every step-th pixel in both directions where they are NaN; those at twice the step, in
-    `coarse`, are done unless the step is COARSE. What such rays enclose is less than SPACING wide up to the farthest
-    depth: there others start from them, and where they met nothing, neither do those between them."""
+    """Fills in the depths of every step-th pixel in both directions; those at twice the step, in `coarse`, are done
+    unless the step is COARSE. What such rays enclose is less than SPACING wide up to the farthest depth: there others
+    lie on the curve through them or start from them, and where they met nothing, neither do those between them."""
     height, width = rays.shape[0], rays.shape[1]
     down = ti.select(step == 1, 0, ti.select(step == 2, 1, 2))  # as bits: divisions would take as long as the rest
     bits = TILE - down
-    total = count << (2 * bits)
+    rays_of_tile = 1 << (2 * bits)
     for _ in range(parts):
         R = ti.Matrix([[pose[4 * a + b] for b in ti.static(range(3))] for a in ti.static(range(3))])
         origin = ti.Vector([pose[3], pose[7], pose[11]]) / voxel
         ray, whole = ti.Vector([1.0] * NUMBERS), ti.Vector([0] * WHOLES)
         for e in range(SIDE):
             whole[STATE + e] = DONE
-        n, stop = share(turn, total)
-        live, far = ti.select(n < total, 1, 0), 0
+        n, stop = share(turn, count)
+        m, live, far = 0, ti.select(n < count, 1, 0), 0
         while live > 0:
             live, far = 0, 0
             for e in range(SIDE):
@@ -84,14 +84,17 @@ def cast(
                     pixel = whole[PIXEL + e]
                     fine[(pixel >> (16 + down)) + PAD, ((pixel & 0xFFFF) >> down) + PAD] = ray[HIT + e]
                     ray[HIT + e] = -1.0
-                while whole[STATE + e] == DONE and n < total:  # the next one takes its place
-                    tile = tiles[n >> (2 * bits)]
-                    i = ((tile >> 16) << bits) | ((n >> bits) & ((1 << bits) - 1))
-                    j = ((tile & 0xFFFF) << bits) | (n & ((1 << bits) - 1))
+                while whole[STATE + e] == DONE and n < count:  # the next one takes its place
+                    i, j = (tiles[n] >> 16) << bits, (tiles[n] & 0xFFFF) << bits
+                    if m == 0 and step != COARSE:
+                        fill((i >> 1) + PAD, (j >> 1) + PAD, 1 << (bits - 1), coarse, fine, voxel, farthest)
+                    i, j = i | (m >> bits), j | (m & ((1 << bits) - 1))
                     v, u = i << down, j << down
-                    n += 1
-                    if n == stop:
-                        n, stop = share(turn, total)
+                    m += 1
+                    if m == rays_of_tile:
+                        m, n = 0, n + 1
+                        if n == stop:
+                            n, stop = share(turn, count)
                     if v < height and u < width:
                         near, end = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
                         follow, guess = _wanted(i, j, step, coarse, fine, height, width, end, farthest, voxel)

@@ -4,21 +4,21 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32
 from fusion.compute.language import ti
-from fusion.geometry.lanes import bounded
+from fusion.volume.raycasting.canvas import PIECE
+from fusion.volume.raycasting.window import TILE
 
 PAD = 2  # pixels around an image of rays, in which nothing is seen
 SMOOTH = 0.05  # voxels that a bend may move the surface between two rays; then their curve says where it is
-STRIP = 16  # pixels of a row that are looked at in turn
+SQUARE = 16  # rays of a square that are looked at in turn, as many as one of TILE holds of every second one
 INFINITY = 0x7F800000  # as bits, which go up with the number; those of NaN lie above
 COARSE = 4  # pixels between the rays that are followed first; those between them mostly meet the same surface
 
 
 def unseen(height: int, width: int, step: int = 1) -> NDArray[np.float32]:
-    """Depths of every step-th ray in both directions, none known yet, NaN; rows are whole strips at any step."""
-    across = -(-width // (COARSE * STRIP)) * COARSE * STRIP // step
-    return np.full((-(-height // step) + 2 * PAD, across + 2 * PAD), np.nan, np.float32)
+    """Depths of every step-th ray in both directions, none known yet, NaN; of whole tiles, in rows of whole pieces."""
+    down, across = -(-height >> TILE) << TILE, -(-width // PIECE) * PIECE
+    return np.full((down // step + 2 * PAD, across // step + 2 * PAD), np.nan, np.float32)
 
 
 def padded(image: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -40,34 +40,29 @@ def _half_way(a: ti.template(), b: ti.template(), c: ti.template(), e: ti.templa
     return ti.select(smooth & together, 16.0 * whole / i, ti.math.nan)
 
 
-@ti.kernel
-def fill(coarse: F32, rows: ti.i32, wide: ti.i32, fine: F32, voxel: ti.f32, farthest: ti.f32):
-    """Depths of all rays from those of every second one in both directions, where they lie on a smooth surface nearer
-    than `farthest`; the others stay as they are. Both images are padded and flat, the coarse one with `rows` rows of
-    `wide` pixels."""
-    across = (wide - 2 * PAD) // STRIP
-    for n in range((rows - 2 * PAD) * across):
-        row, strip = n // across, n % across
-        at = (row + PAD) * wide + strip * STRIP + PAD
-        above, below, second = bounded(at - wide), bounded(at + wide), bounded(at + 2 * wide)
-        at = bounded(at)
-        nearest = INFINITY
-        for s in range(STRIP):
-            nearest = ti.min(nearest, ti.bit_cast(coarse[at + s], ti.i32))
-        if nearest < INFINITY:  # loops that the compiler makes vectors of
-            right, down, both = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
-            for s in range(STRIP):
-                here = coarse[at + s]
-                across_z = _half_way(coarse[at + s - 1], here, coarse[at + s + 1], coarse[at + s + 2], voxel, farthest)
-                down_z = _half_way(coarse[above + s], here, coarse[below + s], coarse[second + s], voxel, farthest)
-                z = _half_way(
-                    coarse[above + s - 1], here, coarse[below + s + 1], coarse[second + s + 2], voxel, farthest
-                )  # fmt: skip
-                aside = (ti.abs(coarse[at + s + 1] - z) < voxel) & (ti.abs(coarse[below + s] - z) < voxel)
-                right[s], down[s], both[s] = across_z, down_z, ti.select(aside, z, ti.math.nan)
-            o = 2 * row * (2 * wide - 2 * PAD) + 2 * strip * STRIP + PAD * (2 * wide - 2 * PAD + 1)
-            for s in range(STRIP):
-                fine[o + 2 * s], fine[o + 2 * s + 1] = coarse[at + s], right[s]
-            o += 2 * wide - 2 * PAD
-            for s in range(STRIP):
-                fine[o + 2 * s], fine[o + 2 * s + 1] = down[s], both[s]
+@ti.func
+def fill(
+    i: ti.i32, j: ti.i32, side: ti.i32, coarse: ti.template(), fine: ti.template(), voxel: ti.f32, farthest: ti.f32
+):  # fmt: skip
+    """Depths of those rays of a tile that lie on a smooth surface nearer than `farthest`; the others are NaN. (i, j) is
+    its first one in the padded image `coarse` of every second ray in both directions, which has `side` of them along
+    the tile's edge, 4 or 2."""
+    nearest, last = INFINITY, side - 1  # of a smaller tile, rays are looked at again and again
+    here, right = ti.Vector([0.0] * SQUARE), ti.Vector([0.0] * SQUARE)
+    down, both = ti.Vector([0.0] * SQUARE), ti.Vector([0.0] * SQUARE)
+    for s in range(SQUARE):
+        v, u = i + ((s >> 2) & last), j + (s & last)
+        z = coarse[v, u]
+        nearest, here[s] = ti.min(nearest, ti.bit_cast(z, ti.i32)), z
+    if nearest < INFINITY:
+        for s in range(SQUARE):  # the compiler makes vectors of it
+            v, u = i + ((s >> 2) & last), j + (s & last)
+            z, e, d = here[s], coarse[v, u + 1], coarse[v + 1, u]
+            right[s] = _half_way(coarse[v, u - 1], z, e, coarse[v, u + 2], voxel, farthest)
+            down[s] = _half_way(coarse[v - 1, u], z, d, coarse[v + 2, u], voxel, farthest)
+            z = _half_way(coarse[v - 1, u - 1], z, coarse[v + 1, u + 1], coarse[v + 2, u + 2], voxel, farthest)
+            both[s] = ti.select((ti.abs(e - z) < voxel) & (ti.abs(d - z) < voxel), z, ti.math.nan)
+        for s in range(SQUARE):
+            v, u = 2 * (i + ((s >> 2) & last)) - PAD, 2 * (j + (s & last)) - PAD
+            fine[v, u], fine[v, u + 1] = here[s], right[s]
+            fine[v + 1, u], fine[v + 1, u + 1] = down[s], both[s]

@@ -12,7 +12,7 @@ from fusion.volume.blocks import Blocks
 from fusion.volume.lens import lens, rows
 from fusion.volume.raycasting.canvas import give_back, take
 from fusion.volume.raycasting.cast import SPACING, cast
-from fusion.volume.raycasting.curve import COARSE, fill, unseen
+from fusion.volume.raycasting.curve import COARSE, unseen
 from fusion.volume.raycasting.shade import shade, slants
 from fusion.volume.raycasting.window import window
 
@@ -47,7 +47,6 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
         farthest = SPACING * voxel * camera.fx / (2 * step)
         if step != COARSE:
             coarse, fine = fine, unseen(h, w, step)
-            fill(coarse.reshape(-1), *coarse.shape, fine.reshape(-1), voxel, farthest)
         cast(
             step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, lens(camera), T, seen.first, seen.last,
             tiles, len(tiles), voxel, farthest, coarse, fine, np.zeros(1, np.int32), parts(), any(camera.distortion),
