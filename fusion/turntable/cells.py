@@ -10,7 +10,7 @@ import numpy as np
 
 from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
 from fusion.compute.language import ti
-from fusion.compute.start import SPLIT
+from fusion.compute.shares import SPLIT
 
 SHARED = 4  # unknowns of the axis
 PARTS = 16  # of the cells, side by side

@@ -2,7 +2,7 @@
 """All edges of a joint fit on Taichi: pairs, residuals and derivatives, errors of the camera included; their sums."""
 
 from fusion.compute.language import ti
-from fusion.compute.start import SPLIT
+from fusion.compute.shares import SPLIT
 from fusion.geometry.lanes import project
 from fusion.tracking.pairs import CUT
 

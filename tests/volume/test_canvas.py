@@ -47,6 +47,13 @@ def test_used_again_they_show_nothing_of_what_was_seen_before(volume):
         assert np.array_equal(_images(volume, far), fresh, equal_nan=True)
 
 
+def test_they_cannot_be_changed_where_the_next_raycast_would_show_it(volume):
+    seen = volume.raycast(CAMERA, scenes.look_at(np.array(EYES[0]), np.zeros(3)))
+    for image in (seen.depth, seen.points, seen.normals, seen.depth[3:], seen.points.reshape(-1)):
+        with pytest.raises(ValueError, match="read-only"):
+            image[np.isnan(image)] = 0.0
+
+
 def test_memory_is_taken_again_and_bounded():
     canvas = take(7, 5)
     assert take(7, 5) is not canvas  # while it is being written to

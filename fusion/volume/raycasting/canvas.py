@@ -28,6 +28,14 @@ class Canvas:
     normals: NDArray[np.float32]
     used: NDArray[np.int32]
 
+    def shown(self) -> list[NDArray[np.float32]]:
+        """Depth (h, w), points and normals (h, w, 3); read only, as what is NaN here is not written again."""
+        h, w = self.depth.shape
+        images = [self.depth.view(), self.points.reshape(h, w, 3), self.normals.reshape(h, w, 3)]
+        for image in images:
+            image.flags.writeable = False
+        return images
+
     def held(self) -> bool:
         """Whether anyone else holds an image, or a view of one."""
         return max(getrefcount(self.depth), getrefcount(self.points), getrefcount(self.normals)) > OURS

@@ -19,7 +19,7 @@ from fusion.volume.raycasting.window import window
 
 @dataclass(frozen=True)
 class Raycast:
-    """The surface as a camera sees it, in the CAMERA frame; NaN where nothing was seen.
+    """The surface as a camera sees it, in the CAMERA frame; NaN where nothing was seen. Read only: copy what to change.
 
     Attributes:
         depth: (h, w) float32, planar z [m].
@@ -60,5 +60,5 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
         parts(), colored,
     )  # fmt: skip
     give_back(canvas)
-    points, normals = (image.reshape(h, w, 3) for image in (canvas.points, canvas.normals))
-    return Raycast(canvas.depth, points, normals, colors if colored else None)
+    depth, points, normals = canvas.shown()
+    return Raycast(depth, points, normals, colors if colored else None)
