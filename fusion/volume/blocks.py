@@ -27,7 +27,7 @@ class Blocks:
         neighbours: (capacity, 27) int32 ids of the blocks around, -1 = none, index (di+1)*9 + (dj+1)*3 + dk+1.
         around: (capacity,) int32 the same as bits, 1 << index where there is a block: it takes one look to know all.
         voxels: (capacity, 64, 2, 8) float32, rows of voxels along z: the sums of weight * distance [m] of all eight,
-            then their sums of weight. So a row is one cache line, and eight voxels are updated at a time.
+            then their sums of weight. So a row is 64 bytes, and eight voxels are updated at a time.
         flat: the same in one dimension, as kernels take it; see `entry`.
         solid: (capacity,) int32, a bit for each octant (4 x 4 x 4 voxels; x, y, z from the highest to the lowest of
             three bits) with a voxel that was ever behind a surface: rays end in these only.
