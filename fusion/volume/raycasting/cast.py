@@ -4,6 +4,7 @@
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.compute.language import ti
 from fusion.compute.shares import share
+from fusion.volume.raycasting.close import close
 from fusion.volume.raycasting.curve import COARSE, PAD, fill
 from fusion.volume.raycasting.march import (
     DONE,
@@ -17,7 +18,6 @@ from fusion.volume.raycasting.march import (
     WHOLES,
     approach,
     begin,
-    close,
 )
 from fusion.volume.raycasting.window import TILE
 

@@ -1,18 +1,15 @@
 # mypy: ignore-errors
-"""Following rays to the first place where the field goes from outside to inside, many side by side: each on its own
-would mostly wait for memory."""
+"""Following rays, many side by side, as each on its own would mostly wait for memory: what is known of each of them,
+and the way to near the surface; `close` goes on from there."""
 
 from fusion.compute.language import ti
 from fusion.geometry.lanes import high, low
 from fusion.volume.blocks import entry
 from fusion.volume.hashing import pack, slot
-from fusion.volume.raycasting.window import find
-from fusion.volume.sample import place
 from fusion.volume.settings import BLOCK
 
 SIDE = 16  # rays side by side
 NEAR = 1.5  # voxels from the surface at which a coarse look is not enough
-CLOSE = 0.02  # voxels from the surface at which a straight line finds it
 LEAST = 1e-6  # of a depth that a step is long: less would be lost in rounding
 
 # Of each ray: its direction [voxels per metre of depth], the depths where it is, begins and ends, the last value
@@ -110,92 +107,3 @@ def approach(
         ray[AT + e] = to
         now = ti.select(to < ray[END + e], ti.select(look_closer, NEARBY, FAR), DONE)  # of NaN, too
         whole[STATE + e] = ti.select(live, now, whole[STATE + e])
-
-
-@ti.func
-def close(
-    ray: ti.template(), whole: ti.template(), origin: ti.template(), keys: ti.template(), ids: ti.template(),
-    lowest: ti.template(), size: ti.template(), grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),
-    voxel: ti.f32,
-):  # fmt: skip
-    """A step of each ray that was near the surface: Newton's where the field falls, kept between the last place outside
-    and the first one inside once both are known."""
-    value, weight = ti.Vector([0.0] * (8 * SIDE)), ti.Vector([0.0] * (8 * SIDE))
-    part = ti.Vector([0.0] * (3 * SIDE))  # where in its cell a ray is
-    for e in range(SIDE):  # what the corners of its cell say
-        if whole[STATE + e] == NEARBY:
-            p = origin + ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]]) * ray[AT + e]
-            base = ti.cast(ti.floor(p), ti.i32)
-            n = find(base >> 3, lowest, size, grid, keys, ids)
-            for a in ti.static(range(3)):
-                part[a * SIDE + e] = p[a] - base[a]
-            if n >= 0:
-                i, j, k = base[0] & 7, base[1] & 7, base[2] & 7
-                if ti.max(i, j, k) < BLOCK - 1:  # all in one block
-                    at = entry(n, (i * BLOCK + j) * BLOCK + k)
-                    for c in ti.static(range(8)):
-                        corner = at + ti.static(c // 4 * 128 + c // 2 % 2 * 16 + c % 2)
-                        value[c * SIDE + e], weight[c * SIDE + e] = voxels[corner], voxels[corner + BLOCK]
-                else:
-                    for c in range(8):
-                        block, o = place(n, i + c // 4, j + c // 2 % 2, k + c % 2, neighbours)
-                        if block >= 0:
-                            corner = entry(block, o)
-                            value[c * SIDE + e], weight[c * SIDE + e] = voxels[corner], voxels[corner + BLOCK]
-    for e in range(SIDE):
-        x, y, z = part[e], part[SIDE + e], part[2 * SIDE + e]
-        dx, dy, dz, t = ray[DX + e], ray[DY + e], ray[DZ + e], ray[AT + e]
-        least = weight[e]
-        for c in ti.static(range(1, 8)):
-            least = low(least, weight[c * SIDE + e])
-        v = ti.Vector([value[c * SIDE + e] / weight[c * SIDE + e] for c in ti.static(range(8))])
-        along = [v[c + 4] - v[c] for c in ti.static(range(4))]
-        a = [v[c] + along[c] * x for c in ti.static(range(4))]
-        b, up = [a[c] + (a[c + 2] - a[c]) * y for c in ti.static(range(2))], a[3] - a[1] - (a[2] - a[0])
-        slope_x = along[0] + (along[2] - along[0]) * y
-        slope_x += (along[1] + (along[3] - along[1]) * y - slope_x) * z
-        known = least > 0.0
-        s = ti.select(known, b[0] + (b[1] - b[0]) * z, 0.0)
-        rate = ti.select(known, slope_x * dx + (a[2] - a[0] + up * z) * dy + (b[1] - b[0]) * dz, 1.0)
-        quantum = 1.0 / ti.sqrt(dx * dx + dy * dy + dz * dz)
-        out, at_out, inside, at_in = ray[OUT + e], ray[AT_OUT + e], ray[IN + e], ray[AT_IN + e]
-        trials, to = whole[TRIALS + e], t - s / rate
-        blunt = (least <= 0.0) | (rate >= -0.1 * voxel / quantum)  # unknown, or seen at more than 84 degrees
-        at_surface = (ti.abs(s) < CLOSE * voxel) | (ti.abs(s / rate) < LEAST * t)
-        found = (rate < -0.1 * voxel / quantum) & known & at_surface & ((trials > 0) | (out > 0.0))
-        # from a guess: the next look, or back to the start
-        guessed = trials > 0
-        lost = blunt | (ti.abs(s) > voxel) | (trials == 1)
-        # inside from the start, or the back of a surface
-        astray = (least <= 0.0) | ((s <= 0.0) & (out < 0.0))
-        # between places
-        outside = s > 0.0
-        out1, at_out1 = ti.select(outside, s, out), ti.select(outside, t, at_out)
-        in1, at_in1 = ti.select(outside, inside, s), ti.select(outside, at_in, t)
-        both, gap, share = in1 <= 0.0, at_in1 - at_out1, out1 / (out1 - in1)
-        step = (s / voxel + 0.3) * quantum
-        cut = ti.select(blunt | (to <= at_out1) | (to >= at_out1 + gap), at_out1 + gap * share, to)
-        # never nearer to an end: from cell to cell the slope jumps, and two places may send to each other
-        cut = low(high(cut, at_out1 + 0.05 * gap), at_out1 + 0.95 * gap)
-        narrow = both & (gap < 0.05 * quantum + LEAST * t)
-        ahead = ti.select(blunt | (to > t + 2.0 * step), t + step, to)
-        next_at = ti.select(both, cut, ahead)
-        next_state = ti.select(narrow, DONE, ti.select((s > NEAR * voxel) & (in1 > 0.0), FAR, NEARBY))
-        # which of the four it is
-        live = whole[STATE + e] == NEARBY
-        other = ti.select(found | guessed, 0, ti.cast(live, ti.i32))
-        bracket, stray = ti.select(astray, 0, other) == 1, ti.select(astray, other, 0) == 1
-        next_at = ti.select(astray, t + ti.select(known, 1.0, 0.5) * quantum, next_at)
-        next_state = ti.select(astray, FAR, next_state)
-        next_at = ti.select(guessed, ti.select(lost, ray[START + e], to), next_at)
-        next_state = ti.select(guessed, ti.select(lost, FAR, NEARBY), next_state)
-        next_at = ti.select(found, t, next_at)
-        next_state = ti.select(found, DONE, ti.select(next_at < ray[END + e], next_state, DONE))  # or NaN
-        ray[HIT + e] = ti.select(live & found, to, ti.select(bracket & narrow, at_out1 + gap * share, ray[HIT + e]))
-        ray[AT + e] = ti.select(live, next_at, t)
-        ray[OUT + e] = ti.select(bracket, out1, ti.select(stray & (least <= 0.0), -1.0, out))
-        ray[AT_OUT + e] = ti.select(bracket, at_out1, at_out)
-        ray[IN + e] = ti.select(bracket, in1, ti.select(stray, 1.0, inside))
-        ray[AT_IN + e] = ti.select(bracket, at_in1, at_in)
-        whole[TRIALS + e] = ti.select(live & guessed, ti.select(lost, 0, trials - 1), trials)
-        whole[STATE + e] = ti.select(live, next_state, whole[STATE + e])
