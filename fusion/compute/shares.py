@@ -11,7 +11,8 @@ from functools import cache
 from fusion.compute.language import ti
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits
-SHARES = 32  # of a loop
+SHARES = 32  # of a loop, on a processor
+MANY = 4096  # elsewhere, where each is one of many threads
 
 
 @cache
@@ -27,7 +28,11 @@ def share(turn: ti.template(), total: ti.i32):
     Args:
         turn: (1,) an array of 0 at the start.
     """
-    first, size = total, total // SHARES + 1
+    first, size = total, total // ti.static(_shares()) + 1
     if turn[0] < total:  # else it would grow without end
         first = ti.min(ti.atomic_add(turn[0], size), total)
     return first, ti.min(first + size, total)
+
+
+def _shares() -> int:
+    return SHARES if ti.lang.impl.current_cfg().arch in (ti.x64, ti.arm64) else MANY
