@@ -1,5 +1,7 @@
 """Images of a raycast are used again, but not as long as somebody holds them."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import scenes
@@ -67,3 +69,19 @@ def test_memory_is_taken_again_and_bounded():
         give_back(canvas)
     again = [take(7, 5) for _ in taken]
     assert sum(any(a is b for b in taken) for a in again) == MOST
+
+
+def test_no_two_threads_get_the_same():
+    def work(number):
+        for _ in range(500):
+            canvas = take(6, 4)
+            canvas.depth[:] = number
+            canvas.used[:] = number
+            alone = (canvas.depth == number).all() and (canvas.used == number).all()
+            give_back(canvas)
+            if not alone:
+                return False
+        return True
+
+    with ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(work, range(8)))

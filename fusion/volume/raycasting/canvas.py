@@ -1,7 +1,7 @@
 """Images that raycasts are written to. They serve again once nobody holds them any longer: fresh ones would have to be
 filled with NaN, most of which is still there where nothing was seen."""
 
-from collections import defaultdict
+from contextlib import suppress
 from dataclasses import dataclass
 from sys import getrefcount
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 PIECE = 32  # pixels of a row that are looked at in turn
-MOST = 3  # kept for each size of image
+MOST = 6  # kept, of all sizes together
 OURS = 2  # references to an array that nobody else holds: the canvas, and the one that the count itself takes
 
 
@@ -41,23 +41,22 @@ class Canvas:
         return max(getrefcount(self.depth), getrefcount(self.points), getrefcount(self.normals)) > OURS
 
 
-_kept: defaultdict[tuple[int, int], list[Canvas]] = defaultdict(list)
+_kept: list[Canvas] = []
 
 
 def take(h: int, w: int) -> Canvas:
     """A canvas for images of h rows and w columns; as long as it is not given back, nobody else gets it."""
-    kept = _kept[h, w]
-    for _ in range(len(kept)):
-        canvas = kept.pop(0)
-        if not canvas.held():
-            return canvas
-        kept.append(canvas)
+    for _ in range(len(_kept)):
+        with suppress(IndexError):  # another thread has taken it
+            canvas = _kept.pop(0)
+            if canvas.depth.shape == (h, w) and not canvas.held():
+                return canvas
+            _kept.append(canvas)
     depth, points, normals = (np.empty(shape, np.float32) for shape in ((h, w), h * w * 3, h * w * 3))
     return Canvas(depth, points, normals, np.ones(h * -(-w // PIECE), np.int32))
 
 
 def give_back(canvas: Canvas) -> None:
     """It may be taken again; until they are let go, its images stay what they are."""
-    kept = _kept[canvas.depth.shape]
-    kept.append(canvas)
-    del kept[:-MOST]
+    _kept.append(canvas)
+    del _kept[:-MOST]

@@ -59,6 +59,6 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
         voxel, camera.fx, canvas.depth, canvas.points, canvas.normals, colors, canvas.used, np.zeros(1, np.int32),
         parts(), colored,
     )  # fmt: skip
+    depth, points, normals = canvas.shown()  # held before anyone else may take them
     give_back(canvas)
-    depth, points, normals = canvas.shown()
     return Raycast(depth, points, normals, colors if colored else None)
