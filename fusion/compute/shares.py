@@ -8,11 +8,19 @@ runs on a core that something else uses, the others wait for it.
 import os
 from functools import cache
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fusion.compute.language import ti
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits
 SHARES = 32  # of a loop, on a processor
 MANY = 4096  # elsewhere, where each is one of many threads
+
+
+def dealt() -> tuple[NDArray[np.int32], int]:
+    """What a kernel takes to deal a loop out: whose turn it is, and the iterations of the loop around."""
+    return np.zeros(1, np.int32), parts()
 
 
 @cache
@@ -32,6 +40,15 @@ def share(turn: ti.template(), total: ti.i32):
     if turn[0] < total:  # else it would grow without end
         first = ti.min(ti.atomic_add(turn[0], size), total)
     return first, ti.min(first + size, total)
+
+
+@ti.func
+def after(n: ti.i32, stop: ti.i32, turn: ti.template(), total: ti.i32):
+    """The item after n and where its share ends: of the next share where this one is done."""
+    item, end = n + 1, stop
+    if item == stop:
+        item, end = share(turn, total)
+    return item, end
 
 
 def _shares() -> int:

@@ -5,7 +5,7 @@ import pytest
 
 from fusion.compute.arrays import I32
 from fusion.compute.language import ti
-from fusion.compute.shares import SHARES, parts, share
+from fusion.compute.shares import SHARES, after, dealt, share
 from fusion.compute.start import start
 
 
@@ -15,15 +15,13 @@ def _count(taken: I32, total: ti.i32, turn: I32, parts: ti.i32):
         n, stop = share(turn, total)
         while n < total:
             taken[n] += 1
-            n += 1
-            if n == stop:
-                n, stop = share(turn, total)
+            n, stop = after(n, stop, turn, total)
 
 
 @pytest.mark.parametrize("total", [0, 1, SHARES - 1, SHARES, SHARES + 1, 1000, 99_999])
 def test_each_item_is_taken_once(total):
     start()
-    taken, turn = np.zeros(total + 1, np.int32), np.zeros(1, np.int32)
-    _count(taken, total, turn, parts())
+    taken = np.zeros(total + 1, np.int32)
+    _count(taken, total, *dealt())
     assert (taken[:total] == 1).all()
     assert taken[total] == 0

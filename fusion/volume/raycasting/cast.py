@@ -3,7 +3,7 @@
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
 from fusion.compute.language import ti
-from fusion.compute.shares import share
+from fusion.compute.shares import after, share
 from fusion.volume.raycasting.close import close
 from fusion.volume.raycasting.curve import COARSE, PAD, fill
 from fusion.volume.raycasting.march import (
@@ -92,9 +92,8 @@ def cast(
                     v, u = i << down, j << down
                     m += 1
                     if m == rays_of_tile:
-                        m, n = 0, n + 1
-                        if n == stop:
-                            n, stop = share(turn, count)
+                        m = 0
+                        n, stop = after(n, stop, turn, count)
                     if v < height and u < width:
                         near, end = first[v >> TILE, u >> TILE], last[v >> TILE, u >> TILE]
                         follow, guess = _wanted(i, j, step, coarse, fine, height, width, end, farthest, voxel)

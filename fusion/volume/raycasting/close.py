@@ -24,9 +24,10 @@ from fusion.volume.raycasting.march import (
     START,
     STATE,
     TRIALS,
+    quantum_of,
 )
 from fusion.volume.raycasting.window import find
-from fusion.volume.sample import place
+from fusion.volume.sample import blend, place, slope
 from fusion.volume.settings import BLOCK
 
 CLOSE = 0.02  # voxels from the surface at which a straight line finds it
@@ -67,20 +68,14 @@ def _read(
 def _field(ray: ti.template(), part: ti.template(), value: ti.template(), weight: ti.template(), e: ti.i32):
     """Whether all corners of ray e's cell are known, the trilinear value there and its rate along the ray [m/m]; 0 and
     1 where not."""
-    x, y, z = part[e], part[SIDE + e], part[2 * SIDE + e]
     least = weight[e]
     for c in ti.static(range(1, 8)):
         least = low(least, weight[c * SIDE + e])
     f = ti.Vector([value[c * SIDE + e] / weight[c * SIDE + e] for c in ti.static(range(8))])
-    along = [f[c + 4] - f[c] for c in ti.static(range(4))]
-    g = [f[c] + along[c] * x for c in ti.static(range(4))]
-    h = [g[c] + (g[c + 2] - g[c]) * y for c in ti.static(range(2))]
-    first, second = [along[c] + (along[c + 2] - along[c]) * y for c in ti.static(range(2))]
-    slope_x = first + (second - first) * z
-    slope_y = g[2] - g[0] + (g[3] - g[1] - (g[2] - g[0])) * z
-    rate = slope_x * ray[DX + e] + slope_y * ray[DY + e] + (h[1] - h[0]) * ray[DZ + e]
+    p = ti.Vector([part[a * SIDE + e] for a in ti.static(range(3))])
+    rate = slope(f, p).dot(ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]]))
     known = least > 0.0
-    return known, ti.select(known, h[0] + (h[1] - h[0]) * z, 0.0), ti.select(known, rate, 1.0)
+    return known, ti.select(known, blend(f, p), 0.0), ti.select(known, rate, 1.0)
 
 
 @ti.func
@@ -96,7 +91,7 @@ def close(
     _read(ray, whole, part, value, weight, origin, keys, ids, lowest, size, grid, neighbours, voxels)
     for e in range(SIDE):  # without branches, so that the compiler makes vectors of it: all ways on, then which it is
         known, s, rate = _field(ray, part, value, weight, e)
-        t, trials, quantum = ray[AT + e], whole[TRIALS + e], _quantum(ray, e)
+        t, trials, quantum = ray[AT + e], whole[TRIALS + e], quantum_of(ray, e)
         falls = known & (rate < -GRAZING * voxel / quantum)
         to = t - s / rate
         # at the surface
@@ -137,10 +132,3 @@ def close(
         ray[AT_IN + e] = ti.select(path, at_in, ray[AT_IN + e])
         whole[TRIALS + e] = ti.select(live & guessed, ti.select(lost, 0, trials - 1), trials)
         whole[STATE + e] = ti.select(live, ti.select(ended, DONE, next_state), whole[STATE + e])
-
-
-@ti.func
-def _quantum(ray: ti.template(), e: ti.i32):
-    """Depth of one voxel's length along ray e [m]."""
-    dx, dy, dz = ray[DX + e], ray[DY + e], ray[DZ + e]
-    return 1.0 / ti.sqrt(dx * dx + dy * dy + dz * dz)

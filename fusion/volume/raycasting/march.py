@@ -38,6 +38,13 @@ def begin(
 
 
 @ti.func
+def quantum_of(ray: ti.template(), e: ti.i32):
+    """Depth of one voxel's length along ray e [m]."""
+    dx, dy, dz = ray[DX + e], ray[DY + e], ray[DZ + e]
+    return 1.0 / ti.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@ti.func
 def _axis(p: ti.f32, d: ti.f32, o: ti.f32):
     """Voxel on an axis at a place, and the depth at which a ray leaves its block there."""
     i = ti.cast(ti.floor(p), ti.i32)
@@ -88,8 +95,8 @@ def approach(
         i = entry(n, whole[VOXEL + e])
         full[e], value[e], weight[e] = solid[n], voxels[i], voxels[i + BLOCK]
     for e in range(SIDE):
-        dx, dy, dz, t, w = ray[DX + e], ray[DY + e], ray[DZ + e], ray[AT + e], weight[e]
-        quantum = 1.0 / ti.sqrt(dx * dx + dy * dy + dz * dz)  # depth of one voxel's length [m]
+        t, w = ray[AT + e], weight[e]
+        quantum = quantum_of(ray, e)
         distance = value[e] / (w * voxel)
         empty = block[e] < 0
         # there it only has to be seen from which side the ray comes

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.shares import parts
+from fusion.compute.shares import dealt
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
@@ -49,15 +49,14 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
             coarse, fine = fine, unseen(h, w, step)
         cast(
             step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, lens(camera), T, seen.first, seen.last,
-            tiles, len(tiles), voxel, farthest, coarse, fine, np.zeros(1, np.int32), parts(), any(camera.distortion),
+            tiles, len(tiles), voxel, farthest, coarse, fine, *dealt(), any(camera.distortion),
         )  # fmt: skip
     canvas = take(h, w)
     colored = blocks.settings.color
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     shade(
         *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine.reshape(-1), fine.shape[1], T,
-        voxel, camera.fx, canvas.depth, canvas.points, canvas.normals, colors, canvas.used, np.zeros(1, np.int32),
-        parts(), colored,
+        voxel, camera.fx, canvas.depth, canvas.points, canvas.normals, colors, canvas.used, *dealt(), colored,
     )  # fmt: skip
     depth, points, normals = canvas.shown()  # held before anyone else may take them
     give_back(canvas)

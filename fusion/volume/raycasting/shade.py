@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64, U8_3
 from fusion.compute.language import ti
-from fusion.compute.shares import share
+from fusion.compute.shares import after, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded
 from fusion.volume.raycasting.canvas import PIECE
@@ -64,9 +64,7 @@ def shade(
         while n < total:
             v, u0, nearest = n // across, n % across * PIECE, INFINITY
             piece = n
-            n += 1
-            if n == stop:
-                n, stop = share(turn, total)
+            n, stop = after(n, stop, turn, total)
             begin = bounded((v + PAD) * wide + u0 + PAD)
             for s in range(PIECE):
                 nearest = ti.min(nearest, ti.bit_cast(seen[begin + s], ti.i32))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, I32, I32_2
 from fusion.compute.language import ti
-from fusion.compute.shares import parts, share
+from fusion.compute.shares import after, dealt, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
@@ -51,7 +51,7 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
         _range(
             blocks.coordinates, blocks.count, blocks.solid, rows(inverse(T_world_camera)), lens(camera),
             blocks.settings.voxel, *reach, h, w, found.first, found.last, found.low, size, grid,
-            np.zeros(1, np.int32), parts(), any(camera.distortion),
+            *dealt(), any(camera.distortion),
         )  # fmt: skip
     return found
 
@@ -108,9 +108,7 @@ def _range(
         begin, stop = share(turn, count)
         while begin < count:
             n = begin
-            begin += 1
-            if begin == stop:
-                begin, stop = share(turn, count)
+            begin, stop = after(begin, stop, turn, count)
             if size[0] > 0:
                 cell = ti.Vector([coordinates[n, a] - low[a] for a in ti.static(range(3))])
                 grid[(cell[0] * size[1] + cell[1]) * size[2] + cell[2]] = n
