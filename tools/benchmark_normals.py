@@ -27,7 +27,9 @@ def main() -> None:
     camera = Camera(640, 480, K[0, 0], K[1, 1], K[0, 2], K[1, 2])
     vertices, faces = Knot().mesh()
     scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(o3d.core.Tensor(vertices.astype(np.float32)), o3d.core.Tensor(faces.astype(np.uint32)))
+    scene.add_triangles(
+        o3d.core.Tensor.from_numpy(vertices.astype(np.float32)), o3d.core.Tensor.from_numpy(faces.astype(np.uint32))
+    )
     for noise, voxel, views in CASES:
         rng, volume = np.random.default_rng(0), Volume(VolumeSettings(voxel, 4 * voxel))
         for k in range(0, len(poses), 4)[:views]:
@@ -45,7 +47,7 @@ def _angles(volume: Volume, camera: Camera, T: Array, scene: o3d.t.geometry.Rayc
     rays = seen.points[there] @ T[:3, :3].T
     length = np.linalg.norm(rays, axis=1)
     cast = np.hstack([np.broadcast_to(T[:3, 3], rays.shape), rays / length[:, None]]).astype(np.float32)
-    met = scene.cast_rays(o3d.core.Tensor(cast))
+    met = scene.cast_rays(o3d.core.Tensor.from_numpy(cast))
     same = np.abs(met["t_hit"].numpy() - length) < 2 * volume.settings.voxel
     cosine = np.abs(np.sum((seen.normals[there] @ T[:3, :3].T) * met["primitive_normals"].numpy(), axis=1))[same]
     return np.degrees(np.arccos(np.clip(cosine, 0, 1)))
