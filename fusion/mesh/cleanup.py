@@ -14,7 +14,7 @@ from fusion.mesh.vertices import vertices_kept
 
 def largest_part(mesh: Mesh) -> Mesh:
     """The connected part with the largest surface; vertices without a face are left out."""
-    part, areas = _parts(mesh)
+    part, areas = parts(mesh)
     return vertices_kept(mesh, part == np.argmax(areas)) if len(mesh.faces) else mesh
 
 
@@ -49,17 +49,30 @@ def fill_small_holes(mesh: Mesh, max_perimeter: float) -> Mesh:
 
 def border_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
     """Closed borders as vertex indices, in the direction of the faces beside them."""
-    edges = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
-    count = len(mesh.vertices)
-    code, back = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
     follows: dict[int, list[int]] = defaultdict(list)
-    for start, end in edges[~np.isin(code, back)].tolist():
+    for start, end in _border_edges(mesh).tolist():
         follows[start].append(end)
     loops = []
     for start in list(follows):
         while follows[start]:
             loops += _walk(start, follows)
     return loops
+
+
+def _border_edges(mesh: Mesh) -> NDArray[np.int64]:
+    """Edges (k, 2) of faces that no face uses in the other direction."""
+    start, end = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64).T
+    count = len(mesh.vertices)
+    # one sort puts both directions of an edge side by side: its smaller and larger vertex, then which way
+    key = (np.minimum(start, end) * count + np.maximum(start, end)) * 2 + (start > end)
+    key.sort()
+    edge, back = key >> 1, (key & 1).astype(bool)
+    first = np.flatnonzero(np.diff(edge, prepend=-1))
+    last = np.append(first[1:], len(key))
+    lonely = np.repeat(back[first] == back[last - 1], last - first) if len(key) else np.zeros(0, bool)
+    low, high = np.divmod(edge[lonely], max(count, 1))
+    turned = back[lonely]
+    return np.stack([np.where(turned, high, low), np.where(turned, low, high)], axis=1)
 
 
 def _walk(start: int, follows: dict[int, list[int]]) -> list[NDArray[np.int64]]:
@@ -85,7 +98,7 @@ def _perimeter(mesh: Mesh, loop: NDArray[np.int64]) -> float:
     return float(np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1).sum())
 
 
-def _parts(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+def parts(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """The part of each vertex, and each part's surface [m^2]."""
     edges = mesh.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
     shape = (len(mesh.vertices), len(mesh.vertices))

@@ -21,11 +21,13 @@ class Light:
         level: "ok", "warning" or "bad".
         subject: what is judged, two or three words ("Frames used").
         reason: one sentence that says why.
+        do: what a person can do about it, one sentence; "" when there is nothing to do.
     """
 
     level: str
     subject: str
     reason: str
+    do: str = ""
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ def anchor(title: str, place: int) -> str:
 def _summary(page: Page) -> tuple[str, str]:
     if not (page.summary or page.numbers):
         return "Summary", ""
-    inner = lights([(x.level, x.subject, x.reason) for x in page.summary])
+    inner = lights([(x.level, x.subject, x.reason, x.do) for x in page.summary])
     inner += tiles([(x.name, x.value, x.unit) for x in page.numbers])
     return "Summary", f"<section><h2>Summary</h2>{inner}</section>"
 
@@ -186,7 +188,7 @@ def _figure(figure: Figure) -> str:
 def _warnings(page: Page) -> tuple[str, str]:
     if not page.warnings:
         return "Warnings", ""
-    inner = lights([(x.level, x.subject, x.reason) for x in page.warnings])
+    inner = lights([(x.level, x.subject, x.reason, x.do) for x in page.warnings])
     return "Warnings", f"<section><h2>Warnings</h2>{inner}</section>"
 
 

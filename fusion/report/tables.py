@@ -16,19 +16,20 @@ _LAMPS = {
 }
 
 
-def lights(lines: Sequence[tuple[str, str, str]]) -> str:
-    """A list of (level, subject, reason); an unknown level is shown as a warning."""
+def lights(lines: Sequence[tuple[str, str, str, str]]) -> str:
+    """A list of (level, subject, reason, what to do or ""); an unknown level is shown as a warning."""
     if not lines:
         return ""
     return '<ul class="lights">' + "".join(_light(*line) for line in lines) + "</ul>"
 
 
-def _light(level: str, subject: str, reason: str) -> str:
+def _light(level: str, subject: str, reason: str, do: str) -> str:
     level = level if level in LEVELS else "warning"
     word, shape = _LAMPS[level]
     lamp = f'<span class="lamp"><svg viewBox="0 0 16 16" aria-hidden="true">{shape}</svg>{word}</span>'
     plain, name = ("", f"<b>{escape(subject)}</b>") if subject else (" plain", "")
-    return f'<li class="light {level}{plain}">{lamp}{name}<span>{escape(reason)}</span></li>'
+    step = f' <span class="do">{escape(do)}</span>' if do else ""
+    return f'<li class="light {level}{plain}">{lamp}{name}<span>{escape(reason)}{step}</span></li>'
 
 
 def tiles(numbers: Sequence[tuple[str, str, str]]) -> str:

@@ -1,0 +1,102 @@
+"""The facts of a scan: every number that terminal, page and JSON tell, computed once."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fusion.geometry.pose import Array
+from fusion.mesh.shape import Shape
+
+
+@dataclass(frozen=True)
+class Gap:
+    """How far two views about a full turn apart miss each other.
+
+    Attributes:
+        angle: [rad].
+        distance: [m].
+    """
+
+    angle: float
+    distance: float
+
+
+@dataclass(frozen=True)
+class TableFacts:
+    """What the turntable did.
+
+    Attributes:
+        step_mean, step_std: of the turn from frame to frame, slips left out [rad].
+        slips: frames after a slip.
+        gap, gap_raw: closing gap after and before the post-pass; None without a full turn.
+    """
+
+    step_mean: float
+    step_std: float
+    slips: tuple[int, ...] = ()
+    gap: Gap | None = None
+    gap_raw: Gap | None = None
+
+
+@dataclass(frozen=True)
+class ScanFacts:
+    """What a scan says about its object and about itself.
+
+    Attributes:
+        shape: the mesh in numbers.
+        frames, placed: in the recording, and those with a pose.
+        residual: rms over the frames of their residual against the model [m]; None without tracking.
+        inlier_share: median over the frames; None without tracking.
+        table: None when nothing turned.
+    """
+
+    shape: Shape
+    frames: int = 0
+    placed: int = 0
+    residual: float | None = None
+    inlier_share: float | None = None
+    table: TableFacts | None = None
+
+    def values(self) -> dict[str, Any]:
+        """Plain values for JSON, SI units but where a name says otherwise."""
+        shape = self.shape
+        out: dict[str, Any] = {
+            "frames": self.frames,
+            "placed": self.placed,
+            "residual_rms_m": self.residual,
+            "inlier_share": self.inlier_share,
+            "vertices": shape.vertices,
+            "triangles": shape.triangles,
+            "size_m": list(shape.size),
+            "volume_m3": shape.volume,
+            "bottom_open": shape.bottom_open,
+            "holes": len(shape.other_holes),
+            "open_share": shape.open_share,
+            "fragments": shape.fragments,
+            "largest_share": shape.largest_share,
+        }
+        table = self.table
+        if table is not None:
+            gaps = {"before": table.gap_raw, "after": table.gap}
+            out |= {
+                "step_mean_deg": float(np.rad2deg(table.step_mean)),
+                "step_std_deg": float(np.rad2deg(table.step_std)),
+                "closure_m": {when: None if gap is None else gap.distance for when, gap in gaps.items()},
+                "closure_deg": {
+                    when: None if gap is None else float(np.rad2deg(gap.angle)) for when, gap in gaps.items()
+                },
+            }
+        return out
+
+
+def rms_of(values: Array) -> float | None:
+    """Root mean square of the finite values (n,); None when there are none."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else None
+
+
+def median_of(values: Array) -> float | None:
+    """Median of the finite values (n,); None when there are none."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else None

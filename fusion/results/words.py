@@ -1,0 +1,53 @@
+"""The facts of a scan in words, the same on the terminal and on the page."""
+
+import numpy as np
+
+from fusion.mesh.shape import Shape
+from fusion.results.facts import Gap, TableFacts
+
+LARGE = 2.0  # [m] what is longer is told in metres
+
+
+def size_words(shape: Shape) -> tuple[str, str]:
+    """(number, unit) of width, depth and height: ("134 x 133 x 169", "mm")."""
+    if max(shape.size) > LARGE:
+        return " x ".join(f"{side:.2f}" for side in shape.size), "m"
+    return " x ".join(f"{side * 1e3:.0f}" for side in shape.size), "mm"
+
+
+def volume_words(shape: Shape) -> tuple[str, str] | None:
+    """(number, unit) of the volume: ("812", "cm3"), ("2.41", "litres"); None where it is not known."""
+    if shape.volume is None:
+        return None
+    cubic_cm = shape.volume * 1e6
+    if cubic_cm < 1000:
+        return (f"{cubic_cm:.0f}" if cubic_cm >= 10 else f"{cubic_cm:.2g}"), "cm3"
+    return (f"{cubic_cm / 1e3:.2f}", "litres") if cubic_cm < 1e6 else (f"{shape.volume:.2f}", "m3")
+
+
+def gap_words(gap: Gap) -> str:
+    """ "2.49 mm, 0.41 deg"."""
+    return f"{gap.distance * 1e3:.2f} mm, {np.rad2deg(gap.angle):.2f} deg"
+
+
+def closing_words(table: TableFacts) -> str:
+    """The closing gap, and whether the post-pass made it better or worse."""
+    if table.gap is None:
+        return "no full turn"
+    said = f"closing gap {gap_words(table.gap)}"
+    if table.gap_raw is None:
+        return said
+    worse = worse_words(table)
+    return f"{said} ({worse})" if worse else f"{said} ({gap_words(table.gap_raw)} before the post-pass)"
+
+
+def worse_words(table: TableFacts) -> str:
+    """What of the closing gap got worse by the post-pass, as far as the printed digits tell; "" when nothing did."""
+    if table.gap is None or table.gap_raw is None:
+        return ""
+    pairs = [
+        (np.rad2deg(table.gap_raw.angle), np.rad2deg(table.gap.angle), "deg"),
+        (table.gap_raw.distance * 1e3, table.gap.distance * 1e3, "mm"),
+    ]
+    worse = [f"{old:.2f} -> {new:.2f} {unit}" for old, new, unit in pairs if round(new, 2) > round(old, 2)]
+    return f"worse than before the post-pass: {', '.join(worse)}" if worse else ""
