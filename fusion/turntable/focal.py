@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.turntable.edges import stack
-from fusion.turntable.motion import begin, together
+from fusion.turntable.motion import begin
+from fusion.turntable.together import fit_camera, together
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
@@ -40,7 +41,8 @@ def check_focal(views: Sequence[View], region: Region, commanded: Array | None =
         TrackingError: the views do not fit any turn about one axis.
     """
     used, _, shown, _, (axis, angles) = begin(views, region, commanded)
-    fit = together(stack(shown), axis, angles)[2]
+    seen = stack(shown)
+    fit = fit_camera(seen, *together(seen, axis, angles))
     turned = float(np.ptp(fit.angles))
     return FocalCheck(float(np.expm1(fit.check.values[0])), float(fit.check_std[0]), turned, len(used))
 

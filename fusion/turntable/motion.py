@@ -14,16 +14,13 @@ from fusion.turntable.misfit import misfits
 from fusion.turntable.plate import above, plate_height
 from fusion.turntable.selfcheck import SelfCheck
 from fusion.turntable.start import axis_guesses, find_turns, search_range
+from fusion.turntable.together import DEPTH_ERRORS, REACH, WIDEST, WORTH, fit_camera, misfit, together
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
-REACH = 0.03  # [m] of the first passes, for objects of decimetres
 POINTS_FIRST, POINTS_FINE = 1000, 3000  # source points per frame
 POINTS_OUTLINE = 200_000  # that tell how far the object reaches
-WIDEST = np.deg2rad(50)  # between two views that are compared
-WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
-DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 
 
 @dataclass(frozen=True)
@@ -142,7 +139,8 @@ def _refine(shown: list[View], fine: Callable[[], list[View]], axis: Axis, angle
         The motion for the stated camera, and the fit in which the camera alone was free.
     """
     seen = stack(shown)
-    middle, edges, camera_fit = together(seen, axis, angles)
+    middle, edges = together(seen, axis, angles)
+    camera_fit = fit_camera(seen, middle, edges)
     fits, some = [], seen.thinned(COARSE_POINTS)  # which one is right shows in some of the points
     for free in ((), ("focal",), DEPTH_ERRORS):
         passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free)
@@ -151,7 +149,7 @@ def _refine(shown: list[View], fine: Callable[[], list[View]], axis: Axis, angle
         )
     chosen, best = fits[0]
     for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
-        if _misfit(fit) < WORTH * _misfit(best):
+        if misfit(fit) < WORTH * misfit(best):
             chosen, best = free, fit
     fit = best
     if chosen:
@@ -163,26 +161,6 @@ def _refine(shown: list[View], fine: Callable[[], list[View]], axis: Axis, angle
         stated = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
         fit = close_loop(seen, (best.axis, best.angles), edges, stated)
     return replace(fit, angles=best.angles, angle_std=best.angle_std, check=best.check), camera_fit
-
-
-def together(shown: Stack, axis: Axis, angles: Array) -> tuple[Loop, list[tuple[int, int]], Loop]:
-    """All turns brought together with the focal length free, their edges, and the fit with the camera alone free."""
-    coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
-    local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
-    some = shown.thinned(COARSE_POINTS)
-    first = close_loop(some, (axis, angles), local, coarse)
-    angles = _close_turns(some, first)
-    edges = choose_edges(angles, WIDEST, 4)
-    middle = close_loop(some, (first.axis, angles), edges, coarse, first.check)
-    edges = choose_edges(middle.angles, WIDEST, 4)
-    lens = LoopSettings((0.01, 0.008), (3, 3), free_camera=("focal", "cx", "cy"))
-    camera_fit = close_loop(shown, (middle.axis, middle.angles), edges, lens, middle.check)
-    return middle, edges, camera_fit
-
-
-def _misfit(fit: Loop) -> float:
-    """Residual over support [m]: a fit that leaves surface out is no better."""
-    return float(np.median(fit.residual)) / max(float(np.median(fit.support)), 1e-3)
 
 
 def _thinned(view: View, most: int) -> View:
@@ -249,26 +227,3 @@ def _chain(views: list[View], axis: Axis, turns: Array, stride: int, commanded: 
         correction = np.interp(np.arange(len(views)), keys, at_keys - told_angles[keys])
         return fit.axis, told_angles + correction
     return fit.axis, np.interp(np.arange(len(views)), keys, fit.angles)
-
-
-def _close_turns(seen: Stack, fit: Loop) -> Array:
-    """Stretch the angles so that views of different turns (or across the gap) agree: undoes a bias of every step."""
-    i, j = np.triu_indices(len(fit.angles), 1)
-    far = np.abs(fit.angles[j] - fit.angles[i]) > np.pi
-    i, j = i[far], j[far]
-    tries = np.append(np.linspace(0.88, 1.16, 57), 1.0)
-    turns = (np.multiply.outer(tries, fit.angles[j] - fit.angles[i]) + np.pi) % (2 * np.pi) - np.pi
-    picks: list[tuple[int, int]] = []  # a try, and a pair of views that are near each other then
-    for k, near in enumerate(np.abs(turns) < np.deg2rad(40)):
-        where = np.flatnonzero(near)
-        some = where[np.linspace(0, len(where) - 1, min(24, len(where))).astype(int)]
-        picks.extend((k, int(pair)) for pair in some)
-    if not picks:
-        return fit.angles
-    which, pair = np.array(picks).T
-    edges = list(zip(i[pair].tolist(), j[pair].tolist(), strict=True))
-    wrong = misfits(seen, edges, (fit.axis, turns[which, pair]), REACH, fit.check)
-    count = np.bincount(which, minlength=len(tries))
-    values = np.where(count > 0, np.bincount(which, wrong, len(tries)) / np.maximum(count, 1), 1.0)
-    best, stay = float(tries[int(np.argmin(values))]), values[-1]
-    return fit.angles * best if values.min() < 0.8 * stay else fit.angles

