@@ -27,7 +27,7 @@ with tempfile.TemporaryDirectory() as folder:
         settings = {"distance_m": distance, "tilt_deg": tilt, "frames": "4"}
         write_simulation(path, simulate(built_in("patches", settings), real, seed))
         recordings.append(open_recording(path))
-    verdict = verdict_of(explain(recordings, known, print))
+    verdict = verdict_of(explain(recordings, known))
 
 print(sentence(verdict))
 for claim in verdict["missing"]:

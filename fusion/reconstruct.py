@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from fusion.errors import FusionError, RecordingError, TrackingError, VolumeError
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.progress import each, stage
 from fusion.recording.recording import Recording
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.moments import moments_of
@@ -103,12 +103,13 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     sensor = settings.sensor or default_sensor(recording.camera)
     recording, told = corrected_recording(recording, sensor)
     moments = moments_of(recording)
-    volume_settings, notes = plan(recording, settings, sensor)
+    with stage("planning"):
+        volume_settings, notes = plan(recording, settings, sensor)
     notes += told.notes
     volume = Volume(volume_settings)
     placed = _Placer(recording, settings, volume)
     results: list[Tracked] = []
-    for index in tqdm(range(len(recording)), desc="frames", unit="frame", disable=None):
+    for index in each(range(len(recording)), "tracking"):
         try:
             frame = prepare(recording[index], recording.camera, sensor, moments[index], settings.max_depth)
         except RecordingError as error:  # one broken file is no reason to lose the others
@@ -118,7 +119,8 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         if results[-1].ok:
             fuse(volume, frame, results[-1].T_world_camera)
     _check_enough(results, recording, settings)
-    mesh = volume.surface()
+    with stage("mesh"):
+        mesh = volume.surface()
     if not len(mesh.faces):
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     notes += _judge(results)

@@ -32,8 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Calibrate, write, print."""
-    from tqdm import tqdm
-
     from fusion.calibration.lens.board import read_board
     from fusion.calibration.lens.intrinsics import LensSettings, calibrate_intrinsics
     from fusion.calibration.lens.write import camera_content, numbers
@@ -46,11 +44,7 @@ def run(options: argparse.Namespace) -> None:
     if options.output.exists() and not options.output.is_dir():
         raise FusionError("the output is not a folder", options.output, "a file", "a folder or a new name")
     board = read_board(options.board)
-
-    def shown(pictures: dict[str, Path]) -> tqdm:
-        return tqdm(pictures, desc="boards", unit="picture", disable=None)
-
-    settings = LensSettings(options.keep_outliers, options.distance, progress=shown)
+    settings = LensSettings(options.keep_outliers, options.distance)
     result = calibrate_intrinsics(options.recording, board, settings)
     with output_folder(options.output) as partial:
         text = json.dumps(camera_content(result), indent=1, allow_nan=False)

@@ -33,14 +33,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _convert_recording(options: argparse.Namespace) -> None:
-    from tqdm import tqdm
-
     from fusion.recording.convert import convert_recording
     from fusion.recording.open import open_recording
 
-    recording = open_recording(options.input, options.camera)
-    convert_recording(
-        recording,
-        options.output,
-        lambda frames: tqdm(frames, total=len(recording), desc="convert", unit="frame", disable=None),
-    )
+    convert_recording(open_recording(options.input, options.camera), options.output)

@@ -2,8 +2,10 @@
 
 import argparse
 import json
-import time
 from pathlib import Path
+
+from fusion.commands.screen import took
+from fusion.progress import seconds, stage
 
 EXAMPLE = "fusion demo -o demo"
 
@@ -30,7 +32,6 @@ def run(options: argparse.Namespace) -> None:
     from fusion.sensor.file import read_sensor
     from fusion.simulation.demo import write_demo_recording
 
-    begin = time.monotonic()
     out = options.output
     if out.exists() and not out.is_dir():
         raise FusionError("the output is not a folder", out, "a file", "a folder or a new name", "choose another -o")
@@ -39,18 +40,19 @@ def run(options: argparse.Namespace) -> None:
     recording = open_recording(write_demo_recording(out / "simulated", options.seed, options.frames))
     scan = scan_turntable(recording, ScanSettings(sensor=read_sensor(out / "simulated" / "sensor.json")))
     truth = read_mesh(out / "simulated" / "truth.ply")
-    comparison = compare(scan.mesh, truth, CompareSettings(scale=True))
+    with stage("comparing"):
+        comparison = compare(scan.mesh, truth, CompareSettings(scale=True))
     with output_folder(out) as partial:
         write_mesh(partial / "truth.ply", truth)
         write_comparison(partial, comparison)
     turntable.write(out, recording, scan, comparison)
     numbers = turntable.summary(recording, scan)
     numbers |= {"distance_rms_m": comparison.accuracy["rms"], "scale": comparison.scale}
-    numbers |= {"seconds": time.monotonic() - begin, "output": str(out)}
+    numbers |= {"seconds": seconds(), "output": str(out)}
     if options.json:
         print(json.dumps(numbers, indent=1))
         return
     found = f"{numbers['distance_rms_m'] * 1e3:.2f} mm rms, scale {comparison.scale:.5f}"
     shown = turntable.lines(numbers)
-    last = [f"truth     {found}, in {numbers['seconds']:.0f} s", f"report    {out / 'report.html'}"]
+    last = [f"truth     {found}", f"report    {out / 'report.html'}", f"took      {took(numbers['seconds'])}"]
     print("\n".join([*shown[:3], *last]))

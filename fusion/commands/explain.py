@@ -2,8 +2,9 @@
 
 import argparse
 import json
-import sys
 from pathlib import Path
+
+from fusion.commands.screen import took
 
 EXAMPLE = "fusion explain case/rec_* --sensor case/sensor.json -o out"
 
@@ -44,6 +45,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.discrepancy.explain import explain
     from fusion.discrepancy.verdict.verdict import sentence, verdict_of
     from fusion.output import output_folder
+    from fusion.progress import seconds, stage
     from fusion.recording.open import open_recording
     from fusion.report.explanation import explanation_report
     from fusion.sensor.file import read_sensor, write_sensor
@@ -51,15 +53,15 @@ def run(options: argparse.Namespace) -> None:
     sensor = read_sensor(options.sensor)
     recordings = [open_recording(path, options.camera) for path in options.recordings]
     simulated = [open_recording(path, options.camera) for path in options.simulated]
-    found = explain(recordings, sensor, _told if sys.stderr.isatty() else lambda text: None, simulated)
+    found = explain(recordings, sensor, simulated)
     verdict = verdict_of(found)
     with output_folder(options.output) as partial:
-        explanation_report(partial, found, verdict)
+        with stage("report"):
+            explanation_report(partial, found, verdict)
+        verdict["seconds"] = seconds()
         (partial / "verdict.json").write_text(json.dumps(verdict, indent=1) + "\n")
         write_sensor(partial / "sensor.json", found.sensor)
-    print(json.dumps(verdict) if options.json else f"{sentence(verdict)}\n{options.output / 'report.html'}")
-
-
-def _told(text: str) -> None:
-    sys.stderr.write(f"\r\033[K{text} ...")
-    sys.stderr.flush()
+    if options.json:
+        print(json.dumps(verdict))
+    else:
+        print(f"{sentence(verdict)}\n{options.output / 'report.html'}\ntook {took(verdict['seconds'])}")

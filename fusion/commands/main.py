@@ -6,6 +6,7 @@ import os
 import sys
 
 from fusion import __version__
+from fusion.commands.screen import showing
 from fusion.errors import FusionError
 
 # command: what it does, in the order of the work
@@ -43,11 +44,13 @@ def main(arguments: list[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     command.add_arguments(parser)
+    parser.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     options = parser.parse_args(chosen.rest)
     if getattr(options, "device", None):
         os.environ["FUSION_DEVICE"] = options.device
     try:
-        return int(command.run(options) or 0)
+        with showing(options.quiet):
+            return int(command.run(options) or 0)
     except FusionError as error:
         sys.stderr.write(f"fusion {chosen.command}: {error}\n")
     except MemoryError:

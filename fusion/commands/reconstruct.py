@@ -6,7 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_sensor
+from fusion.progress import seconds, stage
 
 if TYPE_CHECKING:
     from fusion.reconstruct import Reconstruction, ReconstructSettings
@@ -32,7 +34,7 @@ def run(options: argparse.Namespace) -> None:
     recording = open_recording(options.recording, options.camera)
     result = reconstruct(recording, _settings(options, recording))
     write(options.output, recording, result)
-    numbers = summary(recording, result)
+    numbers = summary(recording, result) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
@@ -75,14 +77,16 @@ def write(folder: Path, recording: "Recording", result: "Reconstruction") -> Non
     with output_folder(folder) as partial:
         write_mesh(partial / "mesh.ply", result.mesh)
         write_trajectory(partial / "trajectory.txt", result.trajectory)
+        with stage("report"):
+            scan_report(partial / "report.html", _report(recording, result))
         content = result.settings | {
             "recording": str(recording.path),
             "frames": len(recording),
             "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
             "warnings": [text for level, text in result.warnings if level != "ok"],
+            "seconds": seconds(),
         }
         (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-        scan_report(partial / "report.html", _report(recording, result))
 
 
 def _report(recording: "Recording", result: "Reconstruction") -> Any:
@@ -147,4 +151,5 @@ def _lines(numbers: dict[str, Any], result: "Reconstruction", folder: Path) -> l
         f"corrected {numbers['correction']['text']}",
         f"warnings  {'; '.join(numbers['warnings']) or 'none'}",
         f"report    {folder / 'report.html'}",
+        f"took      {took(numbers['seconds'])}",
     ]

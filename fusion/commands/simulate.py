@@ -37,8 +37,6 @@ def run(options: argparse.Namespace) -> int | None:
         return 2
     if options.seed < 0:
         raise FusionError("the seed is negative", "--seed", options.seed, "0 or more")
-    from tqdm import tqdm
-
     from fusion.sensor.file import read_sensor
     from fusion.sensor.sensor import Sensor
     from fusion.simulation.simulate import simulate
@@ -47,11 +45,7 @@ def run(options: argparse.Namespace) -> int | None:
     sensor = Sensor() if options.sensor is None else read_sensor(options.sensor)
     simulation = simulate(_scene(options), sensor, options.seed)
     total = len(simulation)
-    write_simulation(
-        options.output,
-        simulation,
-        lambda frames: tqdm(frames, total=total, desc="simulate", unit="frame", disable=None),
-    )
+    write_simulation(options.output, simulation)
     sensor = simulation.sensor
     for text in sensor.warnings + tuple(t for t in sensor.left_out if "not computed" in t):
         sys.stderr.write(f"note: {text}\n")

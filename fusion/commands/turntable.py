@@ -6,7 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_sensor
+from fusion.progress import seconds, stage
 
 if TYPE_CHECKING:
     from fusion.recording.recording import Recording
@@ -37,11 +39,12 @@ def run(options: argparse.Namespace) -> None:
     recording = open_recording(options.recording, options.camera)
     scan = scan_turntable(recording, _settings(options, recording))
     write(options.output, recording, scan)
-    numbers = summary(recording, scan)
+    numbers = summary(recording, scan) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
-        print("\n".join([*lines(numbers), f"report    {options.output / 'report.html'}"]))
+        last = [f"report    {options.output / 'report.html'}", f"took      {took(numbers['seconds'])}"]
+        print("\n".join([*lines(numbers), *last]))
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSettings":
@@ -77,15 +80,17 @@ def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = 
         write_trajectory(partial / "trajectory.txt", scan.trajectory)
         write_trajectory(partial / "trajectory_raw.txt", scan.trajectory_raw)
         (partial / "turntable.json").write_text(json.dumps(scan.turntable(), indent=1) + "\n", encoding="utf-8")
+        if scan.settings["refine_camera"]:
+            write_camera(partial / "camera.json", scan.camera)
+        with stage("report"):
+            scan_report(partial / "report.html", report(recording, scan, comparison))
         content = scan.settings | {
             "recording": str(recording.path),
             "frames": len(recording),
             "warnings": [text for level, text in scan.warnings if level != "ok"],
+            "seconds": seconds(),
         }
         (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-        if scan.settings["refine_camera"]:
-            write_camera(partial / "camera.json", scan.camera)
-        scan_report(partial / "report.html", report(recording, scan, comparison))
 
 
 def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "ScanReport":

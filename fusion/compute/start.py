@@ -11,6 +11,7 @@ from pathlib import Path
 from fusion.compute.language import ti
 from fusion.compute.launch import launch_quickly
 from fusion.errors import FusionError
+from fusion.progress import note
 
 FEW = 4  # processor cores; with more, two threads that share one cost little
 DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
@@ -36,11 +37,8 @@ def start() -> str:
     _keep_memory()
     os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # else it tells its makers about this machine once a day
     kept = kernels_kept_in()
-    if not kept.exists():  # a line that stays, on a terminal only
-        from tqdm import tqdm
-
-        line = "compiling the kernels, once on this machine: up to a minute"
-        tqdm(total=0, desc=line, bar_format="{desc}", disable=None).close()
+    if not kept.exists():
+        note("compiling the kernels, once on this machine: up to a minute")
     before = _threads()
     with contextlib.redirect_stdout(io.StringIO()):  # it prints the back end whatever the log level is
         ti.init(

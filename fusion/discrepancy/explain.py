@@ -1,6 +1,6 @@
 """Explain: recordings of known scenes against a sensor model, from frames to what is missing."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from fusion.discrepancy.unknown.in_place import explains_more, is_asked
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
 from fusion.discrepancy.unknown.unrestricted import Found, Group, covariates, explained, groups_of
 from fusion.errors import FusionError
+from fusion.progress import each, stage
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 
@@ -85,7 +86,6 @@ class Explanation:
 def explain(
     recordings: Sequence[Recording],
     sensor: Sensor,
-    progress: Callable[[str], None] = lambda text: None,
     simulated: Sequence[Recording] = (),
 ) -> Explanation:
     """Compare recordings of known scenes with a sensor model, and add what is missing.
@@ -93,7 +93,6 @@ def explain(
     Args:
         recordings: with `scene.json`, mesh and poses.
         sensor: what is already known.
-        progress: is told what happens.
         simulated: what any simulator made of the same scenes, in the same order: it stands for the prediction, and
             no mesh is needed. The sensor model counts as in it.
     Raises:
@@ -103,19 +102,16 @@ def explain(
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
     looks: list[Look] = []
     matches = matched(recordings, simulated) if simulated else []
-    for place, recording in enumerate(recordings):
-        progress(f"looking at {recording.path.name}")
-        stage = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
-        looks += looks_of(stage, wanted_channels(baseline, sensor.principle == "itof"))
-    return explained_looks(looks, sensor, progress)
+    for place, recording in enumerate(each(recordings, "looking")):
+        set_up = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
+        looks += looks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
+    return explained_looks(looks, sensor)
 
 
-def explained_looks(
-    looks: Sequence[Look], sensor: Sensor, progress: Callable[[str], None] = lambda text: None
-) -> Explanation:
+def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     """What looks at known scenes show beyond a sensor model; FusionError when too few tiles are left."""
-    progress("comparing with the prediction")
-    before = observe(sensor, looks)
+    with stage("predicting"):
+        before = observe(sensor, looks)
     if len(before.residual) < 20:
         raise FusionError(
             "too little of the scene is seen to compare anything",
@@ -123,21 +119,48 @@ def explained_looks(
             expected="20 or more",
             do="check the poses, the mesh and its unit with fusion info",
         )
-    progress("trying every effect of the catalogue")
-    gauge = gauge_of(before)  # whatever the likely poses are
-    looks = at_likely_poses(looks, before, gauge)
-    before, gauge, groups, candidates = _gauged(before.seen_again(looks), gauge)
-    white, nothing = gauge.whiten(before.residual), np.zeros((len(before.residual), 0))
-    progress("asking what could be explained at all")
-    possible = explained(white, groups, nothing)
-    named = name_effects(looks, before, gauge, candidates)
-    held = held_out_of(looks, sensor, before)
-    if named.steps and held.contradicts(named.sensor, _due(named, white)):
-        named = unconfirmed(named, before, white)
+    with stage("trying every effect"):
+        gauge = gauge_of(before)  # whatever the likely poses are
+        looks = at_likely_poses(looks, before, gauge)
+        before, gauge, groups, candidates = _gauged(before.seen_again(looks), gauge)
+    with stage("naming"):
+        white, nothing = gauge.whiten(before.residual), np.zeros((len(before.residual), 0))
+        possible = explained(white, groups, nothing)
+        named = name_effects(looks, before, gauge, candidates)
+        held = held_out_of(looks, sensor, before)
+        if named.steps and held.contradicts(named.sensor, _due(named, white)):
+            named = unconfirmed(named, before, white)
+        named, beyond, left = _completed(named, (before, gauge, white), possible, candidates, groups)
+        if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
+            beyond = beyond.unconfirmed
+    with stage("noise"):
+        channels = _channels(named, beyond, looks)
+    with stage("judging by frames held out"):
+        held_out = before_and_after(held, sensor, _extended(named, beyond))
+    return Explanation(
+        tuple(looks), before, gauge, white, named, channels, possible, left, tuple(candidates), held_out, beyond
+    )
+
+
+def _completed(
+    named: Named,
+    seen: tuple[Observations, Gauge, Vector],
+    possible: Found,
+    candidates: list[Candidate],
+    groups: list[Group],
+) -> tuple[Named, Unknown | None, Found]:
+    """The names that hold, the form of what no effect explains, and what is left.
+
+    Args:
+        named: effects that were added.
+        seen: observations, gauge, and the white residual before.
+        possible: what could be explained at all.
+        candidates, groups: all forms.
+    """
+    before, gauge, white = seen
     beyond = None
-    left = explained(named.white, groups, nothing)
-    if is_asked(named):
-        progress("asking whether one formula stands behind the names")
+    left = explained(named.white, groups, np.zeros((len(white), 0)))
+    if is_asked(named):  # whether one formula stands behind the names
         formula = unknown_of(white, (before, gauge), possible, candidates, groups)
         if explains_more(formula.law, named, white):
             named, beyond, left = unconfirmed(named, before, white), formula, possible
@@ -145,17 +168,8 @@ def explained_looks(
         # the names explain too little of what could be explained: they are the nearest, not the right ones
         named, left = unconfirmed(named, before, white), possible
     if beyond is None and _is_much(left, named, possible):
-        progress("looking for the form of what no effect explains")
         beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
-    if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
-        beyond = beyond.unconfirmed
-    progress("comparing the noise")
-    channels = _channels(named, beyond, looks)
-    progress("judging frames that took no part")
-    held_out = before_and_after(held, sensor, _extended(named, beyond))
-    return Explanation(
-        tuple(looks), before, gauge, white, named, channels, possible, left, tuple(candidates), held_out, beyond
-    )
+    return named, beyond, left
 
 
 def _gauged(before: Observations, gauge: Gauge) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:

@@ -11,6 +11,7 @@ from fusion.discrepancy.simulated import seen_in
 from fusion.discrepancy.stage import Stage, number_of
 from fusion.discrepancy.stage import stage_of as stage_of
 from fusion.geometry.pose import Array
+from fusion.progress import each
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
@@ -64,7 +65,7 @@ class Look:
 
 def looks_of(stage: Stage, channels: Channels) -> list[Look]:
     """All stretches of a recording, in order."""
-    looks = [_look(stage, frames, channels) for frames in _blocks(stage)]
+    looks = [_look(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
     if len(looks) < LONG or any(look.held for look in looks):
         return looks
     # a series of single frames holds out every third of them, whole

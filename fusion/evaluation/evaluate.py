@@ -20,6 +20,7 @@ from fusion.evaluation.shares import Shares, Tiles, brightness_of, joined, share
 from fusion.evaluation.still import Sample, Still, measure_still, sample_of
 from fusion.evaluation.surface import Surface, expected_depth, surface_of
 from fusion.geometry.camera import Camera
+from fusion.progress import each
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 
@@ -132,8 +133,9 @@ def evaluate(recordings: Sequence[Recording], settings: EvaluationSettings | Non
     if not recordings:
         raise FusionError("no recording", found=0, expected="one or more recordings of a camera that stands still")
     camera = start(recordings, None, settings.sensor, settings.force).camera
-    stretches = [stretch for recording in recordings for stretch in still_stretches(recording)]
-    looks = [look_at(stretch, camera, settings) for stretch in stretches]
+    parts = [still_stretches(recording) for recording in each(recordings, "finding what stands still")]
+    stretches = [stretch for some in parts for stretch in some]
+    looks = [look_at(stretch, camera, settings) for stretch in each(stretches, "measuring")]
     tiles = joined([look.tiles for look in looks])
     shares = {name: found for name in VARIABLES if (found := shares_over(tiles, name)) is not None}
     ambient = ambient_light([look.noise for look in looks if look.noise is not None], camera, settings.sensor)

@@ -8,13 +8,13 @@ from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from fusion.calibration.series import PixelSeries
 from fusion.calibration.stretches import Stretch
 from fusion.errors import FusionError, RecordingError
 from fusion.evaluation.reference import Reference, reference_of
 from fusion.evaluation.robust import RobustSpread
+from fusion.progress import stage
 from fusion.recording.recording import Frame
 from fusion.recording.sample import spread
 
@@ -223,14 +223,13 @@ def _frames(sample: Sample, failures: dict[int, str]) -> Iterator[Frame]:
         return sample.frames.get(index) or _load(stretch, index)
 
     indices = iter(range(*stretch.frames))
-    bar = tqdm(total=len(stretch), desc=stretch.name, unit="frame", disable=None, leave=False)
-    with ThreadPoolExecutor(READERS) as pool, bar:
+    with ThreadPoolExecutor(READERS) as pool, stage(stretch.name, len(stretch)) as step:
         ahead = [(i, pool.submit(load, i)) for i in islice(indices, 2 * READERS)]
         while ahead:
             index, future = ahead.pop(0)
             ahead += [(i, pool.submit(load, i)) for i in islice(indices, 1)]
             found = future.result()
-            bar.update()
+            step()
             if isinstance(found, RecordingError):
                 failures[index] = str(found)
             else:

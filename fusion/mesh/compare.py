@@ -17,6 +17,7 @@ from fusion.mesh.similarity import Array, Similarity
 from fusion.mesh.statistics import block, fscore, histogram
 from fusion.mesh.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.units import in_metres, size
+from fusion.progress import stage
 
 _UNSEEN_M = 0.010  # nearer than this the reference counts as seen, however good the scan
 _SEEDS = (1, 2)  # of the samples on mesh and reference
@@ -115,16 +116,19 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     surfaces = surface_of(mesh), surface_of(reference)
     alignment = Alignment(np.eye(4), status="not asked")
     if settings.align:
-        alignment = align_meshes(mesh, reference, settings.scale, surfaces)
+        with stage("aligning"):
+            alignment = align_meshes(mesh, reference, settings.scale, surfaces)
     if alignment.status == "poor":
         notes.append("No pose was found in which the mesh fits the reference; the distances may mean nothing.")
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()
-    there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
+    with stage("measuring"):
+        there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
     accuracy = block(there)
     seen = None if settings.seen is None else np.asarray(settings.seen, np.float64) * factors[1]
-    back, unseen = _back(reference, surfaces[0], pose, settings, seen)
+    with stage("measuring"):
+        back, unseen = _back(reference, surfaces[0], pose, settings, seen)
     if seen is None:
         # three times the scan's own error, by what lies near the reference: a table around the object is no error
         close = np.abs(there)[np.abs(there) <= NEAR * size(reference)]

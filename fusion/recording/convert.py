@@ -1,26 +1,21 @@
 """A recording of any format becomes a native folder."""
 
 import shutil
-from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from fusion.errors import RecordingError
 from fusion.output import atomic_file
-from fusion.recording.recording import Frame, Recording
+from fusion.progress import each
+from fusion.recording.recording import Recording
 from fusion.recording.write import write_recording
 
 
-def convert_recording(
-    recording: Recording,
-    path: Path | str,
-    progress: Callable[[Iterable[Frame]], Iterable[Frame]] = iter,
-) -> None:
+def convert_recording(recording: Recording, path: Path | str) -> None:
     """Write a recording as a native folder, with the mesh that its `scene.json` names.
 
     Args:
         recording: any recording.
         path: the new folder, not the recording's own.
-        progress: wraps the frames while they are written, to show how far it is.
 
     Raises:
         RecordingError: a frame cannot be loaded, or `path` is the recording itself.
@@ -32,7 +27,7 @@ def convert_recording(
     if mesh is not None:
         # beside its scene.json, wherever it was before
         scene["mesh"] = mesh.name
-    write_recording(path, recording.camera, progress(recording), recording.poses, recording.telemetry, scene)
+    write_recording(path, recording.camera, each(recording, "converting"), recording.poses, recording.telemetry, scene)
     if mesh is not None:
         with atomic_file(path / mesh.name) as partial:
             shutil.copyfile(mesh, partial)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from fusion.errors import RecordingError
+from fusion.progress import each
 from fusion.recording.camera_file import camera_to_dict
 from fusion.recording.checks.depth_values import check_depth_values, range_m, shares
 from fusion.recording.checks.files import check_files
@@ -38,7 +39,7 @@ def inspect(recording: Recording, checks: tuple[Check, ...] = CHECKS) -> Finding
         checks: what to look at, in this order; rooms further down may add theirs.
     """
     sample = draw(recording)
-    findings = [finding for check in checks for finding in check(sample)]
+    findings = [finding for check in each(checks, "checking") for finding in check(sample)]
     told = " ".join(finding.seen for finding in findings)
     # what opening said and no check told again
     notes = [Finding("opening", "warning", text) for text in recording.warnings if text not in told]

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from tqdm import tqdm
 
 from fusion.errors import FusionError
+from fusion.progress import stage
 from fusion.recording.finding import Finding
 from fusion.recording.recording import Recording
 from fusion.recording.sample import Sample
@@ -85,17 +85,17 @@ def measure(recording: Recording) -> FocalCheck:
     sensor = default_sensor(recording.camera)
     settings = ScanSettings()
     told = told_angles(recording, settings)
-    with tqdm(total=4, desc="focal length", unit="step", disable=None) as progress:
+    with stage("focal length", 4) as step_done:
         region = find_region(recording, sensor, settings)
-        progress.update()
+        step_done()
         step = _step(recording, told, sensor, region)
-        progress.update()
+        step_done()
         # a stride that leaves few frames has not found the step
         stride = min(max(1, round(STEP / max(step, 1e-4))), max(1, len(recording) // FIRST))
         views, chosen = _views(recording, np.arange(0, len(recording), stride)[:FRAMES], sensor, region)
-        progress.update()
+        step_done()
         found = check_focal(views, region, None if told is None else told[chosen])
-        progress.update()
+        step_done()
     return found
 
 

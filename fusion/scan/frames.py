@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from tqdm import tqdm
 
 from fusion.errors import RecordingError, TrackingError
 from fusion.geometry.camera import Camera
+from fusion.progress import each
 from fusion.recording.masks import Masks
 from fusion.recording.recording import Recording
 from fusion.scan.settings import ScanSettings
@@ -36,7 +36,7 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
     if len(recording) < 3:
         raise RecordingError("too few frames for a turntable", recording.path, len(recording), "3 or more")
     depths = []
-    for index in np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)):
+    for index in each(np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)), "reading"):
         try:
             depth = recording[int(index)].depth
             depths.append(depth if masks is None else np.where(masks[int(index)], depth, np.float32(np.nan)))
@@ -82,7 +82,7 @@ def load(
     moments, sensor = moments_of(recording), of_window(sensor, camera.shape, window)
     frames: list[Prepared | None] = []
     broken = {}
-    for index in tqdm(range(len(recording)), desc="loading", unit="frame", disable=None):
+    for index in each(range(len(recording)), "reading"):
         try:
             frame = recording[index]
             mask = None if masks is None else masks[index][window]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
+from fusion.progress import each, stage
 from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.settings import ScanSettings
@@ -42,10 +43,12 @@ def find_motion(
     pixels = [None if f is None else usable(f.surface, cut) for f in frames]
     both = list(zip(frames, pixels, strict=True))
     views = [_nothing(frames) if f is None or p is None else view(f.surface, p) for f, p in both]
-    motion = estimate_motion(views, region, commanded)
+    with stage("motion"):
+        motion = estimate_motion(views, region, commanded)
     if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
-        motion = _finished(frames, rays, choose_volume(how[1], camera, (frames, cut, motion)), motion)
+        with stage("motion"):
+            motion = _finished(frames, rays, choose_volume(how[1], camera, (frames, cut, motion)), motion)
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion
@@ -58,7 +61,7 @@ def _finished(
 
     def model_of(axis: Axis, angles: Array) -> Volume:
         volume = Volume(colourless)
-        for frame, T in zip(frames, about_axis(axis, angles), strict=True):
+        for frame, T in zip(each(frames, "model"), about_axis(axis, angles), strict=True):
             if frame is not None and np.isfinite(T).all():
                 fuse(volume, frame, T)
         return volume

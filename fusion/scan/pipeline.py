@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
+from fusion.progress import each, stage
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, told_angles
@@ -89,11 +89,11 @@ def _finish(
     if settings.strength == "circle":  # a log that misses a slip would put all later centres in the wrong place
         corrected, circle = onto_circle(raw, None if steps.slips else commanded)
     volume = Volume(volume_settings)
-    for frame, T in zip(
-        tqdm(frames, desc="integrating", unit="frame", disable=None), corrected.poses, strict=True
-    ):  # fmt: skip
+    for frame, T in zip(each(frames, "integrating"), corrected.poses, strict=True):
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)
+    with stage("mesh"):
+        mesh, mesh_raw = (clean(v.surface(), settings, motion) for v in (volume, rough))
     pair = closing_pair(motion.angles)
     direct = None if pair is None else align_directly(frames, region, corrected, pair)
     gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]
@@ -109,8 +109,7 @@ def _finish(
         "volume_bytes": volume.bytes,
     }
     return Scan(
-        clean(volume.surface(), settings, motion), clean(rough.surface(), settings, motion),
-        corrected, raw, motion, steps, circle, gaps[0], gaps[1], residual, share, wobble(raw, motion),
+        mesh, mesh_raw, corrected, raw, motion, steps, circle, gaps[0], gaps[1], residual, share, wobble(raw, motion),
         recording.camera, chosen, warnings_of(recording, sensor, told, (motion, steps, raw)), commanded,
     )  # fmt: skip
 

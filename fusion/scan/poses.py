@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.geometry.trajectory import Trajectory
+from fusion.progress import each
 from fusion.recording.recording import Recording
 from fusion.tracking.icp import IcpSettings, align
 from fusion.turntable.axis import Axis
@@ -47,7 +47,7 @@ def track_freely(
     residual, share = np.full((2, len(frames)), np.nan)
     volume = Volume(volume_settings)
     last = -1
-    for i, frame in enumerate(tqdm(frames, desc="tracking", unit="frame", disable=None)):
+    for i, frame in enumerate(each(frames, "tracking")):
         if frame is None or not np.isfinite(start.poses[i]).all():
             continue
         T = start.poses[i]

@@ -8,6 +8,7 @@ import numpy as np
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.output import output_folder
+from fusion.progress import each
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.course import looking_at, turning
@@ -80,7 +81,8 @@ def write_demo_recording(folder: Path | str, seed: int = 0, frames: int = 72, tu
     simulation: Simulation = simulate(demo_scene(frames, turns), demo_sensor(), seed)
     recording = Path(folder) / "recording"
     with output_folder(Path(folder)) as partial:
-        write_recording(partial / "recording", simulation.camera, simulation.frames(), telemetry=simulation.telemetry)
+        frames_made = each(simulation.frames(), "simulating", len(simulation))
+        write_recording(partial / "recording", simulation.camera, frames_made, telemetry=simulation.telemetry)
         write_sensor(partial / "sensor.json", simulation.sensor)
         write_mesh(partial / "truth.ply", demo_truth())
         write_trajectory(partial / "truth_poses.txt", simulation.truth)

@@ -1,7 +1,6 @@
 """A simulation as a recording's folder, with the truth beside it."""
 
 import json
-from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,8 @@ from fusion import __version__
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.output import output_folder
+from fusion.progress import each
 from fusion.recording.camera_file import write_camera
-from fusion.recording.recording import Frame
 from fusion.recording.trajectory_file import write_trajectory
 from fusion.recording.write import MEMBERS, clear_older, write_recording
 from fusion.sensor.file import write_sensor
@@ -23,11 +22,7 @@ from fusion.simulation.simulate import Simulation
 OURS = ("scene.ply", "board.json", "truth")
 
 
-def write_simulation(
-    folder: Path | str,
-    simulation: Simulation,
-    progress: Callable[[Iterable[Frame]], Iterable[Frame]] = lambda frames: frames,
-) -> None:
+def write_simulation(folder: Path | str, simulation: Simulation) -> None:
     """Write a recording (CONTRACT) with `scene.json`, `scene.ply`, `board.json` and `truth/`; whole or not at all.
 
     `truth/` holds what a real recording cannot know: `trajectory.txt` (true poses), `mesh.ply` (what a scan should
@@ -42,7 +37,7 @@ def write_simulation(
     with output_folder(folder) as partial:
         telemetry = simulation.telemetry if len(simulation.telemetry) > 1 else None
         content, mesh = _scene(simulation)
-        frames = progress(simulation.frames())
+        frames = each(simulation.frames(), "simulating", len(simulation))
         write_recording(partial, simulation.camera, frames, simulation.stated, telemetry, content)
         write_mesh(partial / "scene.ply", mesh)
         if simulation.scene.board is not None:

@@ -5,7 +5,6 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from fusion.calibration.depth.board_patches import patches, square_centres
 from fusion.calibration.depth.gloss import gloss_map, surfaces
@@ -18,6 +17,7 @@ from fusion.calibration.lens.solve import placed
 from fusion.calibration.lens.views import View, view_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.progress import each
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.sample import spread
 from fusion.sensor.moment import Moment
@@ -37,7 +37,7 @@ def board_walls(recording: Recording, camera: Camera, known: Sensor, board: Boar
     walls: list[Wall] = []
     if not _shows(recording, board):
         return walls
-    for frame in tqdm(recording, desc=recording.path.name, unit="frame", disable=None, leave=False):
+    for frame in each(recording, recording.path.name):
         name = f"{recording.path.name}/{frame.timestamp:.6f}"
         wall = _wall(frame, camera, known, board, name)
         walls += [wall] if wall is not None else []

@@ -27,6 +27,7 @@ from fusion.calibration.depth.wall import Wall, read_walls
 from fusion.calibration.lens.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.progress import each, stage
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import MODULATIONS_HZ, stretch
@@ -131,10 +132,11 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     if not recordings:
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
-    walls = [wall for recording in recordings for wall in walls_of(recording, begin, settings)]
+    walls = [wall for recording in each(recordings, "reading") for wall in walls_of(recording, begin, settings)]
     if settings.board is not None and not any(any(wall.centre) for wall in walls):
         raise FusionError("no picture shows the board", found=f"{len(recordings)} recordings", do=CHECK_BOARD)
-    return calibrate_walls(walls, begin, settings.surface)
+    with stage("fitting"):
+        return calibrate_walls(walls, begin, settings.surface)
 
 
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:

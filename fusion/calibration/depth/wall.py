@@ -4,13 +4,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from fusion.calibration.depth.plane import Plane, find_wall
 from fusion.calibration.series import PixelSeries
 from fusion.calibration.stretches import still_stretches
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
+from fusion.progress import each
 from fusion.recording.moved import unmoved_parts
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
@@ -100,7 +100,7 @@ def frame_means(recording: Recording, frames: range) -> Means:
     """Per-pixel means of some frames, one in memory at a time. RecordingError when none can be read."""
     depth, ir = PixelSeries(recording.camera.shape), PixelSeries(recording.camera.shape)
     failed: RecordingError | None = None
-    for index in tqdm(frames, desc=recording.path.name, unit="frame", disable=None, leave=False):
+    for index in each(frames, recording.path.name):
         try:
             frame = recording[index]
         except RecordingError as error:  # one broken file is no reason to lose the others

@@ -1,6 +1,6 @@
 """A camera from pictures of a board: corners, fit, outliers, and how well it is known."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projectio
 from fusion.calibration.lens.views import View, covered
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
+from fusion.progress import stage
 
 K3 = NAMES.index("k3")
 OPEN = 0.1  # relative standard deviation of the focal length beyond which there is no camera
@@ -33,13 +34,11 @@ class LensSettings:
         keep_outliers: name views that do not fit, but use them.
         distance: working distance [m]; None: the middle distance of the boards.
         most: pictures looked at, evenly over the recording.
-        progress: wraps the walk over the pictures.
     """
 
     keep_outliers: bool = False
     distance: float | None = None
     most: int = 200
-    progress: Callable = lambda some: some
 
 
 @dataclass(frozen=True)
@@ -106,8 +105,9 @@ def calibrate_intrinsics(path: Path, board: Board, settings: LensSettings | None
         if not files:
             continue
         try:
-            searches[name] = search(thinned(files, settings.most), board, settings.progress)
-            fits[name] = fit_camera(searches[name].views, searches[name].size, settings)
+            searches[name] = search(thinned(files, settings.most), board)
+            with stage("fitting"):
+                fits[name] = fit_camera(searches[name].views, searches[name].size, settings)
         except RecordingError as error:
             if name == "ir" or not fits:
                 raise

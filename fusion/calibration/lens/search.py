@@ -1,6 +1,5 @@
 """The board in all pictures of one camera, and why it was not found."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from fusion.calibration.lens.detect import find_checkerboard, largest_board
 from fusion.calibration.lens.pictures import read_picture, usual_size
 from fusion.calibration.lens.views import View, view_of
 from fusion.errors import RecordingError
+from fusion.progress import each
 
 EARLY = 4  # misses without a find, after which it is asked whether the board is another one
 ASKED = 4  # pictures that are searched for a board of any size
@@ -36,15 +36,12 @@ class Search:
     pictures: dict[str, Path] = field(default_factory=dict)
 
 
-def search(
-    pictures: dict[str, Path], board: Board, progress: Callable[[dict[str, Path]], object] = lambda some: some
-) -> Search:
+def search(pictures: dict[str, Path], board: Board) -> Search:
     """Find the board in pictures of one camera; damaged ones are listed, not fatal.
 
     Args:
         pictures: key to file.
         board: what to look for.
-        progress: wraps the walk over the pictures, to show it.
 
     Raises:
         RecordingError: none can be read, or another board than the stated one is in them.
@@ -52,7 +49,7 @@ def search(
     find = find_charuco if board.is_charuco else find_checkerboard
     views: list[View] = []
     sizes, missed, unread = {}, [], {}
-    for key in progress(pictures):  # type: ignore[attr-defined]
+    for key in each(pictures, "looking for the board"):
         try:
             image = read_picture(pictures[key])
         except RecordingError as error:

@@ -12,6 +12,7 @@ from fusion.calibration.noise.lateral import LateralLaw, lateral_law
 from fusion.calibration.noise.poses import Pose, read_poses
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.progress import stage
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.recording import Recording
 from fusion.sensor.effect import Effect
@@ -73,7 +74,8 @@ def calibrate_noise(recordings: Sequence[Recording], settings: NoiseSettings | N
     model = settings.sensor or begin.known
     model = replace(model, principle=begin.known.principle, sensor=begin.sensor, serial=begin.serial, left_out=())
     poses, lost = read_poses(recordings, begin.camera, begin.known)
-    return calibrate_poses(poses, begin.camera, model, tuple(("warning", text) for text in lost))
+    with stage("fitting"):
+        return calibrate_poses(poses, begin.camera, model, tuple(("warning", text) for text in lost))
 
 
 def calibrate_poses(

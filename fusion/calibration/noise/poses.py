@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from fusion.calibration.noise.rounding import whole_step, without_rounding
 from fusion.calibration.noise.still import still_parts
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
+from fusion.progress import each
 from fusion.recording.recording import Frame, Recording
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
@@ -66,8 +66,7 @@ def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -
     """
     poses: list[Pose] = []
     lost: list[FusionError] = []
-    shown = tqdm(recordings, desc="targets", unit="recording", disable=None)
-    for recording in shown:
+    for recording in each(recordings, "measuring"):
         try:
             parts = still_parts(recording)
             if not parts:
