@@ -25,7 +25,10 @@ class Listener(Protocol):
     """Is told what happens; must return quickly."""
 
     def at(self, stages: tuple[str, ...], done: int, total: int | None) -> None:
-        """In the last of `stages`, each inside the one before; `done` of `total` steps, None where nobody knows."""
+        """In the last of `stages`, each inside the one before; `done` of `total` steps, None where nobody knows.
+
+        No stage at all: what is printed now is not in the way.
+        """
 
     def note(self, text: str) -> None:
         """Something that a person who waits should know."""
@@ -66,8 +69,8 @@ class _Run:
         self.since = now
 
     def tell(self) -> None:
-        if self.listener is not None and self.open:
-            inner = self.open[-1]
+        if self.listener is not None:
+            inner = self.open[-1] if self.open else _Stage("", None)
             self.listener.at(tuple(s.name for s in self.open), inner.done, inner.total)
 
 

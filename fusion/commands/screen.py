@@ -61,6 +61,9 @@ class _Bar:
 
     def at(self, stages: tuple[str, ...], done: int, total: int | None) -> None:
         with self.lock:
+            if not stages:
+                self._end()
+                return
             outer = self.bar
             if outer is None or outer.desc != stages[0] or (len(stages) == 1 and outer.total != total):
                 self._begin(stages[0], total if len(stages) == 1 else None)
@@ -72,8 +75,7 @@ class _Bar:
     def _begin(self, name: str, total: int | None) -> None:
         from tqdm import tqdm
 
-        if self.bar is not None:
-            self.bar.close()
+        self._end()
         self.bar = tqdm(total=total, leave=False, bar_format=COUNTED if total else UNCOUNTED, dynamic_ncols=True)
         self.bar.set_description_str(name)
 
@@ -88,8 +90,13 @@ class _Bar:
                 self.bar.refresh()
 
     def close(self) -> None:
+        with self.lock:
+            self._end()
+
+    def _end(self) -> None:
         if self.bar is not None:
             self.bar.close()
+            self.bar = None
 
 
 class _Log:
@@ -100,7 +107,8 @@ class _Log:
         self.text, self.notes = "", ""
 
     def at(self, stages: tuple[str, ...], done: int, total: int | None) -> None:
-        self.text = ": ".join([*stages[:-1], _place(stages[-1], done, total)])
+        if stages:
+            self.text = ": ".join([*stages[:-1], _place(stages[-1], done, total)])
 
     def note(self, text: str) -> None:
         self.notes += f"{text}\n"

@@ -1,6 +1,5 @@
 """All turns of a scan brought together, and what they say of the camera."""
 
-
 import numpy as np
 from numpy.typing import NDArray
 
