@@ -157,3 +157,26 @@ def test_nothing_to_measure_is_refused():
         calibrate_noise([])
     with pytest.raises(FusionError, match="no pose shows noise"):
         calibrate_poses([pose_at(1.0, 0.0, float("nan"))], TOF, IDEAL)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_constant_that_is_not_there_is_zero_within_what_the_noise_allows(seed):
+    """Its square joins that of the disparity, so it has no slope at 0, and seemed to be 0 +- 600 m."""
+    z = np.repeat(np.linspace(0.6, 4, 12), 2)
+    rng, none = np.random.default_rng(seed), np.zeros(len(z))
+    form = AxialForm("spread of the disparity", ("c0", "sigma_px"), Places(z, none, none, none + 1.0, 43.0))
+    sigma = 0.08 / 43 * z**2 * (1 + 0.03 * rng.normal(size=len(z)))
+    found = fit_law(form, Data(sigma, 0.03 * sigma))
+    c0, std = found.numbers[0], found.std[0]
+    # the nearest wall scatters by 0.67 mm: a constant of half of it would grow that by 12 %, four deviations
+    assert 0.0 <= c0 < 3 * std and 1e-5 < std < 0.00034
+    assert found.std[1] == pytest.approx(0.0005, rel=0.5)  # 3 % of 0.08 px, from 24 poses
+
+
+def test_a_number_without_a_part_in_the_law_may_be_anything():
+    z = np.linspace(0.6, 4, 12)
+    facing = Places(z, 0 * z, 0 * z, 0 * z + 1.0, 43.0)  # no tilt: the angle term is nowhere
+    form = AxialForm("polynomial", ("c0", "angle"), facing, {"angle_exponent": 0.0})
+    sigma = np.full(len(z), 0.002)
+    found = fit_law(form, Data(sigma, 0.03 * sigma))
+    assert found.std[1] > 0.9 and found.std[0] < 0.0001  # all of its range, 0 to 1 m

@@ -108,3 +108,12 @@ def test_expected_scatter_of_filtered_frames():
     assert np.log(variance) == pytest.approx(whole, abs=0.02)
     assert np.log(0.5 * (np.diff(x, axis=0) ** 2).mean() / variance) == pytest.approx(renewed, abs=0.02)
     assert succession_of(0.0, 5, started=True) == pytest.approx((0.0, 0.0))
+
+
+def test_a_constant_that_is_not_there_is_corrected_to_zero_within_what_the_noise_allows():
+    """Only its square is seen beside the disparity's, so it has no slope at 0, and seemed to be 0 +- 4 m and more."""
+    std = {("axial_noise", "c0"): 0.0003, ("axial_noise", "sigma_px"): 0.003}
+    given = replace(sensor_of("structured_light"), effects=(AxialNoise(c0=0.002, sigma_px=0.03),), std=std)
+    _, (step,) = found_in(given, replace(given, effects=(AxialNoise(sigma_px=0.05),)), 0)
+    assert abs(step.effect.c0) < 2 * step.std["c0"]
+    assert 1e-5 < step.std["c0"] < 0.002  # the constant that was stated is seen not to be there

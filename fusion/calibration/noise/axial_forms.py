@@ -77,8 +77,9 @@ class AxialForm:
         return replace(self, places=places)
 
     def bounds(self) -> tuple[Array, Array]:
-        """c0 to c2 may be negative; what is a spread is not."""
-        low = [-1.0 if name in POLYNOMIAL else -3.0 if name == "angle_exponent" else 0.0 for name in self.names]
+        """c0 to c2 may be negative; what is a spread is not, nor is c0 where its square joins that of the disparity."""
+        signed = () if "sigma_px" in self.names else POLYNOMIAL
+        low = [-1.0 if name in signed else -3.0 if name == "angle_exponent" else 0.0 for name in self.names]
         high = [3.0 if name == "angle_exponent" else 10.0 if name == "sigma_px" else 1.0 for name in self.names]
         return np.array(low), np.array(high)
 

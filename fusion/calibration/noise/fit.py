@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
+from fusion.calibration.reach import reach
+
 Array = NDArray[np.floating]
 
 FOLDS = 10
 ROUNDS = 6  # of weights and scatter; they settle within four
 LEAST_SCATTER = 0.01  # share: held-out errors below this tell laws apart no better
 AT_BOUND = 1e-9  # nearer than this to its lowest a number is there
-SHORTEST = 1e-6  # [m, px] first step of a number from its bound
+WITHOUT_SLOPE = 2.0  # times as far as its reach, a number's slope alone would let it go: the slope says nothing
 SMALLEST = 1e-12  # laws stay positive where they are compared
 
 
@@ -186,29 +188,31 @@ def _held_out(form: Form, data: Data, scatter: float) -> Array:
 def _covariance(form: Form, numbers: Array, weight: Array) -> Array:
     """(k, k); numbers at their lowest are held, and may be as far from it as the measurements allow.
 
-    The square of a number that has no part in the law has no slope there, and would seem to be anything.
+    So are numbers without a slope: the square of one that is 0 has none, nor has one that has no part in the law.
     """
     covariance = np.zeros((len(numbers), len(numbers)))
-    held = numbers <= form.bounds()[0] + AT_BOUND
-    slopes = _slopes(form.predict, numbers, np.abs(numbers))[:, ~held]
+    every = _slopes(form.predict, numbers, np.abs(numbers))
+    alone = 1.0 / np.sqrt(np.maximum((every**2 * weight[:, None]).sum(axis=0), 1e-300))
+    reached = [_reach(form, numbers, i, weight) for i in range(len(numbers))]
+    held = (numbers <= form.bounds()[0] + AT_BOUND) | (alone > WITHOUT_SLOPE * np.array(reached))
+    slopes = every[:, ~held]
     scale = np.sqrt(np.maximum((slopes**2 * weight[:, None]).sum(axis=0), 1e-300))  # numbers differ in unit
     information = (slopes / scale).T @ (slopes / scale * weight[:, None])
     inverse = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
     covariance[np.ix_(~held, ~held)] = inverse
-    covariance[held, held] = [_reach(form, numbers, int(i), weight) ** 2 for i in np.flatnonzero(held)]
+    covariance[held, held] = np.square(np.array(reached)[held])
     return covariance
 
 
 def _reach(form: Form, numbers: Array, which: int, weight: Array) -> float:
     """How far a number moves until chi2 has grown by 1, or it is at its highest."""
-    value, moved, reach = form.predict(numbers), numbers.copy(), SHORTEST
-    room = float(form.bounds()[1][which] - numbers[which])
-    while reach < room:
-        moved[which] = numbers[which] + reach
-        if (weight * (form.predict(moved) - value) ** 2).sum() >= 1.0:
-            return reach
-        reach *= 1.2
-    return room
+    value, moved = form.predict(numbers), numbers.copy()
+
+    def cost(by: float) -> float:
+        moved[which] = numbers[which] + by
+        return float((weight * (form.predict(moved) - value) ** 2).sum())
+
+    return reach(cost, float(form.bounds()[1][which] - numbers[which]))
 
 
 def _slopes(predict: Callable[[Array], Array], numbers: Array, sizes: Array) -> Array:

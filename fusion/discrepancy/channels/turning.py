@@ -1,12 +1,13 @@
 """Turning: the values of knobs that explain the scatter best, and how much better than others."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from fusion.calibration.reach import reach
 from fusion.discrepancy.channels.knobs import Knob
 from fusion.discrepancy.channels.scatter import Scatter
 
@@ -14,6 +15,8 @@ Vector = NDArray[np.float64]
 
 COMMON = 0.02  # of the variance of a whole recording: what the model leaves open at least
 OUTLIER = 3.0  # standard deviations from which on a tile counts less
+WITHOUT_SLOPE = 2.0  # times as far as its reach, a number's slope alone would let it go: the slope says nothing
+FIRST = 1e-3  # of its usual size: first step away from a number without a slope
 LEAST_GROWTH = -0.95  # of a variance: noise does not vanish
 
 
@@ -97,9 +100,28 @@ def turn(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], start: Sequence[
     high = np.array([k.parameter.high for k in knobs]) / scale
     inside = np.clip(np.array(start) / scale, low + 1e-9, high - 1e-9)
     found = least_squares(misfit, inside, bounds=(low, high), x_scale=1.0, max_nfev=40)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac)
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * scale
+    room = np.maximum(high - found.x, 0.0)
+    std = _deviations(misfit, found.x, found.jac, room) * scale
     return Turned(tuple(knobs), found.x * scale, std, float(2 * found.cost))
+
+
+def _deviations(misfit: Callable[[Vector], Vector], at: Vector, jac: NDArray[np.float64], room: Vector) -> Vector:
+    """(k,) standard deviations; of a number without a slope, as one whose square came to 0, what the data allow."""
+    lowest = float(np.sum(misfit(at) ** 2))
+    alone = 1.0 / np.maximum(np.linalg.norm(jac, axis=0), 1e-300)
+    reached = np.full(len(at), np.inf)
+    for i in np.flatnonzero(alone > np.abs(at)):  # a larger number is told by its slope
+        unit = np.eye(len(at))[i]
+
+        def cost(by: float, unit: Vector = unit) -> float:
+            return float(np.sum(misfit(at + by * unit) ** 2)) - lowest
+
+        reached[i] = reach(cost, float(room[i]), FIRST)
+    held = alone > WITHOUT_SLOPE * reached
+    out = np.where(held, reached, 0.0)
+    covariance = np.linalg.pinv(jac[:, ~held].T @ jac[:, ~held])
+    out[~held] = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return out
 
 
 def as_stated(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob]) -> Turned:
