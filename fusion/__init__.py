@@ -1,8 +1,69 @@
-"""fusion: metric 3D scanning with depth cameras."""
+"""fusion: metric 3D scanning with depth cameras.
 
+    >>> import fusion
+    >>> recording = fusion.open_recording("my_scan")
+    >>> recording
+    <Recording my_scan: native, 26 frames of 160 x 120 in 12.5 s; depth, color, ir, poses, scene, turntable_deg>
+    >>> recording[0].depth.shape
+    (120, 160)
+
+Lengths are metres, times seconds, angles radians. The names of `__all__` are the public ones; each is loaded when it is
+first used, so that the import costs nothing. `fusion/__init__.pyi` tells type checkers and editors where they are.
+"""
+
+import importlib
 import os
 
 __version__ = "0.1.0"
 
 # Taichi prints a line to stdout while it is imported, which would spoil what commands print with --json
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+
+# module: its public names. None may be called like a module or folder beside this file, which would take its place
+_PUBLIC = {
+    "errors": "FusionError",
+    "geometry.camera": "Camera",
+    "geometry.trajectory": "Trajectory",
+    "recording.camera_file": "write_camera",
+    "recording.camera_presets": "find_camera",
+    "recording.convert": "convert_recording",
+    "recording.inspect": "inspect",
+    "recording.open": "open_recording",
+    "recording.recording": "Frame Recording",
+    "mesh.compare": "CompareSettings Comparison compare",
+    "mesh.files": "read_mesh write_mesh",
+    "mesh.mesh": "Mesh",
+    "sensor.file": "read_sensor write_sensor",
+    "sensor.sensor": "Sensor",
+    "calibration.depth.calibration": "DepthSettings calibrate_depth",
+    "calibration.lens.board": "read_board",
+    "calibration.lens.intrinsics": "LensSettings calibrate_intrinsics",
+    "calibration.noise.calibration": "NoiseSettings calibrate_noise",
+    "evaluation.evaluate": "EvaluationSettings evaluate",
+    "volume.dense": "DenseField",
+    "volume.settings": "VolumeSettings",
+    "volume.volume": "Volume",
+    "simulation.scene_file": "read_scene",
+    "simulation.scenes": "built_in",
+    "simulation.simulate": "Simulation simulate",
+    "simulation.write": "write_simulation",
+    "discrepancy.explain": "Explanation explain",
+    "discrepancy.verdict.verdict": "verdict_of",
+    "scan.pipeline": "scan_turntable",
+    "scan.result": "Scan",
+    "scan.settings": "ScanSettings",
+}
+_HOME = {name: f"fusion.{module}" for module, names in _PUBLIC.items() for name in names.split()}
+__all__ = ["__version__", *sorted(_HOME)]
+
+
+def __getattr__(name: str) -> object:
+    """A public name, loaded now that it is used (PEP 562)."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'fusion' has no attribute {name!r}")
+    value = globals()[name] = getattr(importlib.import_module(_HOME[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

@@ -62,6 +62,12 @@ class Explanation:
     held_out: dict[str, float]
     beyond: Unknown | None = None
 
+    def __repr__(self) -> str:
+        found = dict.fromkeys(step.effect.name for step in self.named.steps)
+        found |= dict.fromkeys(step.effect.name for step in self.channels.steps if step.established and step.effect)
+        found |= {"something unknown": None} if self.unknown else {}
+        return f"<Explanation of {len(self.looks)} looks: {', '.join(found) or 'nothing'} missing from the model>"
+
     @property
     def sensor(self) -> Sensor:
         """The model with all that was found."""
@@ -97,6 +103,11 @@ def explain(
             no mesh is needed. The sensor model counts as in it.
     Raises:
         FusionError: a scene or pose is not known, cameras differ, frames do not match, or no tile is left.
+
+    >>> walls = [fusion.open_recording(f"wall_{i}") for i in range(5)]
+    >>> found = fusion.explain(walls, fusion.read_sensor("kinect-v2-indoors"))
+    >>> fusion.verdict_of(found)["nothing_missing"]
+    True
     """
     _same_cameras(recordings, sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None

@@ -128,6 +128,10 @@ def evaluate(recordings: Sequence[Recording], settings: EvaluationSettings | Non
         settings: sensor model, pixel and so on.
     Raises:
         FusionError: no recording, nothing still, no depth, recordings of different cameras.
+
+    >>> bench = fusion.evaluate([fusion.open_recording(f"wall_{i}") for i in range(5)])
+    >>> len(bench.looks)
+    5
     """
     settings = settings or EvaluationSettings()
     if not recordings:

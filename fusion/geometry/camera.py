@@ -45,6 +45,12 @@ class Camera:
         filled = tuple(float(k) for k in self.distortion) + (0.0,) * 8
         object.__setattr__(self, "distortion", filled[:8])
 
+    def __repr__(self) -> str:
+        told = [f"fx {self.fx:.2f} fy {self.fy:.2f} cx {self.cx:.2f} cy {self.cy:.2f} px"]
+        told += ["distorted"] * any(self.distortion) + [self.principle] * (self.principle != "unknown")
+        told += ["with colour camera"] * (self.color is not None) + [self.sensor] * bool(self.sensor)
+        return f"<Camera: {self.width} x {self.height}, {', '.join(told)}>"
+
     @property
     def matrix(self) -> Array:
         """(3, 3) camera matrix [px]."""

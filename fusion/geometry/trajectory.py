@@ -19,6 +19,9 @@ class Trajectory:
     timestamps: Array
     poses: Array
 
+    def __repr__(self) -> str:
+        return f"<Trajectory: {len(self)} frames, {int(self.valid.sum())} of them with a pose>"
+
     def __len__(self) -> int:
         return len(self.timestamps)
 

@@ -75,6 +75,12 @@ class Comparison:
     reference: Mesh
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        found, back = self.accuracy, self.completeness
+        first = f"{1e3 * found['rms']:.2f} mm rms, mean {1e3 * found['mean_signed']:+.2f} mm, scale {self.scale:.4f}"
+        shares = f"{found['within']['0.002']:.1%} of the mesh and {back['within']['0.002']:.1%} of the reference"
+        return f"<Comparison: {first} ({self.alignment.status});\n {shares} within 2 mm>"
+
     @property
     def scale(self) -> float:
         """What the mesh is multiplied with; 1 unless it was asked for."""
@@ -109,6 +115,15 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
 
     Raises:
         MeshError: a surface without area, too few points, bad settings, nothing of the mesh near the reference.
+
+    >>> ball = fusion.read_mesh("ball.ply")
+    >>> larger = fusion.Mesh(1.02 * ball.vertices, ball.faces)
+    >>> found = fusion.compare(larger, ball)
+    >>> print(f"{1e3 * found.accuracy['mean_signed']:.1f} mm outside")
+    1.0 mm outside
+    >>> found = fusion.compare(larger, ball, fusion.CompareSettings(scale=True))
+    >>> round(1 / found.scale, 3)
+    1.02
     """
     settings = settings or CompareSettings()
     _check(settings)

@@ -4,13 +4,13 @@ import logging
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import MeshError
 from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
+from fusion.mesh.exchange import from_trimesh, to_trimesh
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import read_ply, write_ply
 from fusion.mesh.vertices import joined, vertices_kept
@@ -23,7 +23,7 @@ _LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres
 _log = logging.getLogger("fusion")
 
 
-def read_mesh(path: Path, notes: list[str] | None = None) -> Mesh:
+def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
     """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ), in the file's own unit and axes.
 
     Args:
@@ -36,6 +36,9 @@ def read_mesh(path: Path, notes: list[str] | None = None) -> Mesh:
 
     Raises:
         MeshError: no such file, unknown format, unreadable, empty, indices or coordinates out of bounds.
+
+    >>> fusion.read_mesh("ball.ply")
+    <Mesh: 642 vertices, 1,280 triangles, 100 x 100 x 100 mm; normals, colors, sigma>
     """
     path = Path(path)
     _check_file(path)
@@ -58,11 +61,13 @@ def read_mesh(path: Path, notes: list[str] | None = None) -> Mesh:
     return mesh
 
 
-def write_mesh(path: Path, mesh: Mesh) -> None:
+def write_mesh(path: Path | str, mesh: Mesh) -> None:
     """Write PLY (all of the mesh), OBJ, STL, GLB, OFF (what they can hold), PCD or XYZ (its points).
 
     Raises:
         MeshError: an unknown ending, or a point cloud for a format of triangles.
+
+    >>> fusion.write_mesh("ball.glb", fusion.read_mesh("ball.ply"))
     """
     path = Path(path)
     ending = path.suffix.lower()
@@ -90,21 +95,8 @@ def _check_file(path: Path) -> None:
 def _read_by_trimesh(path: Path) -> Mesh:
     import trimesh
 
-    loaded: Any = trimesh.load(path, process=False, skip_materials=True)
-    if isinstance(loaded, trimesh.Scene):  # its parts, placed as the scene says
-        loaded = trimesh.util.concatenate(loaded.dump())
-    if not hasattr(loaded, "vertices"):
-        raise ValueError("no surface in the file")
-    cloud = not hasattr(loaded, "faces")
-    colors = loaded.colors if cloud else getattr(loaded.visual, "vertex_colors", None)
-    defined = cloud or getattr(loaded.visual, "kind", None) == "vertex"
-    mesh = Mesh(
-        vertices=np.asarray(loaded.vertices, np.float64),
-        faces=np.zeros((0, 3), np.int64) if cloud else np.asarray(loaded.faces, np.int64),
-        normals=np.asarray(loaded.vertex_normals, np.float32) if "vertex_normals" in loaded._cache else None,
-        colors=np.asarray(colors, np.uint8)[:, :3] if defined and colors is not None and len(colors) else None,
-    )
-    return mesh if cloud or _misfits(mesh).any() else joined(mesh)
+    mesh = from_trimesh(trimesh.load(path, process=False, skip_materials=True))
+    return mesh if not len(mesh.faces) or _misfits(mesh).any() else joined(mesh)
 
 
 def _misfits(mesh: Mesh) -> NDArray[np.bool_]:
@@ -131,13 +123,4 @@ def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
 
 
 def _write_by_trimesh(path: Path, mesh: Mesh) -> None:
-    import trimesh
-
-    if len(mesh.faces):
-        normals = None if mesh.normals is None else mesh.normals.astype(np.float64)
-        out: Any = trimesh.Trimesh(
-            mesh.vertices, mesh.faces, vertex_normals=normals, vertex_colors=mesh.colors, process=False
-        )
-    else:
-        out = trimesh.PointCloud(mesh.vertices, colors=mesh.colors)
-    out.export(path, file_type=path.suffix.lower()[1:])
+    to_trimesh(mesh).export(path, file_type=path.suffix.lower()[1:])

@@ -18,7 +18,7 @@ PRINCIPLES = ("structured_light", "itof", "active_stereo", "unknown")
 DISTORTION_LENGTHS = (0, 4, 5, 8)
 
 
-def read_camera(path: Path) -> Camera:
+def read_camera(path: Path | str) -> Camera:
     """The camera of a `camera.json`; keys that are not known are ignored.
 
     Raises:
@@ -27,8 +27,11 @@ def read_camera(path: Path) -> Camera:
     return camera_from_dict(read_json(Path(path)), Path(path))
 
 
-def write_camera(path: Path, camera: Camera) -> None:
-    """Write a camera as `camera.json`, whole or not at all."""
+def write_camera(path: Path | str, camera: Camera) -> None:
+    """Write a camera as `camera.json`, whole or not at all.
+
+    >>> fusion.write_camera("camera.json", fusion.find_camera("tum-fr1"))
+    """
     with atomic_file(Path(path)) as partial:
         partial.write_text(json.dumps(camera_to_dict(camera), indent=1) + "\n", encoding="utf-8")
 

@@ -48,6 +48,9 @@ def find_camera(camera: Camera | Path | str) -> Camera:
 
     Raises:
         RecordingError: neither a file nor the name of a preset, or a file that cannot be used.
+
+    >>> fusion.find_camera("my_scan/camera.json").shape
+    (120, 160)
     """
     if isinstance(camera, Camera):
         return camera

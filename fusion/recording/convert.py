@@ -19,6 +19,8 @@ def convert_recording(recording: Recording, path: Path | str) -> None:
 
     Raises:
         RecordingError: a frame cannot be loaded, or `path` is the recording itself.
+
+    >>> fusion.convert_recording(fusion.open_recording("my_scan"), "copied")
     """
     path = Path(path)
     if path.exists() and path.resolve() == recording.path.resolve():

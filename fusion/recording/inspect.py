@@ -37,6 +37,10 @@ def inspect(recording: Recording, checks: tuple[Check, ...] = CHECKS) -> Finding
     Args:
         recording: any recording; frames that cannot be loaded become findings.
         checks: what to look at, in this order; rooms further down may add theirs.
+
+    >>> found = fusion.inspect(fusion.open_recording("my_scan"))
+    >>> found.severity
+    'ok'
     """
     sample = draw(recording)
     findings = [finding for check in each(checks, "checking") for finding in check(sample)]

@@ -21,6 +21,12 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None) 
 
     Raises:
         RecordingError: the folder is no recording, its lists cannot be read, or it has no camera and none is given.
+
+    >>> recording = fusion.open_recording("my_scan")
+    >>> [round(float(np.nanmedian(frame.depth)), 1) for frame in recording][:3]  # images are read when they are used
+    [0.9, 0.9, 0.9]
+    >>> fusion.open_recording("my_scan", camera="kinect-v2").camera
+    <Camera: 512 x 424, fx 365.46 fy 365.46 cx 254.88 cy 205.40 px, itof, kinect-v2>
     """
     folder = Path(path)
     if not folder.is_dir():

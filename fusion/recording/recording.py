@@ -31,6 +31,11 @@ class Frame:
     color: NDArray[np.uint8] | None = None
     ir: NDArray[np.uint16] | None = None
 
+    def __repr__(self) -> str:
+        height, width = self.depth.shape
+        held = ", ".join(["depth"] + [name for name in ("color", "ir") if getattr(self, name) is not None])
+        return f"<Frame {self.index}: {width} x {height}, {held}, {self.timestamp:.3f} s>"
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -59,6 +64,15 @@ class Recording:
     scene: dict[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     files: FrameFiles | None = None
+
+    def __repr__(self) -> str:
+        files = self.files or FrameFiles(self.path, ())
+        held = [name for name, names in (("color", files.color), ("ir", files.ir)) if any(names)]
+        held += ["poses"] * (self.poses is not None) + ["scene"] * bool(self.scene)
+        held += [name for name in self.telemetry if name != "timestamp"]
+        seconds = np.ptp(self.timestamps) if len(self) else 0.0
+        size = f"{len(self)} frames of {self.camera.width} x {self.camera.height} in {seconds:.1f} s"
+        return f"<Recording {self.path.name}: {self.format}, {size}; {', '.join(['depth', *held])}>"
 
     def __len__(self) -> int:
         return len(self.timestamps)

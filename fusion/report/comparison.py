@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.sight import Side, sides
 from fusion.report.figures.distance import distance_scale, distance_views, histogram_figure, shares
 from fusion.report.figures.views import Row, mesh_views
 from fusion.report.judgement import level
 from fusion.report.page import Figure, Light, Number, Page, Section, write_page
-from fusion.report.sight import Side, sides
 from fusion.report.tables import numbers_table
 from fusion.report.viewer import Layer, script, viewer
 

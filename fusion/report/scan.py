@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.sight import Side, sides
 from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
 from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale
 from fusion.report.figures.frames import frames_figure
@@ -20,7 +21,6 @@ from fusion.report.figures.wobble import wobble_figure
 from fusion.report.judgement import scan_numbers, scan_summary
 from fusion.report.page import Figure, Light, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
-from fusion.report.sight import Side, sides
 from fusion.report.tables import settings_table
 from fusion.report.viewer import Layer, Path3D, script, viewer
 

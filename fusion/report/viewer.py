@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.sight import sides
 from fusion.report.page import Section
 from fusion.report.palette import BLUE, GREY
-from fusion.report.sight import sides
 from fusion.report.thinning import thinned
 
 

@@ -40,6 +40,11 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
         RecordingError: too few readable frames.
         TrackingError: nothing turns, or not about one axis.
         VolumeError: the voxel settings make no sense or do not fit into memory.
+
+    >>> scan = fusion.scan_turntable(fusion.open_recording("my_scan"), fusion.ScanSettings(voxel=0.004))
+    >>> round(abs(np.rad2deg(scan.steps.mean)))
+    15
+    >>> fusion.write_mesh("cup.ply", scan.mesh)
     """
     settings = settings or ScanSettings()
     if settings.strength not in ("axis", "circle"):

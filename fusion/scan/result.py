@@ -51,6 +51,16 @@ class Scan:
     warnings: tuple[tuple[str, str], ...]
     told: Array | None = None
 
+    def __repr__(self) -> str:
+        placed = f"{int(self.trajectory.valid.sum())} of {len(self.trajectory)} frames placed"
+        turned = f"{np.rad2deg(self.steps.mean):.2f} deg a frame, {len(self.steps.slips)} slips"
+        looks = sum(level != "ok" for level, _ in self.warnings)
+        return f"<Scan: {placed}, {turned}, {looks} warnings;\n {self.mesh!r}>"
+
+    def _repr_png_(self) -> bytes | None:
+        """A picture for notebooks."""
+        return self.mesh._repr_png_()
+
     def turntable(self) -> dict[str, Any]:
         """The content of `turntable.json` (CONTRACT)."""
 

@@ -65,6 +65,10 @@ class Sensor:
         )
         object.__setattr__(self, "left_out", (*self.left_out, *(t for t in undone if t not in self.left_out)))
 
+    def __repr__(self) -> str:
+        names = ", ".join(effect.name for effect in self.effects)
+        return f"<Sensor {self.name}: {self.principle}; {names or 'no effects'}>"
+
     def effect(self, name: str) -> Effect | None:
         """The effect of that name, or None."""
         return next((effect for effect in self.effects if effect.name == name), None)

@@ -32,6 +32,9 @@ def read_scene(path: Path | str, notes: list[str] | None = None) -> Scene:
 
     Raises:
         SceneError: anything in it that cannot be used, in one line.
+
+    >>> scene = fusion.read_scene("my_scan")  # of a recording: the same scene again, for another sensor
+    >>> again = fusion.simulate(scene, fusion.read_sensor("kinect-v1"), seed=2)
     """
     path = Path(path)
     path = path / "scene.json" if path.is_dir() else path

@@ -31,6 +31,11 @@ def write_simulation(folder: Path | str, simulation: Simulation) -> None:
     Raises:
         SceneError: the camera sees nothing of the scene, or nothing within the range of the depth images.
         FusionError: the folder cannot be made.
+
+    >>> wall = fusion.built_in("wall", {"distance_m": (0.8, 1.2), "frames": 1})
+    >>> fusion.write_simulation("walls", fusion.simulate(wall, fusion.Sensor()))
+    >>> fusion.open_recording("walls")
+    <Recording walls: native, 2 frames of 640 x 480 in 0.0 s; depth, ir, poses, scene, distance_m>
     """
     folder = Path(folder)
     check_sight(simulation)

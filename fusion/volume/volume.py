@@ -12,6 +12,7 @@ from fusion.geometry.pose import Array, is_rigid
 from fusion.mesh.mesh import Mesh
 from fusion.volume import store
 from fusion.volume.blocks import Blocks
+from fusion.volume.dense import Box, DenseField, dense
 from fusion.volume.extraction.surface import surface
 from fusion.volume.integration.integrate import integrate
 from fusion.volume.raycasting.raycast import Raycast, raycast
@@ -33,6 +34,12 @@ class Volume:
         start()
         self.settings = settings
         self.blocks = Blocks(settings)
+
+    def __repr__(self) -> str:
+        s = self.settings
+        size = f"{self.block_count:,} blocks of 8 x 8 x 8 voxels, {self.bytes / 2**20:.0f} MiB"
+        color = ", colour" * s.color
+        return f"<Volume: voxels of {s.voxel * 1e3:g} mm, truncated at {s.truncation * 1e3:g} mm{color}; {size}>"
 
     @property
     def block_count(self) -> int:
@@ -93,6 +100,22 @@ class Volume:
         distance, gradient, weight = sample(self.blocks, points)
         return distance, gradient, weight
 
+    def to_numpy(self, box: Box | None = None) -> DenseField:
+        """Distances and weights of all voxels in a box as plain arrays; None takes all that is in use.
+
+        Raises:
+            VolumeError: corners that are no box, or arrays larger than `settings.max_bytes`.
+
+        >>> volume = fusion.Volume(fusion.VolumeSettings(voxel=0.01, truncation=0.04))
+        >>> volume.integrate(np.ones((48, 64)), fusion.Camera(64, 48, 60.0, 60.0, 31.5, 23.5), np.eye(4))
+        >>> field = volume.to_numpy(box=((-0.06, -0.06, 0.9), (0.06, 0.06, 1.1)))
+        >>> field.distance.shape, field.origin.round(3).tolist()
+        ((13, 13, 21), [-0.06, -0.06, 0.9])
+        >>> print(field.distance[6, 6, 8:13].round(2))  # from 2 cm before a wall at 1 m to 2 cm behind it
+        [ 0.02  0.01  0.   -0.01 -0.02]
+        """
+        return dense(self.blocks, box)
+
     def surface(self, min_weight: float = 1e-6) -> Mesh:
         """The zero surface as a welded mesh with outward normals; cells with a corner below min_weight are left out."""
         return surface(self.blocks, min_weight)
@@ -118,12 +141,12 @@ class Volume:
         if ours.color:
             self.blocks.colors[ids] += other.blocks.colors[: other.blocks.count]
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path | str) -> None:
         """Write to a .npz file, whole or not at all."""
         store.save(self.blocks, Path(path))
 
     @classmethod
-    def load(cls, path: Path) -> "Volume":
+    def load(cls, path: Path | str) -> "Volume":
         """Read what `save` wrote.
 
         Raises:

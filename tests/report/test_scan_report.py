@@ -10,12 +10,12 @@ from made_up import UP, bumpy_sphere, made_up_comparison, made_up_scan
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.sight import look, sides
 from fusion.report.comparison import comparison_report, comparison_summary
 from fusion.report.figures.distance import distance_scale, shares
 from fusion.report.figures.views import nice_length
 from fusion.report.scan import ScanReport, scan_report
 from fusion.report.seen import times_seen
-from fusion.report.sight import look, sides
 from fusion.report.thinning import thinned
 
 EMPTY = Mesh(np.zeros((0, 3)))

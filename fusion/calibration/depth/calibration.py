@@ -127,6 +127,9 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
         settings: camera, known sensor and so on.
     Raises:
         FusionError: no recording, recordings of different cameras, no wall in view.
+
+    >>> found = fusion.calibrate_depth([fusion.open_recording(f"wall_{i}") for i in range(5)])
+    >>> fusion.write_sensor("sensor.json", found.sensor)
     """
     settings = settings or DepthSettings()
     if not recordings:

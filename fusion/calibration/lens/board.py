@@ -55,8 +55,12 @@ class Board:
         return fields | ({"marker_m": self.marker_m, "dictionary": self.dictionary} if self.is_charuco else {})
 
 
-def read_board(path: Path) -> Board:
-    """The board of a `board.json`. Raises RecordingError."""
+def read_board(path: Path | str) -> Board:
+    """The board of a `board.json`. Raises RecordingError.
+
+    >>> fusion.read_board("board/board.json").square_m
+    0.04
+    """
     return board_from_dict(read_json(Path(path)), Path(path))
 
 

@@ -92,11 +92,14 @@ class Intrinsics:
     warnings: list[str] = field(default_factory=list)
 
 
-def calibrate_intrinsics(path: Path, board: Board, settings: LensSettings | None = None) -> Intrinsics:
+def calibrate_intrinsics(path: Path | str, board: Board, settings: LensSettings | None = None) -> Intrinsics:
     """Calibrate the camera or cameras of a recording, or of a plain folder of pictures.
 
     Raises:
         RecordingError: no pictures, too few views, another board, uneven squares, or views that leave the camera open.
+
+    >>> found = fusion.calibrate_intrinsics("board", fusion.read_board("board/board.json"))
+    >>> fusion.write_camera("camera.json", found.camera)
     """
     settings = settings or LensSettings()
     pictures = find_pictures(path)

@@ -39,7 +39,7 @@ class Pictures:
     camera: Camera | None = None
 
 
-def find_pictures(folder: Path) -> Pictures:
+def find_pictures(folder: Path | str) -> Pictures:
     """The pictures in a recording (`ir.txt`, `rgb.txt`) or a plain folder.
 
     In a plain folder a name with `ir` or `infrared` between its separators is an IR picture, one with `rgb` or `color`

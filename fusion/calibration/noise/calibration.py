@@ -66,6 +66,10 @@ def calibrate_noise(recordings: Sequence[Recording], settings: NoiseSettings | N
         settings: camera, known sensor and so on.
     Raises:
         FusionError: no recording, recordings of different cameras, no target in view, no noise.
+
+    >>> found = fusion.calibrate_noise([fusion.open_recording(f"wall_{i}") for i in range(5)])
+    >>> [effect.name for effect in found.sensor.effects]
+    ['axial_noise']
     """
     settings = settings or NoiseSettings()
     if not recordings:

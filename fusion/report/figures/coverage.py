@@ -6,11 +6,11 @@ import numpy as np
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.sight import Side
 from fusion.report.figures.circle import Cylinder
 from fusion.report.figures.views import Row, Scale, mesh_views, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, SEQUENTIAL, new_figure, styled, to_svg
-from fusion.report.sight import Side
 
 THIN = 3  # a patch seen in fewer frames rests on single measurements (guess)
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.sight import Side
 from fusion.report.figures.views import Row, Scale, mesh_views, nice_length, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, DIVERGING, GREEN, GREY, INK, ORANGE, new_figure, styled, to_svg
-from fusion.report.sight import Side
 
 WITHIN = (0.001, 0.002, 0.005)  # [m]
 

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.shading import CLAY, picture, vertex_normals
+from fusion.mesh.sight import Side, look
 from fusion.report.page import Figure
 from fusion.report.palette import INK, SOFT, new_figure, styled, to_svg
-from fusion.report.shading import CLAY, picture, vertex_normals
-from fusion.report.sight import Side, look
 
 PIXELS = 420  # of the mesh's longest edge in a view; looked at with twice as many
 

@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from inspect import Parameter, getdoc, signature
 from typing import Any
 
+import numpy as np
+
 from fusion.errors import SceneError
 from fusion.simulation.scene import Scene
 from fusion.simulation.scenes.boards import charuco, checkerboard
@@ -33,8 +35,12 @@ SCENES: dict[str, Callable[..., Scene]] = {
 YES, NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
 
 
-def built_in(name: str, settings: Mapping[str, str] | None = None) -> Scene:
-    """The scene of that name; `settings` as text, lists with commas. Raises SceneError."""
+def built_in(name: str, settings: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of that name; `settings` as values, or as text with commas in lists. Raises SceneError.
+
+    >>> len(fusion.built_in("wall", {"distance_m": (0.8, 1.2, 1.6), "frames": 5}).course)
+    15
+    """
     if name not in SCENES:
         expected = "a scene file, a recording's folder or one of " + ", ".join(SCENES)
         raise SceneError("no such scene", found=name, expected=expected, do="see fusion simulate --list")
@@ -58,7 +64,8 @@ def about(name: str) -> str:
     return (getdoc(SCENES[name]) or "").splitlines()[0]
 
 
-def _value(where: str, text: str, usual: Any) -> Any:
+def _value(where: str, given: Any, usual: Any) -> Any:
+    text = given if isinstance(given, str) else ",".join(map(str, np.ravel(given)))
     try:
         if isinstance(usual, bool):
             if text.lower() not in YES + NO:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
-from fusion.report.sight import Sight
+from fusion.mesh.sight import Sight
 
 CLAY = (0.80, 0.81, 0.83)  # colour of a mesh that has none
 

@@ -1,0 +1,75 @@
+"""The examples in the docstrings of what `import fusion` offers, run in a folder with small recordings."""
+
+import contextlib
+import doctest
+import inspect
+import io
+from dataclasses import replace
+
+import numpy as np
+import open3d
+import pytest
+import trimesh
+
+import fusion
+
+SMALL = fusion.Camera(160, 120, 144.0, 144.0, 80.0, 60.0, depth_scale=5000.0, principle="itof")
+NAMES = [name for name in fusion.__all__ if name != "__version__"]
+# whole scans and fits take seconds each
+SLOW = {
+    "scan_turntable", "reconstruct", "calibrate_depth", "calibrate_noise", "calibrate_intrinsics", "read_board",
+    "explain", "evaluate",
+}  # fmt: skip
+
+
+def examples(name):
+    """The examples in the docstring of a public name and, of a class, in those of its methods."""
+    known = {"fusion": fusion, "np": np, "open3d": open3d, "trimesh": trimesh}
+    found = doctest.DocTestFinder().find(getattr(fusion, name), f"fusion.{name}", module=False, globs=known)
+    return [test for test in found if test.examples]
+
+
+def write(folder, scene, settings, sensor, camera=SMALL):
+    scene = replace(fusion.built_in(scene, settings), camera=camera)
+    fusion.write_simulation(folder, fusion.simulate(scene, sensor, seed=1))
+
+
+@pytest.fixture(scope="module")
+def small_data(tmp_path_factory):
+    """`my_scan` (the owl, turning) and `ball.ply`."""
+    folder = tmp_path_factory.mktemp("examples")
+    ideal = fusion.Sensor(principle="itof")
+    write(folder / "my_scan", "turntable", {"frames": 26, "turns": 26 * 15 / 360}, ideal)
+    ball = trimesh.creation.icosphere(3, 0.05)
+    normals = np.asarray(ball.vertex_normals, np.float32)
+    colors, sigma = np.full((642, 3), 200, np.uint8), np.full(642, 3e-4, np.float32)
+    fusion.write_mesh(folder / "ball.ply", fusion.Mesh(ball.vertices, ball.faces, normals, colors, {"sigma": sigma}))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def more_data(small_data):
+    """`wall_0` to `wall_4` and `board` beside it."""
+    sensor = fusion.read_sensor("kinect-v2-indoors")
+    for i, distance in enumerate((0.6, 0.9, 1.2, 1.6, 2.0)):
+        write(small_data / f"wall_{i}", "wall", {"distance_m": distance, "frames": 12}, sensor)
+    larger = replace(SMALL, width=320, height=240, fx=288.0, fy=288.0, cx=160.0, cy=120.0)
+    write(small_data / "board", "checkerboard", {"frames": 12}, sensor, larger)
+
+
+def test_every_public_function_has_an_example_or_stands_in_one():
+    shown = "".join(example.source for name in NAMES for test in examples(name) for example in test.examples)
+    functions = [name for name in NAMES if inspect.isfunction(getattr(fusion, name))]
+    assert [name for name in functions if f"fusion.{name}(" not in shown] == []
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in ["", *NAMES]])
+def test_examples_are_true(name, request, small_data, monkeypatch):
+    if name in SLOW:
+        request.getfixturevalue("more_data")
+    monkeypatch.chdir(small_data)
+    runner, told = doctest.DocTestRunner(), io.StringIO()
+    with contextlib.redirect_stdout(told):
+        for test in examples(name) if name else doctest.DocTestFinder(recurse=False).find(fusion, "fusion"):
+            runner.run(test)
+    assert not runner.failures, told.getvalue()
