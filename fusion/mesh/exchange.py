@@ -19,7 +19,7 @@ def to_open3d(mesh: Mesh) -> "open3d.t.geometry.TriangleMesh | open3d.t.geometry
     import open3d as o3d
 
     tensor = o3d.core.Tensor.from_numpy
-    out = o3d.t.geometry.TriangleMesh() if len(mesh.faces) else o3d.t.geometry.PointCloud()
+    out: Any = o3d.t.geometry.TriangleMesh() if len(mesh.faces) else o3d.t.geometry.PointCloud()
     values = out.vertex if len(mesh.faces) else out.point
     if len(mesh.faces):
         out.triangle.indices = tensor(mesh.faces.astype(np.int64))
