@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,10 @@ from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.shape import shape_of
 from fusion.progress import each, stage
 from fusion.recording.recording import Recording
+from fusion.results.facts import ScanFacts, median_of, rms_of
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.moments import moments_of
 from fusion.sensor.presets import default_sensor
@@ -89,6 +92,17 @@ class Reconstruction:
     settings: dict[str, Any]
     warnings: tuple[tuple[str, str], ...]
     volume: Volume
+
+    @cached_property
+    def facts(self) -> ScanFacts:
+        """Every number that terminal, page and JSON tell; up is where the first camera has it."""
+        return ScanFacts(
+            shape=shape_of(self.mesh, np.array([0.0, -1.0, 0.0])),
+            frames=len(self.trajectory),
+            placed=int(self.trajectory.valid.sum()),
+            residual=rms_of(self.residual),
+            inlier_share=median_of(self.inlier_share),
+        )
 
 
 def reconstruct(recording: Recording, settings: ReconstructSettings | None = None) -> Reconstruction:

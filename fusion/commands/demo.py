@@ -46,13 +46,13 @@ def run(options: argparse.Namespace) -> None:
         write_mesh(partial / "truth.ply", truth)
         write_comparison(partial, comparison)
     turntable.write(out, recording, scan, comparison)
-    numbers = turntable.summary(recording, scan)
+    numbers = turntable.summary(scan)
     numbers |= {"distance_rms_m": comparison.accuracy["rms"], "scale": comparison.scale}
     numbers |= {"seconds": seconds(), "output": str(out)}
     if options.json:
         print(json.dumps(numbers, indent=1))
         return
     found = f"{numbers['distance_rms_m'] * 1e3:.2f} mm rms, scale {comparison.scale:.5f}"
-    shown = turntable.lines(numbers)
+    shown = turntable.lines(scan)
     last = [f"truth     {found}", f"report    {out / 'report.html'}", f"took      {took(numbers['seconds'])}"]
     print("\n".join([*shown[:3], *last]))

@@ -34,11 +34,11 @@ def run(options: argparse.Namespace) -> None:
     recording = open_recording(options.recording, options.camera)
     result = reconstruct(recording, _settings(options, recording))
     write(options.output, recording, result)
-    numbers = summary(recording, result) | {"seconds": seconds()}
+    numbers = summary(result) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
-        print("\n".join(_lines(numbers, result, options.output)))
+        print("\n".join([*_lines(result, options.output), f"took      {took(numbers['seconds'])}"]))
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ReconstructSettings":
@@ -82,6 +82,7 @@ def write(folder: Path, recording: "Recording", result: "Reconstruction") -> Non
         content = result.settings | {
             "recording": str(recording.path),
             "frames": len(recording),
+            "result": result.facts.values(),
             "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
             "warnings": [text for level, text in result.warnings if level != "ok"],
             "seconds": seconds(),
@@ -104,6 +105,7 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
     tracked = np.isfinite(result.residual).any()
     return ScanReport(
         result.mesh,
+        facts=result.facts,
         title=f"Reconstruction of {recording.path.name}",
         subtitle=f"{len(recording)} frames, {recording.format}",
         trajectory=result.trajectory,
@@ -118,38 +120,30 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
     )
 
 
-def summary(recording: "Recording", result: "Reconstruction") -> dict[str, Any]:
+def summary(result: "Reconstruction") -> dict[str, Any]:
     """The numbers that a caller wants first."""
-    import numpy as np
-
-    residual = result.residual[np.isfinite(result.residual)]
-    size = np.ptp(result.mesh.vertices, axis=0)
-    return {
-        "frames": len(recording),
-        "placed": int(result.trajectory.valid.sum()),
+    return result.facts.values() | {
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
         "correction": result.settings["correction"],
-        "residual_rms_m": float(np.sqrt(np.mean(residual**2))) if len(residual) else None,
         "voxel_m": result.settings["voxel_m"],
         "truncation_m": result.settings["truncation_m"],
-        "vertices": len(result.mesh.vertices),
-        "triangles": len(result.mesh.faces),
-        "size_m": [float(x) for x in size],
         "warnings": [text for level, text in result.warnings if level != "ok"],
     }
 
 
-def _lines(numbers: dict[str, Any], result: "Reconstruction", folder: Path) -> list[str]:
-    rms = numbers["residual_rms_m"]
-    size = " x ".join(f"{x:.3f}" for x in numbers["size_m"])
+def _lines(result: "Reconstruction", folder: Path) -> list[str]:
+    from fusion.results.words import mesh_words
+
+    facts = result.facts
+    rms = facts.residual
     first = next(iter(result.rejected.items()), None)
     reason = "" if first is None else f"; frame {first[0]}: {first[1]}"
+    warnings = "; ".join(text for level, text in result.warnings if level != "ok")
     return [
-        f"frames    {numbers['placed']} of {numbers['frames']} placed{reason}",
+        f"frames    {facts.placed} of {facts.frames} placed{reason}",
         "residual  " + ("poses as given" if rms is None else f"{rms * 1e3:.2f} mm rms to the model"),
-        f"mesh      {numbers['triangles']:,} triangles, {size} m, voxel {numbers['voxel_m'] * 1e3:g} mm",
-        f"corrected {numbers['correction']['text']}",
-        f"warnings  {'; '.join(numbers['warnings']) or 'none'}",
+        f"mesh      {mesh_words(facts.shape)}, voxel {result.settings['voxel_m'] * 1e3:g} mm",
+        f"corrected {result.settings['correction']['text']}",
+        f"warnings  {warnings or 'none'}",
         f"report    {folder / 'report.html'}",
-        f"took      {took(numbers['seconds'])}",
     ]

@@ -39,12 +39,12 @@ def run(options: argparse.Namespace) -> None:
     recording = open_recording(options.recording, options.camera)
     scan = scan_turntable(recording, _settings(options, recording))
     write(options.output, recording, scan)
-    numbers = summary(recording, scan) | {"seconds": seconds()}
+    numbers = summary(scan) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
         last = [f"report    {options.output / 'report.html'}", f"took      {took(numbers['seconds'])}"]
-        print("\n".join([*lines(numbers), *last]))
+        print("\n".join([*lines(scan), *last]))
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSettings":
@@ -87,6 +87,7 @@ def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = 
         content = scan.settings | {
             "recording": str(recording.path),
             "frames": len(recording),
+            "result": scan.facts.values(),
             "warnings": [text for level, text in scan.warnings if level != "ok"],
             "seconds": seconds(),
         }
@@ -107,6 +108,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
     seen = Trajectory(scan.trajectory.timestamps[some], scan.trajectory.poses[some])
     return ScanReport(
         scan.mesh,
+        facts=scan.facts,
         title=f"Turntable scan {recording.path.name}",
         subtitle=f"{len(recording)} frames, {recording.format}",
         trajectory_raw=scan.trajectory_raw,
@@ -127,40 +129,30 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
     )
 
 
-def summary(recording: "Recording", scan: "Scan") -> dict[str, Any]:
+def summary(scan: "Scan") -> dict[str, Any]:
     """The numbers that a caller wants first."""
-    import numpy as np
-
     table = scan.turntable()
-    return {
-        "frames": len(recording),
-        "placed": int(scan.trajectory.valid.sum()),
+    return scan.facts.values() | {
         "rejected": table["rejected_reasons"],
-        "step_mean_deg": float(np.rad2deg(scan.steps.mean)),
-        "step_std_deg": float(np.rad2deg(scan.steps.std)),
-        "closure_m": {"before": table["closure_raw"]["distance"], "after": table["closure"]["distance"]},
         "slips": table["slips"],
         "correction": scan.settings["correction"],
         "voxel_m": scan.settings["voxel_m"],
-        "triangles": len(scan.mesh.faces),
-        "size_m": [float(x) for x in np.ptp(scan.mesh.vertices, axis=0)],
         "focal_length_check": table["focal_length_check"],
         "warnings": [text for level, text in scan.warnings if level != "ok"],
     }
 
 
-def lines(numbers: dict[str, Any]) -> list[str]:
+def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
-    size = " x ".join(f"{x * 1e3:.0f}" for x in numbers["size_m"])
-    gap = numbers["closure_m"]
-    closing = "no full turn" if gap["after"] is None else f"closing gap {gap['after'] * 1e3:.2f} mm"
-    if gap["before"] is not None:
-        closing += f" ({gap['before'] * 1e3:.2f} mm before the post-pass)"
-    slips = ", ".join(f"slip before frame {s['frame']}" for s in numbers["slips"]) or "no slip"
+    from fusion.results.words import closing_words, mesh_words, table_words
+
+    facts, table = scan.facts, scan.facts.table
+    assert table is not None  # a turntable turned
+    warnings = "; ".join(text for level, text in scan.warnings if level != "ok")
     return [
-        f"frames    {numbers['placed']} of {numbers['frames']} placed",
-        f"table     {numbers['step_mean_deg']:.2f} deg a frame (std {numbers['step_std_deg']:.2f}), {slips}; {closing}",
-        f"mesh      {numbers['triangles']:,} triangles, {size} mm, voxel {numbers['voxel_m'] * 1e3:g} mm",
-        f"corrected {numbers['correction']['text']}",
-        f"warnings  {'; '.join(numbers['warnings']) or 'none'}",
+        f"frames    {facts.placed} of {facts.frames} placed",
+        f"table     {table_words(table)}; {closing_words(table)}",
+        f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings['voxel_m'] * 1e3:g} mm",
+        f"corrected {scan.settings['correction']['text']}",
+        f"warnings  {warnings or 'none'}",
     ]

@@ -1,4 +1,4 @@
-"""The summary of a scan: five lines with a traffic light each, and the key numbers."""
+"""The summary of a scan: five lines with a traffic light each."""
 
 from typing import TYPE_CHECKING
 
@@ -6,8 +6,7 @@ import numpy as np
 
 from fusion.report.figures.circle import Paths, has_axis
 from fusion.report.figures.coverage import THIN
-from fusion.report.figures.turning import step_degrees
-from fusion.report.page import Light, Number
+from fusion.report.page import Light
 
 if TYPE_CHECKING:
     from fusion.report.scan import ScanReport
@@ -30,39 +29,6 @@ def scan_summary(report: "ScanReport") -> list[Light]:
     """What the data says about frames, fit, turntable, coverage and mesh; lines without data are left out."""
     lines = [_frames(report), _fit(report), _turntable(report), _coverage(report), _mesh(report)]
     return [line for line in lines if line is not None]
-
-
-def scan_numbers(report: "ScanReport") -> list[Number]:
-    """Key numbers of the mesh, the fit and the turntable, with units."""
-    points = report.mesh.vertices[np.isfinite(report.mesh.vertices).all(axis=1)]
-    largest = float(np.linalg.norm(np.ptp(points, axis=0))) * 1000 if len(points) else 0.0
-    numbers = [
-        Number("Triangles", f"{len(report.mesh.faces):,}"),
-        Number("Diagonal of the box around it", f"{largest:.0f}", "mm"),
-    ]
-    if report.residual is not None:
-        numbers.append(_measure("Median residual", _median(report.residual) * 1000, "mm"))
-    if report.inlier_share is not None:
-        numbers.append(_measure("Median inlier share", _median(report.inlier_share) * 100, "%"))
-    table = report.turntable or {}
-    if table.get("radius") is not None:
-        numbers.append(_measure("Radius of the circle", float(table["radius"]) * 1000, "mm"))
-    steps = step_degrees(table)
-    if np.isfinite(steps).any():
-        numbers.append(_measure("Mean step", float(np.nanmean(steps)), "deg"))
-        numbers.append(_measure("Spread of the steps", float(np.nanstd(steps)), "deg"))
-    closure = table.get("closure") or {}
-    if closure.get("distance") is not None:
-        numbers.append(_measure("Closing gap", float(closure["distance"]) * 1000, "mm"))
-    if closure.get("angle_rad") is not None:
-        numbers.append(_measure("Closing gap, angle", float(np.degrees(closure["angle_rad"])), "deg"))
-    return numbers
-
-
-def _measure(name: str, value: float, unit: str) -> Number:
-    if not np.isfinite(value):
-        return Number(name, "unknown", unit)
-    return Number(name, f"{value:.1f}" if abs(value) >= 20 else f"{value:.2f}", unit)
 
 
 def _frames(report: "ScanReport") -> Light | None:

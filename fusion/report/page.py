@@ -9,7 +9,7 @@ from pathlib import Path
 from string import Template
 
 from fusion.output import atomic_file
-from fusion.report.tables import lights, settings_table, tiles
+from fusion.report.tables import folded, lights, settings_table, tiles
 from fusion.report.versions import versions
 
 
@@ -32,11 +32,12 @@ class Light:
 
 @dataclass(frozen=True)
 class Number:
-    """A key number: what it is, its value as text, its unit ("" when it has none)."""
+    """A key number: what it is, its value as text, its unit and a note below it ("" when it has none)."""
 
     name: str
     value: str
     unit: str = ""
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,13 +59,17 @@ class Figure:
 
 @dataclass(frozen=True)
 class Section:
-    """A titled part of the page: a leading sentence, then figures; `html` is trusted, ready-made markup."""
+    """A titled part of the page: a leading sentence, then figures; `html` is trusted, ready-made markup.
+
+    `folded` figures are for who wants to know more: a click unfolds them.
+    """
 
     title: str
     lead: str = ""
     figures: tuple[Figure, ...] = ()
     html: str = ""
     screen_only: bool = False
+    folded: tuple[Figure, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,10 +78,10 @@ class Page:
 
     Attributes:
         title, subtitle: plain text.
-        summary: about five judged lines.
+        summary: about five judged lines; shown with the worst first.
         numbers: key numbers with units.
         sections: in the order of reading.
-        warnings: further lights, for instance from reading the input.
+        warnings: further lights, for instance from reading the input; "ok" ones are notes, which are folded.
         settings: nested settings, shown as a table.
         fingerprint: what identifies the input, name to value.
         command: the command line that made the page.
@@ -94,6 +99,8 @@ class Page:
     command: str = ""
     script: str = ""
 
+
+OPEN_WARNINGS = 8  # more would push the result itself off the first screen
 
 # the page may use only what stands in it: no network, no plug-ins, no forms
 POLICY = (
@@ -135,7 +142,7 @@ def write_page(path: Path, page: Page) -> None:
 
 def render(page: Page) -> str:
     """The page as HTML text."""
-    sections = [_summary(page), *map(_section, page.sections), _warnings(page), _provenance(page)]
+    sections = [_summary(page), _warnings(page), *map(_section, page.sections), _provenance(page)]
     present = [(title, html) for title, html in sections if html]
     names = [anchor(title, place) for place, (title, _) in enumerate(present)]
     links = "".join(f'<a href="#{name}">{escape(title)}</a>' for name, (title, _) in zip(names, present, strict=True))
@@ -164,16 +171,17 @@ def anchor(title: str, place: int) -> str:
 def _summary(page: Page) -> tuple[str, str]:
     if not (page.summary or page.numbers):
         return "Summary", ""
-    inner = lights([(x.level, x.subject, x.reason, x.do) for x in page.summary])
-    inner += tiles([(x.name, x.value, x.unit) for x in page.numbers])
+    inner = lights([(x.level, x.subject, x.reason, x.do) for x in worst_first(page.summary)])
+    inner += tiles([(x.name, x.value, x.unit, x.note) for x in page.numbers])
     return "Summary", f"<section><h2>Summary</h2>{inner}</section>"
 
 
 def _section(section: Section) -> tuple[str, str]:
-    if not (section.figures or section.html):
+    if not (section.figures or section.folded or section.html):
         return section.title, ""
     lead = f'<p class="lead">{escape(section.lead)}</p>' if section.lead else ""
     figures = "".join(map(_figure, section.figures))
+    figures += "".join(folded(figure.title, _figure(figure)) for figure in section.folded)
     kind = ' class="screen"' if section.screen_only else ""
     return section.title, f"<section{kind}><h2>{escape(section.title)}</h2>{lead}{figures}{section.html}</section>"
 
@@ -186,10 +194,20 @@ def _figure(figure: Figure) -> str:
 
 
 def _warnings(page: Page) -> tuple[str, str]:
-    if not page.warnings:
-        return "Warnings", ""
-    inner = lights([(x.level, x.subject, x.reason, x.do) for x in page.warnings])
-    return "Warnings", f"<section><h2>Warnings</h2>{inner}</section>"
+    """Each warning once, the worst first; what is only good to know, and all beyond the first few, is folded."""
+    lines = list(dict.fromkeys((x.level, x.subject, x.reason, x.do) for x in worst_first(page.warnings)))
+    told = [line for line in lines if line[0] != "ok"]
+    notes = [line for line in lines if line[0] == "ok"]
+    inner = lights(told[:OPEN_WARNINGS])
+    inner += folded(f"{len(told) - OPEN_WARNINGS} more warnings", lights(told[OPEN_WARNINGS:]))
+    inner += folded(f"{len(notes)} note{'' if len(notes) == 1 else 's'}", lights(notes))
+    return "Warnings", f"<section><h2>{'Warnings' if told else 'Notes'}</h2>{inner}</section>" if lines else ""
+
+
+def worst_first(lines: Sequence[Light]) -> list[Light]:
+    """Problems, then warnings, then what is good; in the order given among equals."""
+    order = {"bad": 0, "warning": 1, "ok": 2}
+    return sorted(lines, key=lambda light: order.get(light.level, 1))
 
 
 def _provenance(page: Page) -> tuple[str, str]:

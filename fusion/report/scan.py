@@ -11,18 +11,22 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.shape import shape_of
 from fusion.mesh.sight import Side, sides
+from fusion.report.facts import fact_numbers
 from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
 from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale
 from fusion.report.figures.frames import frames_figure
-from fusion.report.figures.turning import before_after_figure, steps_figure
+from fusion.report.figures.turning import steps_figure
 from fusion.report.figures.views import Row, mesh_views
 from fusion.report.figures.wobble import wobble_figure
-from fusion.report.judgement import scan_numbers, scan_summary
+from fusion.report.judgement import scan_summary
 from fusion.report.page import Figure, Light, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
 from fusion.report.tables import settings_table
 from fusion.report.viewer import Layer, Path3D, script, viewer
+from fusion.results.facts import ScanFacts
+from fusion.results.words import mesh_words
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,7 @@ class ScanReport:
 
     Attributes:
         mesh: the result [m].
+        facts: the numbers that the terminal tells too; None: those of the mesh alone.
         title, subtitle: plain text, may hold any file name.
         trajectory_raw, trajectory: camera poses before and after the turntable post-pass, in the mesh's frame.
         turntable: the content of `turntable.json`.
@@ -50,6 +55,7 @@ class ScanReport:
     """
 
     mesh: Mesh
+    facts: ScanFacts | None = None
     title: str = "Scan"
     subtitle: str = ""
     trajectory_raw: Trajectory | None = None
@@ -74,16 +80,17 @@ def scan_report(path: Path, report: ScanReport) -> None:
     """Write `report.html` of a scan."""
     up, front = orientation(report)
     around = sides(up, front)
+    facts = report.facts or ScanFacts(shape_of(report.mesh, around[0].up))
     print_ = report.fingerprint
     page = Page(
         title=report.title,
         subtitle=report.subtitle,
         summary=report.summary or scan_summary(report),
-        numbers=scan_numbers(report),
+        numbers=fact_numbers(facts),
         sections=[
-            _mesh_section(report, around),
+            _mesh_section(report, facts, around),
             _viewer_section(report, up, front),
-            _turntable_section(report, around),
+            _turntable_section(report, facts, around),
             _frames_section(report),
             _coverage_section(report, around),
             *_comparison_sections(report, around),
@@ -116,23 +123,15 @@ def _poses(report: ScanReport) -> Trajectory | None:
     return next((t for t in (report.trajectory, report.trajectory_raw) if t is not None and t.valid.any()), None)
 
 
-def _mesh_section(report: ScanReport, around: list[Side]) -> Section:
+def _mesh_section(report: ScanReport, facts: ScanFacts, around: list[Side]) -> Section:
     mesh = report.mesh
-    size = " x ".join(f"{x * 1000:.0f}" for x in extent(mesh, around))
-    title = f"{size} mm (wide, deep, high), {len(mesh.vertices):,} vertices, {len(mesh.faces):,} triangles"
+    title = mesh_words(facts.shape)
     alt = f"The mesh from front, left, back, right and top: {title}."
     rows = [Row(mesh, name="shape")]
     if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
         rows.insert(0, Row(mesh, mesh.colors / 255.0, "colour"))
     caption = "Parallel projection, all views at one scale. Dark: the inside, seen through a hole."
     return Section("The mesh", figures=(mesh_views(rows, around, Figure(title, "views", alt, caption)),))
-
-
-def extent(mesh: Mesh, around: list[Side]) -> Array:
-    """(3,) width, depth and height [m] as seen from the front; zero for an empty mesh."""
-    points = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
-    front = around[0]
-    return np.ptp(points @ np.stack([front.right, front.towards, front.up]).T, axis=0) if len(points) else np.zeros(3)
 
 
 def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
@@ -151,23 +150,23 @@ def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
     return viewer(mesh, layers, up, front, tuple(lines))
 
 
-def _turntable_section(report: ScanReport, around: list[Side]) -> Section:
-    figures = []
-    if report.turntable and has_axis(report.turntable):
-        paths = Paths(report.trajectory_raw, report.trajectory, report.turntable)
+def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[Side]) -> Section:
+    """What the table did; folded, what the correction changed."""
+    figures, folded = [], []
+    table = report.turntable or {}
+    if table.get("angles_rad"):
+        figures.append(steps_figure(table, facts.table))
+    if has_axis(table):
+        paths = Paths(report.trajectory_raw, report.trajectory, table)
         if paths.named():
-            figures.append(circle_figure(paths))
-        if len(paths.named()) == 2:
-            figures.append(before_after_figure(paths))
-    if report.turntable and report.turntable.get("angles_rad"):
-        figures.append(steps_figure(report.turntable))
-    if report.turntable and has_axis(report.turntable) and report.trajectory_raw is not None:
-        figures.append(wobble_figure(report.trajectory_raw, report.turntable))
+            folded.append(circle_figure(paths))
+        if report.trajectory_raw is not None:
+            folded.append(wobble_figure(report.trajectory_raw, table))
     if report.mesh_raw is not None:
         text = Figure("The mesh before and after the turntable correction", "beforeaftermesh", "Two rows of views.")
         rows = [Row(report.mesh_raw, name="before"), Row(report.mesh, name="after")]
-        figures.append(mesh_views(rows, [around[0], around[1], around[4]], text))
-    return Section("Turntable", figures=tuple(figures))
+        folded.append(mesh_views(rows, [around[0], around[1], around[4]], text))
+    return Section("Turntable", figures=tuple(figures), folded=tuple(folded))
 
 
 def _frames_section(report: ScanReport) -> Section:

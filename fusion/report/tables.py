@@ -32,13 +32,20 @@ def _light(level: str, subject: str, reason: str, do: str) -> str:
     return f'<li class="light {level}{plain}">{lamp}{name}<span>{escape(reason)}{step}</span></li>'
 
 
-def tiles(numbers: Sequence[tuple[str, str, str]]) -> str:
-    """Key numbers (name, value, unit) as a grid of tiles."""
+def folded(title: str, inner: str) -> str:
+    """Markup that a click unfolds; nothing when there is nothing inside."""
+    return f"<details><summary>{escape(title)}</summary>{inner}</details>" if inner else ""
+
+
+def tiles(numbers: Sequence[tuple[str, str, str, str]]) -> str:
+    """Key numbers (name, value, unit, note) as a grid of tiles."""
     if not numbers:
         return ""
     cells = (
-        f"<div><dt>{escape(name)}</dt><dd>{escape(value)}<small>{escape(unit)}</small></dd></div>"
-        for name, value, unit in numbers
+        f"<div><dt>{escape(name)}</dt><dd>{escape(value)}<small>{escape(unit)}</small></dd>"
+        + (f'<dd class="note">{escape(note)}</dd>' if note else "")
+        + "</div>"
+        for name, value, unit, note in numbers
     )
     return '<dl class="tiles">' + "".join(cells) + "</dl>"
 

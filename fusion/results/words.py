@@ -25,6 +25,26 @@ def volume_words(shape: Shape) -> tuple[str, str] | None:
     return (f"{cubic_cm / 1e3:.2f}", "litres") if cubic_cm < 1e6 else (f"{shape.volume:.2f}", "m3")
 
 
+def mesh_words(shape: Shape) -> str:
+    """ "134 x 133 x 169 mm, 2.41 litres, bottom open, 3 holes, 162,836 triangles"."""
+    volume = volume_words(shape)
+    parts = [" ".join(size_words(shape)), *([" ".join(volume)] if volume else []), shape.openings()]
+    parts += [f"{shape.fragments:,} parts"] if shape.fragments > 1 else []
+    return ", ".join([*parts, f"{shape.triangles:,} triangles"])
+
+
+def step_words(table: TableFacts) -> tuple[str, str]:
+    """Mean and standard deviation of the steps [deg]: ("15.63", "1.38")."""
+    return f"{np.rad2deg(table.step_mean):.2f}", f"{np.rad2deg(table.step_std):.2f}"
+
+
+def table_words(table: TableFacts) -> str:
+    """ "15.63 deg a frame (std 1.38), no slip"."""
+    slips = ", ".join(f"slip before frame {frame}" for frame in table.slips) or "no slip"
+    mean, std = step_words(table)
+    return f"{mean} deg a frame (std {std}), {slips}"
+
+
 def gap_words(gap: Gap) -> str:
     """ "2.49 mm, 0.41 deg"."""
     return f"{gap.distance * 1e3:.2f} mm, {np.rad2deg(gap.angle):.2f} deg"

@@ -1,6 +1,7 @@
 """What a turntable scan gives back."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.shape import shape_of
+from fusion.results.facts import Gap, ScanFacts, TableFacts, median_of, rms_of
 from fusion.turntable.circle import Circle
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps
@@ -60,6 +63,20 @@ class Scan:
     def _repr_png_(self) -> bytes | None:
         """A picture for notebooks."""
         return self.mesh._repr_png_()
+
+    @cached_property
+    def facts(self) -> ScanFacts:
+        """Every number that terminal, page and JSON tell."""
+        gap, gap_raw = (None if pair is None else Gap(*pair) for pair in (self.closure, self.closure_raw))
+        slips = tuple(slip.frame for slip in self.steps.slips)
+        return ScanFacts(
+            shape=shape_of(self.mesh, np.array([0.0, 0.0, 1.0])),
+            frames=len(self.trajectory),
+            placed=int(self.trajectory.valid.sum()),
+            residual=rms_of(self.residual),
+            inlier_share=median_of(self.inlier_share),
+            table=TableFacts(self.steps.mean, self.steps.std, slips, gap, gap_raw),
+        )
 
     def turntable(self) -> dict[str, Any]:
         """The content of `turntable.json` (CONTRACT)."""

@@ -39,7 +39,7 @@ def test_sections_appear_only_with_their_data(tmp_path):
     full = replace(made_up_scan(), mesh=small, times_seen=np.ones(len(small.vertices)), mesh_raw=None)
     scan_report(tmp_path / "full.html", replace(full, comparison=made_up_comparison()))
     assert headings(tmp_path / "full.html") == [
-        "Summary", "The mesh", "Turn it yourself", "Turntable", "Frames", "Coverage", "Distances", "Warnings",
+        "Summary", "Warnings", "The mesh", "Turn it yourself", "Turntable", "Frames", "Coverage", "Distances",
         "How it was made",
     ]  # fmt: skip
     page = (tmp_path / "full.html").read_text(encoding="utf-8")

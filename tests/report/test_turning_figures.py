@@ -6,6 +6,7 @@ from made_up import made_up_scan
 
 from fusion.report.figures.turning import excess_degrees, expected_degrees, steps_figure
 from fusion.report.figures.wobble import wobble_figure
+from fusion.results.facts import TableFacts
 
 N = 24
 
@@ -31,7 +32,13 @@ def test_without_a_log_steps_are_judged_against_even_ones():
     content = table(slip=3.0) | {"told_rad": None}
     assert expected_degrees(content)[1] == "even"
     assert excess_degrees(content)[16:] == pytest.approx(3.0)
-    assert "even steps" in steps_figure(content).title and "1 slip found" in steps_figure(content).title
+    assert "even steps" in steps_figure(content).caption
+
+
+def test_the_steps_have_the_numbers_of_the_facts():
+    facts = TableFacts(float(np.radians(6.054)), float(np.radians(0.11)), (16,))
+    title = steps_figure(table(slip=3.0), facts).title
+    assert title == "The table turned 6.05 deg a frame (std 0.11), slip before frame 16"
 
 
 def test_frames_without_an_angle_and_a_log_of_another_length_are_harmless():

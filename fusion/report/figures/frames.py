@@ -20,7 +20,7 @@ def frames_figure(residual: Array | None, inlier_share: Array | None, rejected: 
     ]
     present = [(name, color, values) for name, color, values in series if values is not None]
     count = max([len(values) for _, _, values in present] + [max(rejected, default=-1) + 1])
-    title = _title(residual, count, rejected)
+    title = f"{count - len(rejected)} of {count} frames used"
     with styled():
         figure = new_figure(11.0, 1.1 + 1.75 * len(present))
         axes = figure.subplots(len(present), 1, squeeze=False, sharex=True)[:, 0]
@@ -38,13 +38,6 @@ def frames_figure(residual: Array | None, inlier_share: Array | None, rejected: 
         "rejected frames; their reasons stand in the table below." if rejected else
         "Residual: distance of the frame's inliers from the model they were placed on (rms).",
     )  # fmt: skip
-
-
-def _title(residual: Array | None, count: int, rejected: Mapping[int, str]) -> str:
-    used = f"{count - len(rejected)} of {count} frames used"
-    known = np.asarray([] if residual is None else residual, float).ravel()
-    known = known[np.isfinite(known)] * 1000
-    return f"{used}, median residual {np.median(known):.2f} mm" if len(known) else used
 
 
 def _draw(ax, values: Array, color: str, name: str, rejected: Mapping[int, str]) -> None:

@@ -1,13 +1,14 @@
-"""How far the object turned from frame to frame, and what the turntable correction changed."""
+"""How far the object turned from frame to frame, beside what the table was told."""
 
 from typing import Any
 
 import numpy as np
 
 from fusion.geometry.pose import Array
-from fusion.report.figures.circle import Paths
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, GREY, RED, new_figure, styled, to_svg
+from fusion.results.facts import TableFacts
+from fusion.results.words import table_words
 
 
 def step_degrees(turntable: dict[str, Any]) -> Array:
@@ -40,32 +41,26 @@ def excess_degrees(turntable: dict[str, Any]) -> Array:
     return excess - (np.nanmean(start) if np.isfinite(start).any() else 0.0)
 
 
-def steps_figure(turntable: dict[str, Any]) -> Figure:
+def steps_figure(turntable: dict[str, Any], table: TableFacts | None = None) -> Figure:
     """Turn per frame beside the expected one, and how far they have come apart; slips marked in both."""
     steps = step_degrees(turntable)
-    known = steps[np.isfinite(steps)]
-    usual = float(np.median(known)) if len(known) else float("nan")
     slips = _slips(turntable, len(steps))
     expected, source = expected_degrees(turntable)
-    regular = np.isfinite(steps)
-    regular[[s["frame"] for s in slips]] = False
-    uneven = (steps - np.diff(expected, prepend=np.nan))[regular]
-    spread = float(np.std(uneven)) if len(uneven) else float("nan")
     against = "its log" if source == "log" else "even steps"
-    what = f"{len(slips)} slip{'s' if len(slips) != 1 else ''} found" if slips else "no slip"
-    title = f"The table turned {usual:.2f} deg a frame, uneven by {spread:.2f} (rms) against {against}, {what}"
+    title = "How the table turned" if table is None else f"The table turned {table_words(table)}"
     with styled():
         figure = new_figure(11.0, 5.0)
         above, below = figure.subplots(2, 1, sharex=True)
         _steps(above, steps, np.diff(expected, prepend=np.nan), slips)
-        above.plot([], [], color=GREY, linewidth=1.4, label="its log" if source == "log" else f"median {usual:.2f} deg")
+        above.plot([], [], color=GREY, linewidth=1.4, label=against)
         above.legend(loc="upper center", bbox_to_anchor=(0.5, 1.2), ncols=3)
         _excess(below, turntable, slips, against)
         below.xaxis.get_major_locator().set_params(integer=True)
         svg = to_svg(figure, "steps")
     caption = (
-        "Gaps are rejected frames. A slip's mark stands at the first frame after it. Below: the same added up, so that "
-        "a slip stays as a jump and uneven steps wander; the band is two standard deviations of the angle's own fit."
+        f"Beside {against}. Gaps are rejected frames. A slip's mark stands at the first frame after it. Below: the "
+        "same added up, so that a slip stays as a jump and uneven steps wander; the band is two standard deviations of "
+        "the angle's own fit."
     )
     return Figure(title, svg, title + ".", caption)
 
@@ -112,60 +107,3 @@ def _mark_slip(ax, slip: dict[str, Any], steps: Array, label: str) -> None:
         f"frame {frame}: {amount:+.1f} deg", (frame, height), (-9 if right else 9, 4), textcoords="offset points",
         ha="right" if right else "left", fontsize=9,
     )  # fmt: skip
-
-
-def before_after_figure(paths: Paths) -> Figure:
-    """Small multiples, before above after: radial and axial deviation, and error of each step."""
-    lines = paths.named()
-    steps = step_degrees(paths.turntable)
-    usual = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
-    columns = {
-        "Radial deviation [mm]": [c.radial * 1000 for _, _, c in lines],
-        "Axial deviation [mm]": [c.axial * 1000 for _, _, c in lines],
-        "Step less the usual step [deg]": [_step_errors(c.azimuth, usual) for _, _, c in lines],
-    }
-    spread = {name: [_std(v) for v in values] for name, values in columns.items()}
-    step = spread["Step less the usual step [deg]"]
-    title = f"Spread of the steps: {step[0]:.2f} deg before, {step[-1]:.2f} deg after the correction"
-    with styled():
-        figure = new_figure(11.0, 3.9)
-        grid = figure.subplots(len(lines), 3, squeeze=False, sharex=True, sharey="col")
-        for column, (name, values) in enumerate(columns.items()):
-            for row, (label, color, _) in enumerate(lines):
-                _small(grid[row][column], values[row], color)
-                when = "before" if label == "raw" else "after"
-                grid[row][column].set_title(f"{name}\n" if row == 0 else "", fontsize=9.5)
-                grid[row][column].text(
-                    0,
-                    1.03,
-                    f"{when}: rms {_rms_text(values[row])}",
-                    transform=grid[row][column].transAxes,
-                    fontsize=8.5,
-                )
-            grid[-1][column].set_xlabel("frame")
-        svg = to_svg(figure, "beforeafter")
-    return Figure(title, svg, title + ".", "Same scales above and below. Raw poses first, corrected poses below them.")
-
-
-def _small(ax, values: Array, color: str) -> None:
-    ax.axhline(0, color=GREY, linewidth=0.8)
-    marker: Any = {"marker": "o", "markersize": 2.5} if len(values) < 400 else {}
-    ax.plot(np.arange(len(values)), values, color=color, linewidth=1, **marker)
-
-
-def _step_errors(azimuth: Array, usual: float) -> Array:
-    """(n,) step between neighbours that both have a pose, less the usual one [deg], wrapped to +-180."""
-    steps = np.degrees(np.diff(azimuth, prepend=np.nan))
-    # the camera circles against the object's turn or with it, as the frames are defined: take the nearer sign
-    errors = [(sign * steps - usual + 180) % 360 - 180 for sign in (1, -1)]
-    return min(errors, key=lambda e: np.nanmedian(np.abs(e)) if np.isfinite(e).any() else np.inf)
-
-
-def _std(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.std(known)) if len(known) else float("nan")
-
-
-def _rms_text(values: Array) -> str:
-    known = values[np.isfinite(values)]
-    return f"{np.sqrt(np.mean(known**2)):.2f}" if len(known) else "unknown"
