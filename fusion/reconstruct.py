@@ -15,6 +15,8 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.progress import each, stage
+from fusion.recording.checks.stillness import check_camera_moves
+from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.facts import ScanFacts, median_of, rms_of
 from fusion.sensor.corrected_recording import corrected_recording
@@ -26,6 +28,7 @@ from fusion.tracking.tracker import Tracked, Tracker, TrackerSettings
 from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
 from fusion.volume.prepared import Prepared, fuse, fusible, prepare
 from fusion.volume.volume import Volume, VolumeSettings
+from fusion.volume.voxel_check import voxel_check
 
 PROBES = 5  # frames looked at before the start, to choose voxels and to forecast the memory
 FOREGROUND = 0.25  # quantile of the depth that stands for an object's distance (guess)
@@ -47,6 +50,7 @@ class ReconstructSettings:
         max_bytes: limit of the volume's memory.
         min_placed: share of the frames below which the whole has failed.
         tracker: how frames are placed.
+        force: go on where the recording's doctor is certain that the result will be wrong.
     """
 
     sensor: Sensor | None = None
@@ -60,6 +64,7 @@ class ReconstructSettings:
     max_bytes: int = 4 << 30
     min_placed: float = 0.5
     tracker: TrackerSettings = field(default_factory=TrackerSettings)
+    force: bool = False
 
     def __post_init__(self) -> None:
         if self.max_depth is not None and not self.max_depth > 0:
@@ -109,17 +114,20 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     """Correct, track and fuse all frames of a recording.
 
     Raises:
-        RecordingError: no frame, or none that can be read or shows a surface.
+        RecordingError: no frame, or none that can be read or shows a surface; or the doctor is certain that the result
+            will be wrong, and `settings.force` is not set.
         TrackingError: fewer frames were placed than `settings.min_placed` asks for.
         VolumeError: the voxel settings make no sense or do not fit into memory.
     """
     settings = settings or ReconstructSettings()
     sensor = settings.sensor or default_sensor(recording.camera)
+    with stage("looking"):
+        asked = _ask_doctor(recording, settings)
     recording, told = corrected_recording(recording, sensor)
     moments = moments_of(recording)
     with stage("planning"):
         volume_settings, notes = plan(recording, settings, sensor)
-    notes += told.notes
+    notes = asked + notes + told.notes
     volume = Volume(volume_settings)
     placed = _Placer(recording, settings, volume)
     results: list[Tracked] = []
@@ -139,6 +147,13 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     notes += _judge(results)
     return _result(recording, results, mesh, volume, (settings, sensor, notes, told))
+
+
+def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
+    # with given poses nothing is tracked, and in a box only what is in it
+    free = settings.poses is None and settings.box is None
+    checks = (voxel_check(settings.voxel), *((check_camera_moves,) if free else ()))
+    return refuse_if_certain(quick_look(recording, checks, settings.max_depth), recording, settings.force)
 
 
 def plan(

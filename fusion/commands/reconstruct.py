@@ -53,6 +53,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "Reconstru
         max_depth=options.max_depth,
         box=shown_box(options.box),
         color=not options.no_color,
+        force=options.force,
     )
 
 

@@ -41,10 +41,10 @@ class Sample:
         return self.recording.camera.rays()[:: self.stride, :: self.stride]
 
 
-def draw(recording: Recording) -> Sample:
-    """Load the sample; frames that cannot be loaded are told in `failures`."""
-    indices = spread(len(recording), FRAMES)
-    kept = {indices[i] for i in spread(len(indices), KEPT)}
+def draw(recording: Recording, frames: int = FRAMES, keep: int = KEPT) -> Sample:
+    """Load up to `frames` frames and keep the depth of `keep`; those that cannot be loaded are told in `failures`."""
+    indices = spread(len(recording), frames)
+    kept = {indices[i] for i in spread(len(indices), keep)}
     camera = recording.camera
     stride = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / KEPT_PIXELS))))
     counts = np.zeros(INVALID_COUNT + 1, np.int64)

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from fusion.errors import FusionError
 from fusion.progress import stage
+from fusion.recording.checks.stillness import turns_before_a_still_camera, turns_by_its_log
 from fusion.recording.finding import Finding
 from fusion.recording.recording import Recording
 from fusion.recording.sample import Sample
@@ -22,10 +22,6 @@ from fusion.turntable.views import Region, View, usable, view
 Array = NDArray[np.float64]
 FRAMES, FIRST = 32, 12  # looked at; looked at to find the step where no log tells it
 STEP = np.deg2rad(12)  # between these frames: a turn and little more
-STILL = 0.4  # least share of the pixels that see the same depth in all frames of a camera that stands still
-MOVING = (0.015, 0.6)  # share of the pixels whose depth changes while something turns (guess)
-NOISE = 0.02  # of the depth: five standard deviations of a Kinect at 3 m, and less than an object's size nearby
-LOGGED = 30.0  # [deg] least turn in the table's log
 
 
 def check_focal_length(sample: Sample) -> list[Finding]:
@@ -51,29 +47,6 @@ def check_focal_length(sample: Sample) -> list[Finding]:
     return [
         Finding("focal length", "warning", seen, "calibrate the camera, or pass --refine-camera to fusion turntable")
     ]
-
-
-def turns_by_its_log(recording: Recording) -> bool:
-    """True when the telemetry holds the angle of a table that turns."""
-    logged = recording.telemetry_at_frames("turntable_deg")
-    return logged is not None and len(logged) > 2 and float(np.ptp(logged)) > LOGGED
-
-
-def turns_before_a_still_camera(sample: Sample) -> bool:
-    """True when much of the image stands still and a part of it moves: perhaps a turntable."""
-    if len(sample.depths) < 6:
-        return False
-    depths = np.stack(list(sample.depths.values()))
-    known = np.isfinite(depths)
-    often = known.sum(axis=0) >= 0.7 * len(depths)
-    if not often.any():
-        return False
-    middle = np.full(often.shape, np.nan)
-    middle[often] = np.nanmedian(depths[:, often].astype(float), axis=0)
-    moves = (np.abs(depths - middle) > NOISE * middle).sum(axis=0) >= 2
-    # edges flicker by a pixel or two; what turns is larger
-    share = float(ndimage.binary_opening(moves, np.ones((4, 4))).sum() / often.sum())
-    return bool((~moves)[often].mean() > STILL and MOVING[0] < share < MOVING[1])
 
 
 def measure(recording: Recording) -> FocalCheck:

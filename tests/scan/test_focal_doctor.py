@@ -9,11 +9,12 @@ import pytest
 from fusion.commands.main import main
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
+from fusion.recording.checks.stillness import turns_before_a_still_camera, turns_by_its_log
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.sample import draw
 from fusion.scan import focal_doctor
-from fusion.scan.focal_doctor import check_focal_length, measure, turns_before_a_still_camera, turns_by_its_log
+from fusion.scan.focal_doctor import check_focal_length, measure
 from fusion.scan.judgement import focal_is_wrong
 from fusion.turntable.focal import FocalCheck
 
