@@ -166,13 +166,13 @@ def test_the_command_writes_all_that_the_contract_names(folder, tmp_path, capsys
     assert {p.name for p in tmp_path.iterdir()} == {"out"}
 
 
-def test_the_summary_has_six_lines_and_poses_can_be_a_file(folder, tmp_path, capsys, monkeypatch):
+def test_the_summary_has_seven_lines_and_poses_can_be_a_file(folder, tmp_path, capsys, monkeypatch):
     # drawing takes seconds, and the test above has done it
     monkeypatch.setattr("fusion.report.scan.scan_report", lambda path, report: path.write_text("drawn"))
     poses = folder / "groundtruth.txt"
     assert main(["reconstruct", str(folder), "-o", str(tmp_path / "o"), *OPTIONS, "--poses", str(poses)]) == 0
     text = capsys.readouterr().out
-    assert len(text.splitlines()) == 6 and "corrected nothing to undo" in text
+    assert len(text.splitlines()) == 7 and "corrected nothing to undo" in text
     assert "poses as given" in text
 
 
