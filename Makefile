@@ -12,7 +12,7 @@ SPREAD ?= -n auto --maxprocesses 4 --dist loadfile
 .PHONY: demo test slow real lint types environment clean
 
 demo: $(STAMP)
-	$(BIN)/fusion demo -o out/demo
+	$(BIN)/fusion demo -o out/demo --overwrite
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -m "not real and not slow" $(SPREAD)

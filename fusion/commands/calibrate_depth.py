@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.results import add_output, made
+from fusion.progress import stage
+
 if TYPE_CHECKING:
     from fusion.calibration.depth.calibration import DepthCalibration
 
@@ -16,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
     add("recordings", type=Path, nargs="+", metavar="REC", help="a wall each, its distance_m in telemetry.csv if known")
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for sensor.json and report.html")
+    add_output(parser, "folder for sensor.json and report.html")
     add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
     add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known")
     add(
@@ -57,23 +60,25 @@ def run(options: argparse.Namespace) -> None:
     found = calibrate_depth([open_recording(path) for path in options.recordings], settings)
     told = {"distance_std_m": options.distance_std, "camera": options.camera or "recordings'"}
     told |= {"radial_limit_px": options.radial_limit or "none"}
-    write(options.output, found, told)
+    write(options.output, found, told if options.report else None)
     numbers = summary(found)
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
-        print("\n".join(_lines(numbers, options.output)))
+        print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
 
 
-def write(folder: Path, found: "DepthCalibration", settings: dict[str, Any]) -> None:
-    """sensor.json with its maps, and report.html, all or none."""
+def write(folder: Path, found: "DepthCalibration", settings: dict[str, Any] | None) -> None:
+    """sensor.json with its maps, and report.html with the settings if any, all or none."""
     from fusion.output import output_folder
     from fusion.report.depth_calibration import depth_report
     from fusion.sensor.file import write_sensor
 
     with output_folder(folder) as partial:
         write_sensor(partial / "sensor.json", found.sensor)
-        depth_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
+        if settings is not None:
+            with stage("report"):
+                depth_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
 def summary(found: "DepthCalibration") -> dict[str, Any]:
@@ -125,7 +130,7 @@ def _reach(limit: float | None) -> str:
     return f"{limit:.0f} px from the principal point; beyond, the corrected depth is twice as bad (--radial-limit)"
 
 
-def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
+def _lines(numbers: dict[str, Any]) -> list[str]:
     low, high = numbers["heldout_before_m"] * 1e3, numbers["heldout_after_m"] * 1e3
     glossy = " (what the board mirrors taken out too)" if "gloss" in numbers["law"] else ""
     held_out = f"{high:.2f} mm rms on a wall left out{glossy}, {low:.2f} mm without correction"
@@ -134,6 +139,4 @@ def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
         f"held out  {held_out if len(numbers['walls']) > 1 else 'one wall: nothing'}",
         f"good to   {_reach(numbers['radial_limit_px'])}",
         *(f"note      {text}" for text in numbers["notes"]),
-        f"sensor    {folder / 'sensor.json'}",
-        f"report    {folder / 'report.html'}",
     ]

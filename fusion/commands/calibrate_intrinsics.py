@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.results import add_output
+from fusion.progress import stage
+
 if TYPE_CHECKING:
     from fusion.calibration.lens.intrinsics import Intrinsics
 
@@ -19,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--board", type=Path, required=True, metavar="FILE", help='{"columns": , "rows": , "square_m": }: INNER corners'
     )
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for camera.json and report.html")
+    add_output(parser, "folder for camera.json and report.html")
     add(
         "--distance",
         type=float,
@@ -41,15 +44,15 @@ def run(options: argparse.Namespace) -> None:
 
     if options.distance is not None and not 0.01 <= options.distance <= 1000:
         raise FusionError("the working distance cannot be used", "--distance", options.distance, "metres")
-    if options.output.exists() and not options.output.is_dir():
-        raise FusionError("the output is not a folder", options.output, "a file", "a folder or a new name")
     board = read_board(options.board)
     settings = LensSettings(options.keep_outliers, options.distance)
     result = calibrate_intrinsics(options.recording, board, settings)
     with output_folder(options.output) as partial:
         text = json.dumps(camera_content(result), indent=1, allow_nan=False)
         (partial / "camera.json").write_text(text + "\n", encoding="utf-8")
-        lens_report(result, partial / "report.html", options.recording, "fusion " + " ".join(sys.argv[1:]))
+        if options.report:
+            with stage("report"):
+                lens_report(result, partial / "report.html", options.recording, "fusion " + " ".join(sys.argv[1:]))
     content = numbers(result)
     print(json.dumps(content, indent=1, allow_nan=False) if options.json else "\n".join(_lines(result, content)))
 

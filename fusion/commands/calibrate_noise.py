@@ -7,6 +7,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.results import add_output, made
+from fusion.progress import stage
+
 if TYPE_CHECKING:
     from fusion.calibration.noise.calibration import NoiseCalibration
     from fusion.calibration.noise.fit import Fit
@@ -18,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
     add("recordings", type=Path, nargs="+", metavar="REC", help="a still target each, or one after the other in one")
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for sensor.json and report.html")
+    add_output(parser, "folder for sensor.json and report.html")
     add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
     add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known, depth errors above all")
     add("--force", action="store_true", help="take recordings or models of another camera")
@@ -28,36 +31,36 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Calibrate and write sensor.json and report.html."""
     from fusion.calibration.noise.calibration import NoiseSettings, calibrate_noise
-    from fusion.errors import FusionError
     from fusion.recording.camera_presets import find_camera
     from fusion.recording.open import open_recording
     from fusion.sensor.file import read_sensor
 
-    if options.output.exists() and not options.output.is_dir():
-        raise FusionError("the output is not a folder", options.output, "a file", "a folder or a new name")
     settings = NoiseSettings(
         camera=None if options.camera is None else find_camera(options.camera),
         sensor=None if options.sensor is None else read_sensor(options.sensor),
         force=options.force,
     )
     found = calibrate_noise([open_recording(path) for path in options.recordings], settings)
-    write(options.output, found, {"camera": options.camera or "recordings'", "sensor": options.sensor or "none"})
+    told = {"camera": options.camera or "recordings'", "sensor": options.sensor or "none"}
+    write(options.output, found, told if options.report else None)
     numbers = summary(found)
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1, allow_nan=False))
     else:
-        print("\n".join(_lines(numbers, options.output)))
+        print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
 
 
-def write(folder: Path, found: "NoiseCalibration", settings: dict[str, Any]) -> None:
-    """sensor.json with its maps, and report.html, all or none."""
+def write(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | None) -> None:
+    """sensor.json with its maps, and report.html with the settings if any, all or none."""
     from fusion.output import output_folder
     from fusion.report.noise_calibration import noise_report
     from fusion.sensor.file import write_sensor
 
     with output_folder(folder) as partial:
         write_sensor(partial / "sensor.json", found.sensor)
-        noise_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
+        if settings is not None:
+            with stage("report"):
+                noise_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
 def summary(found: "NoiseCalibration") -> dict[str, Any]:
@@ -121,7 +124,7 @@ def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
+def _lines(numbers: dict[str, Any]) -> list[str]:
     axial, lateral = numbers["axial"], numbers["lateral"]
     lines = [f"axial     {axial['law']}, of {len(axial['candidates'])}; {axial['rms'] * 1e3:.3f} mm rms left over"]
     lines += [f"  {name:<15}{p['value']:>12.5g} +- {p['std']:.2g}" for name, p in axial["parameters"].items()]
@@ -136,6 +139,4 @@ def _lines(numbers: dict[str, Any], folder: Path) -> list[str]:
     return [
         *lines,
         *(f"note      {text}" for text in numbers["notes"]),
-        f"sensor    {folder / 'sensor.json'}",
-        f"report    {folder / 'report.html'}",
     ]

@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.results import add_output, made
+from fusion.progress import stage
+
 if TYPE_CHECKING:
     from fusion.mesh.compare import Comparison
 
@@ -22,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="REFERENCE",
         help="what it should be: mesh or point cloud",
     )
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for the results")
+    add_output(parser, "folder for comparison.json, distance.ply and report.html")
     add("--scale", action="store_true", help="find one scale as well (0.8 to 1.25)")
     add("--max-distance", type=float, metavar="M", help="leave the mesh further away than this [m] out of the accuracy")
     add("--no-align", action="store_true", help="both stand in one frame already")
@@ -75,12 +78,15 @@ def run(options: argparse.Namespace) -> None:
     )
     with output_folder(options.output) as partial:
         write_comparison(partial, comparison)
-        comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)
+        if options.report:
+            with stage("report"):
+                comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)
     if options.json:
         print(json.dumps(comparison.to_dict() | {"output": str(options.output)}, indent=1, allow_nan=False))
         return
-    sys.stderr.writelines(f"note: {note}\n" for note in notes)
-    print("\n".join([*_lines(comparison), f"report        {options.output / 'report.html'}"]))
+    if not options.quiet:
+        sys.stderr.writelines(f"note: {note}\n" for note in notes)
+    print("\n".join([*_lines(comparison), *made(options, "report", width=14)]))
 
 
 def _lines(comparison: "Comparison") -> list[str]:

@@ -15,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
     )
+    parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")
 
 
 def run(options: argparse.Namespace) -> None:

@@ -2,8 +2,9 @@
 
 import argparse
 import json
-from pathlib import Path
+from dataclasses import replace
 
+from fusion.commands.results import add_output, made
 from fusion.commands.screen import took
 from fusion.progress import seconds, stage
 
@@ -13,7 +14,7 @@ EXAMPLE = "fusion demo -o demo"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    add("-o", "--output", type=Path, default=Path("demo"), metavar="OUT", help="folder for everything (default: demo)")
+    add_output(parser, "folder for everything (default: demo)", default="demo")
     add("--frames", type=int, default=72, help="frames to simulate (default: 72)")
     add("--seed", type=int, default=0, help="of the simulated noise; the same seed gives the same bits")
     add("--json", action="store_true", help="print one JSON object")
@@ -33,19 +34,19 @@ def run(options: argparse.Namespace) -> None:
     from fusion.simulation.demo import write_demo_recording
 
     out = options.output
-    if out.exists() and not out.is_dir():
-        raise FusionError("the output is not a folder", out, "a file", "a folder or a new name", "choose another -o")
     if options.frames < 12:
         raise FusionError("too few frames for a turn", "--frames", options.frames, "12 or more")
-    recording = open_recording(write_demo_recording(out / "simulated", options.seed, options.frames))
-    scan = scan_turntable(recording, ScanSettings(sensor=read_sensor(out / "simulated" / "sensor.json")))
-    truth = read_mesh(out / "simulated" / "truth.ply")
-    with stage("comparing"):
-        comparison = compare(scan.mesh, truth, CompareSettings(scale=True))
     with output_folder(out) as partial:
+        recording = open_recording(write_demo_recording(partial / "simulated", options.seed, options.frames))
+        scan = scan_turntable(recording, ScanSettings(sensor=read_sensor(partial / "simulated" / "sensor.json")))
+        truth = read_mesh(partial / "simulated" / "truth.ply")
+        with stage("comparing"):
+            comparison = compare(scan.mesh, truth, CompareSettings(scale=True))
         write_mesh(partial / "truth.ply", truth)
         write_comparison(partial, comparison)
-    turntable.write(out, recording, scan, comparison)
+        # told under the name that it will have
+        recording = replace(recording, path=out / "simulated" / "recording")
+        turntable.write(partial, recording, scan, comparison, page=options.report)
     numbers = turntable.summary(scan)
     numbers |= {"distance_rms_m": comparison.accuracy["rms"], "scale": comparison.scale}
     numbers |= {"seconds": seconds(), "output": str(out)}
@@ -54,5 +55,5 @@ def run(options: argparse.Namespace) -> None:
         return
     found = f"{numbers['distance_rms_m'] * 1e3:.2f} mm rms, scale {comparison.scale:.5f}"
     shown = turntable.lines(scan)
-    last = [f"truth     {found}", f"report    {out / 'report.html'}", f"took      {took(numbers['seconds'])}"]
+    last = [f"truth     {found}", *made(options, "report"), f"took      {took(numbers['seconds'])}"]
     print("\n".join([*shown[:3], *last]))

@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.results import add_output, made
+from fusion.progress import stage
+
 if TYPE_CHECKING:
     from fusion.evaluation.evaluate import Evaluation
 
@@ -16,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
     add("recordings", type=Path, nargs="+", metavar="REC", help="still frames, better 100 each; distance_m if known")
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for evaluation.json and report.html")
+    add_output(parser, "folder for evaluation.json and report.html")
     add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recordings' own")
     add("--sensor", metavar="S", help="sensor.json or a preset's name, to compare with")
     add("--pixel", type=int, nargs=2, metavar=("U", "V"), help="pixel whose series is shown; the centre")
@@ -41,28 +44,29 @@ def run(options: argparse.Namespace) -> None:
     found = evaluate([open_recording(path, options.camera) for path in options.recordings], settings)
     result = numbers(found)
     told = {"camera": options.camera or "recordings'", "sensor": options.sensor, "distance_std_m": options.distance_std}
-    write(options.output, found, result, told)
+    write(options.output, found, result, told if options.report else None)
     if options.json:
         print(json.dumps(result | {"output": str(options.output)}, indent=1))
     else:
-        print("\n".join(_lines(result, found, options.output)))
+        print("\n".join([*_lines(result, found), *made(options, "report", width=8)]))
 
 
-def write(folder: Path, found: "Evaluation", result: dict[str, Any], settings: dict[str, Any]) -> None:
-    """evaluation.json and report.html, both or none."""
+def write(folder: Path, found: "Evaluation", result: dict[str, Any], settings: dict[str, Any] | None) -> None:
+    """evaluation.json, and report.html with the settings if any, both or none."""
     from fusion.output import output_folder
     from fusion.report.evaluation import evaluation_report
 
     with output_folder(folder) as partial:
         (partial / "evaluation.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-        evaluation_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
+        if settings is not None:
+            with stage("report"):
+                evaluation_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
-def _lines(result: dict[str, Any], found: "Evaluation", folder: Path) -> list[str]:
+def _lines(result: dict[str, Any], found: "Evaluation") -> list[str]:
     return [
         result["summary"],
         *(f"note    {text}" for text in result["notes"]),
         f"warm    {found.longest.drift.text}",
         *([] if found.ambient is None else [f"light   {found.ambient.sentence}"]),
-        f"report  {folder / 'report.html'}",
     ]

@@ -4,6 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
+from fusion.commands.results import add_output
 from fusion.commands.screen import took
 
 EXAMPLE = "fusion explain case/rec_* --sensor case/sensor.json -o out"
@@ -20,14 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="recordings of known scenes: scene.json with mesh, poses",
     )
     add("--sensor", required=True, metavar="S", help="what is known of the sensor: sensor.json or a preset's name")
-    add(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        metavar="OUT",
-        help="folder for verdict.json, sensor.json, report.html",
-    )
+    add_output(parser, "folder for verdict.json, sensor.json and report.html", report=False)
     add(
         "--simulated",
         type=Path,

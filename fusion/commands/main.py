@@ -4,9 +4,13 @@ import argparse
 import importlib
 import os
 import sys
+import traceback
+from contextlib import ExitStack
+from pathlib import Path
+from types import ModuleType
 
 from fusion import __version__
-from fusion.commands.screen import showing
+from fusion.commands.parser import CommandParser, Parser
 from fusion.errors import FusionError
 
 # command: what it does, in the order of the work
@@ -22,7 +26,9 @@ COMMANDS = {
     "evaluate": "the sensor bench: noise, offset, shares, steps and drift of still recordings",
     "explain": "where simulation and recording differ, which physics is missing, and the better model",
     "compare": "signed distances between a mesh and a reference",
+    "completion": "what a shell needs to complete commands and options with the Tab key",
 }
+NAMED = ("sensor", "camera", "poses", "scene")  # options that hold a file or a name
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -31,50 +37,102 @@ def main(arguments: list[str] | None = None) -> int:
     # `fusion explain` took 29 instead of 15 s of processor, and no less time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     arguments = sys.argv[1:] if arguments is None else arguments
-    overview = _overview()
-    # the command's own options stay untouched for its own parser
-    overview.add_argument("command", choices=COMMANDS, metavar="COMMAND")
-    overview.add_argument("rest", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
-    chosen = overview.parse_args(arguments)
+    if not arguments:  # who asks nothing wants to know what there is: no error
+        overview().print_help()
+        return 0
+    # all up to the command's name; its own options stay untouched for its own parser
+    end = next((i + 1 for i, word in enumerate(arguments) if not word.startswith("-")), len(arguments))
+    parser = overview()
+    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
+    chosen = parser.parse_args(arguments[:end])
     command = importlib.import_module(f"fusion.commands.{chosen.command}")
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=f"fusion {chosen.command}",
         description=COMMANDS[chosen.command].capitalize() + ".",
         epilog=f"example: {command.EXAMPLE}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     command.add_arguments(parser)
-    parser.add_argument("-q", "--quiet", action="store_true", help="show no progress")
-    options = parser.parse_args(chosen.rest)
+    options = parser.parse_args(arguments[end:])
+    options.quiet, options.verbose = "quiet" in options, "verbose" in options
     if getattr(options, "device", None):
         os.environ["FUSION_DEVICE"] = options.device
+    return _run(chosen.command, command, options)
+
+
+def _run(name: str, command: ModuleType, options: argparse.Namespace) -> int:
+    """The command's exit status; what goes wrong is told in one line."""
+    # not at the top: `fusion --help` needs none of them
+    from fusion.commands.screen import showing
+    from fusion.commands.verbose import tell_begin, tell_end
+    from fusion.output import claimed
+
     try:
-        with showing(options.quiet):
-            return int(command.run(options) or 0)
+        with ExitStack() as around:
+            if getattr(options, "output", None) is not None:
+                made_by = " ".join(filter(None, [name, getattr(options, "part", None)]))
+                around.enter_context(claimed(options.output, made_by, _inputs(options), options.overwrite))
+            if options.verbose:
+                tell_begin(options)
+            with showing(options.quiet):
+                status = int(command.run(options) or 0)
+        if options.verbose:
+            tell_end(options)
+        return status
     except FusionError as error:
-        sys.stderr.write(f"fusion {chosen.command}: {error}\n")
+        said = str(error)
     except MemoryError:
-        sys.stderr.write(f"fusion {chosen.command}: out of memory; use a larger --voxel or fewer frames\n")
+        said = "out of memory; use a larger --voxel or fewer frames"
     except BrokenPipeError:  # the reader of our output went away: not a failure of ours
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
-        sys.stderr.write(f"fusion {chosen.command}: interrupted; nothing was written\n")
+        sys.stderr.write(f"fusion {name}: interrupted; nothing was written\n")
         return 130
     except OSError as error:
-        where = f"; in {error.filename}" if error.filename else ""
-        sys.stderr.write(f"fusion {chosen.command}: {error.strerror or error}{where}\n")
+        said = f"{error.strerror or error}" + (f"; in {error.filename}" if error.filename else "")
+    except Exception as error:
+        said = _unexpected(error, options.verbose)
+    sys.stderr.write(f"fusion {name}: {said}\n")
     return 1
 
 
-def _overview() -> argparse.ArgumentParser:
+def _unexpected(error: Exception, verbose: bool) -> str:
+    """A slip of the program itself: where, in one line; the traceback goes before it when asked for."""
+    if verbose:
+        traceback.print_exception(error)
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{Path(last.filename).name}, line {last.lineno}"
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    hint = "" if verbose else "; -v shows the traceback"
+    return f"a fault of the program itself, please report it: {what}; in {where}{hint}"
+
+
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """All files and folders that the options name, besides the output."""
+    found: list[Path] = []
+    for name, value in vars(options).items():
+        values = value if isinstance(value, list) else [value]
+        if name != "output":
+            found += [Path(one) for one in values if isinstance(one, Path) or (one and name in NAMED)]
+    return [path for path in found if _exists(path)]
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # no name that a file can have
+        return False
+
+
+def overview() -> Parser:
+    """What knows the program's own options, and lists the commands."""
     width = max(map(len, COMMANDS))
     lines = "\n".join(f"  {name:<{width}}  {text}" for name, text in COMMANDS.items())
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="fusion",
+        usage="fusion [-h] [--version] COMMAND ...",
         description=f"Metric 3D scanning with depth cameras.\n\ncommands:\n{lines}",
         epilog="example: fusion turntable my_scan -o out      (fusion COMMAND --help tells more)",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"fusion {__version__}")
     return parser

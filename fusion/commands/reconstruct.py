@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.results import made
 from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_sensor
 from fusion.progress import seconds, stage
@@ -33,12 +34,12 @@ def run(options: argparse.Namespace) -> None:
 
     recording = open_recording(options.recording, options.camera)
     result = reconstruct(recording, _settings(options, recording))
-    write(options.output, recording, result)
+    write(options.output, recording, result, page=options.report)
     numbers = summary(result) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
-        print("\n".join([*_lines(result, options.output), f"took      {took(numbers['seconds'])}"]))
+        print("\n".join([*_lines(result), *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ReconstructSettings":
@@ -68,8 +69,8 @@ def _poses(name: str, recording: "Recording") -> Any:
     return recording.poses
 
 
-def write(folder: Path, recording: "Recording", result: "Reconstruction") -> None:
-    """mesh.ply, trajectory.txt, settings.json and report.html, all or none."""
+def write(folder: Path, recording: "Recording", result: "Reconstruction", page: bool = True) -> None:
+    """mesh.ply, trajectory.txt, settings.json and, if `page`, report.html, all or none."""
     from fusion.mesh.files import write_mesh
     from fusion.output import output_folder
     from fusion.recording.trajectory_file import write_trajectory
@@ -78,8 +79,9 @@ def write(folder: Path, recording: "Recording", result: "Reconstruction") -> Non
     with output_folder(folder) as partial:
         write_mesh(partial / "mesh.ply", result.mesh)
         write_trajectory(partial / "trajectory.txt", result.trajectory)
-        with stage("report"):
-            scan_report(partial / "report.html", _report(recording, result))
+        if page:
+            with stage("report"):
+                scan_report(partial / "report.html", _report(recording, result))
         content = result.settings | {
             "recording": str(recording.path),
             "frames": len(recording),
@@ -132,7 +134,7 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
     }
 
 
-def _lines(result: "Reconstruction", folder: Path) -> list[str]:
+def _lines(result: "Reconstruction") -> list[str]:
     from fusion.results.words import mesh_words
 
     facts = result.facts
@@ -146,5 +148,4 @@ def _lines(result: "Reconstruction", folder: Path) -> list[str]:
         f"mesh      {mesh_words(facts.shape)}, voxel {result.settings['voxel_m'] * 1e3:g} mm",
         f"corrected {result.settings['correction']['text']}",
         f"warnings  {warnings or 'none'}",
-        f"report    {folder / 'report.html'}",
     ]

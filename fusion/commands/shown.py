@@ -4,6 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fusion.commands.results import add_output
+
 if TYPE_CHECKING:
     from fusion.geometry.camera import Camera
     from fusion.sensor.sensor import Sensor
@@ -15,7 +17,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     """Recording, output, sensor, camera, box and voxels."""
     add = parser.add_argument
     add("recording", type=Path, metavar="REC", help="folder of the recording")
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for mesh.ply, trajectory.txt, ...")
+    add_output(parser, "folder for mesh.ply, trajectory.txt, ...")
     add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
     add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recording's own")
     add("--voxel", type=float, metavar="M", help="edge of a voxel [m]; default: from distance and focal length")

@@ -19,6 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("scene", nargs="?", metavar="SCENE", help="scene.json, a recording's folder, or a name that --list prints")
     add("-o", "--output", type=Path, metavar="REC", help="folder of the new recording")
+    add("--overwrite", action="store_true", help="replace an earlier simulation in REC")
     add("--sensor", metavar="S", help="sensor.json or a preset's name; default: one without any error")
     add("--seed", type=int, default=0, help="of every random number (default: 0)")
     add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's own")
@@ -47,8 +48,9 @@ def run(options: argparse.Namespace) -> int | None:
     total = len(simulation)
     write_simulation(options.output, simulation)
     sensor = simulation.sensor
-    for text in sensor.warnings + tuple(t for t in sensor.left_out if "not computed" in t):
-        sys.stderr.write(f"note: {text}\n")
+    if not options.quiet:
+        notes = (*sensor.warnings, *(text for text in sensor.left_out if "not computed" in text))
+        sys.stderr.writelines(f"note: {text}\n" for text in notes)
     numbers: dict[str, object] = {"output": str(options.output), "scene": simulation.scene.name, "sensor": sensor.name}
     numbers |= {"seed": options.seed, "frames": total}
     if options.json:
@@ -80,7 +82,8 @@ def _scene(options: argparse.Namespace) -> "Scene":
     else:
         notes: list[str] = []
         scene = read_scene(path, notes)
-        sys.stderr.writelines(f"note: {note}\n" for note in notes)
+        if not options.quiet:
+            sys.stderr.writelines(f"note: {note}\n" for note in notes)
     return scene if options.camera is None else replace(scene, camera=find_camera(options.camera))
 
 

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.results import made
 from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_sensor
 from fusion.progress import seconds, stage
@@ -38,13 +39,12 @@ def run(options: argparse.Namespace) -> None:
 
     recording = open_recording(options.recording, options.camera)
     scan = scan_turntable(recording, _settings(options, recording))
-    write(options.output, recording, scan)
+    write(options.output, recording, scan, page=options.report)
     numbers = summary(scan) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
-        last = [f"report    {options.output / 'report.html'}", f"took      {took(numbers['seconds'])}"]
-        print("\n".join([*lines(scan), *last]))
+        print("\n".join([*lines(scan), *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSettings":
@@ -67,8 +67,8 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
     )
 
 
-def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None) -> None:
-    """All files of the command (CONTRACT), all or none."""
+def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None, page: bool = True) -> None:
+    """All files of the command (CONTRACT), all or none; report.html if `page`."""
     from fusion.mesh.files import write_mesh
     from fusion.output import output_folder
     from fusion.recording.camera_file import write_camera
@@ -82,8 +82,9 @@ def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = 
         (partial / "turntable.json").write_text(json.dumps(scan.turntable(), indent=1) + "\n", encoding="utf-8")
         if scan.settings["refine_camera"]:
             write_camera(partial / "camera.json", scan.camera)
-        with stage("report"):
-            scan_report(partial / "report.html", report(recording, scan, comparison))
+        if page:
+            with stage("report"):
+                scan_report(partial / "report.html", report(recording, scan, comparison))
         content = scan.settings | {
             "recording": str(recording.path),
             "frames": len(recording),

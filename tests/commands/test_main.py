@@ -24,6 +24,7 @@ ARGUMENTS = {
     "evaluate": ["IN", "-o", "OUT"],
     "explain": ["IN", "--sensor", "kinect-v1", "-o", "OUT"],
     "compare": ["IN", "IN", "-o", "OUT"],
+    "completion": ["bash"],
 }
 READING = [name for name in COMMANDS if "IN" in ARGUMENTS.get(name, ["IN"])]
 
@@ -96,21 +97,79 @@ def test_interrupted_is_130_as_in_a_shell(command, capsys):
     assert one_line(capsys.readouterr().err)
 
 
-def test_a_slip_of_the_program_itself_is_not_hidden(command):
-    command(raising(ZeroDivisionError()))
-    with pytest.raises(ZeroDivisionError):
-        main(["try"])
+def test_a_slip_of_the_program_itself_is_one_line_that_says_where(command, capsys):
+    command(raising(ZeroDivisionError("by nothing")))
+    assert status(["try"]) == 1
+    told = capsys.readouterr().err
+    assert one_line(told)
+    assert "fault of the program itself" in told
+    assert "ZeroDivisionError: by nothing" in told
+    assert "test_main.py, line" in told
+    assert status(["try", "-v"]) == 1
+    assert "Traceback" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    "arguments", [[], ["no-such-command"], ["--no-such-option"], ["try", "--number", "x"], ["try", "too", "many"]]
+    "arguments", [["no-such-command"], ["--no-such-option"], ["try", "--number", "x"], ["try", "too", "many"]]
 )
 def test_wrong_usage_is_2(command, capsys, arguments):
     command(lambda options: 0)
     assert status(arguments) == 2
     told = capsys.readouterr().err
     assert "usage: fusion" in told
-    assert "Traceback" not in told
+    assert one_line(told)
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        (["turntabel"], "turntable"),
+        (["--hlep"], "--help"),
+        (["turntable", "rec", "--voxl", "0.001"], "--voxel"),  # though -o is missing too
+        (["turntable", "rec", "-o", "out", "--keep-plat=1"], "--keep-plate"),
+        (["turntable", "rec", "-o", "out", "--strength", "axsi"], "axis"),
+        (["calibrate", "intrinsic"], "intrinsics"),
+        (["calibrate", "depth", "rec", "--radial-limt", "3"], "--radial-limit"),
+        (["sensor", "shwo"], "show"),
+        (["completion", "fsh"], "fish"),
+    ],
+)
+def test_what_is_mistyped_is_answered_with_the_nearest(typed, meant, capsys):
+    assert status(typed) == 2
+    told = capsys.readouterr().err
+    assert one_line(told)
+    assert f"did you mean {meant}?" in told
+
+
+def test_nothing_is_suggested_where_nothing_is_near(capsys):
+    assert status(["xyzzy"]) == 2
+    assert "did you mean" not in capsys.readouterr().err
+
+
+def test_options_are_written_out(capsys):
+    """What is short for one option today may be short for two tomorrow."""
+    assert status(["turntable", "rec", "-o", "out", "--vox", "0.001"]) == 2
+    assert "did you mean --voxel?" in capsys.readouterr().err
+
+
+def test_alone_it_prints_its_help(capsys):
+    assert status([]) == 0
+    alone = capsys.readouterr().out
+    assert status(["--help"]) == 0
+    assert capsys.readouterr().out == alone
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_can_be_told_to_say_more_or_less(name, capsys):
+    assert status([name, "--help"]) == 0
+    told = capsys.readouterr().out
+    if name == "calibrate":
+        assert status([name, "depth", "--help"]) == 0
+        told = capsys.readouterr().out
+    for option in ("-v, --verbose", "-q, --quiet"):
+        assert option in told
+    if "-o" in told:
+        assert "--overwrite" in told
 
 
 @pytest.mark.parametrize("name", COMMANDS)
