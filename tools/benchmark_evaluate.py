@@ -40,7 +40,7 @@ def frames(count: int, color: bool) -> Iterator[Frame]:
 def run(folder: Path, out: Path) -> tuple[float, float, float]:
     """Wall time [s], processor time [s] and peak memory [MB] of the command in a process of its own."""
     program = "import sys; from fusion.commands.main import main; sys.exit(main(sys.argv[1:]))"
-    command = [sys.executable, "-c", program, "evaluate", str(folder), "-o", str(out)]
+    command = [sys.executable, "-c", program, "evaluate", str(folder), "-o", str(out), "--overwrite"]
     start = time.perf_counter()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)

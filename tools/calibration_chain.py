@@ -104,7 +104,7 @@ def _number(pattern: str, text: str) -> float:
 
 def _fusion(*arguments: str) -> None:
     with contextlib.redirect_stdout(io.StringIO()) as said:
-        code = fusion(list(arguments))
+        code = fusion([*arguments, "--overwrite"])
     if code:
         raise SystemExit(f"fusion {' '.join(arguments)}\n{said.getvalue()}")
 

@@ -236,8 +236,8 @@ def measure(shared: Path, folder: Path, folds: int) -> dict[str, Any]:
     lens, depth = str(folder / "lens"), str(folder / "depth")
     camera_file = str(folder / "lens" / "camera.json")
     with contextlib.redirect_stdout(sys.stderr):
-        failed = fusion(["calibrate", "intrinsics", recording, "--board", board, "-o", lens]) or fusion(
-            ["calibrate", "depth", recording, "--board", board, "--camera", camera_file, "-o", depth]
+        failed = fusion(["calibrate", "intrinsics", recording, "--board", board, "-o", lens, "--overwrite"]) or fusion(
+            ["calibrate", "depth", recording, "--board", board, "--camera", camera_file, "-o", depth, "--overwrite"]
         )
     if failed:
         sys.exit(int(failed))

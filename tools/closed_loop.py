@@ -56,6 +56,7 @@ def said(found: Likeness) -> str:
 def _explained(options: argparse.Namespace, scratch: Path) -> Path:
     out = scratch / "explained"
     command = [*PROGRAM, "explain", *map(str, options.recordings), "--sensor", str(options.sensor), "-o", str(out)]
+    command.append("--overwrite")
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     verdict = json.loads((out / "verdict.json").read_text())
     print("missing: " + (", ".join(entry["effect"] for entry in verdict["missing"]) or "nothing"))
@@ -66,6 +67,7 @@ def _simulated(recording: Path, sensor: Path, folder: Path, seed: int) -> Path:
     out = folder / recording.name
     folder.mkdir(exist_ok=True)
     command = [*PROGRAM, "simulate", str(recording), "-o", str(out), "--sensor", str(sensor), "--seed", str(seed)]
+    command.append("--overwrite")
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return out
 

@@ -119,7 +119,7 @@ def main() -> None:
 def _explained(recordings: list[Path], sensor: str, output: Path) -> str:
     """What the command says, and how long it took."""
     start = time.perf_counter()
-    fusion(["explain", *map(str, recordings), "--sensor", sensor, "-o", str(output)])
+    fusion(["explain", *map(str, recordings), "--sensor", sensor, "-o", str(output), "--overwrite"])
     verdict = json.loads((output / "verdict.json").read_text())
     return f"{_said(verdict)}\n  {time.perf_counter() - start:.0f} s"
 

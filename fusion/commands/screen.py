@@ -45,10 +45,10 @@ def _tick(shown: "_Bar | _Log", done: threading.Event) -> None:
 
 
 def took(seconds: dict[str, float]) -> str:
-    """`26 s: reading 3, motion 9, ...`, what took less than a hundredth left out."""
+    """`26 s: reading 3, motion 9, ...`, what rounds to nothing left out."""
     whole = sum(seconds.values())
     digits = 0 if whole >= 10 else 1
-    parts = [f"{name} {value:.{digits}f}" for name, value in seconds.items() if value > 0.01 * whole]
+    parts = [f"{name} {value:.{digits}f}" for name, value in seconds.items() if value >= 0.5 * 10**-digits]
     return f"{whole:.{digits}f} s: {', '.join(parts)}"
 
 

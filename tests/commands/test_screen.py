@@ -75,4 +75,4 @@ def test_the_end_says_how_long_what_took():
     assert (
         screen.took({"reading": 3.2, "motion": 9.1, "tiny": 0.02, "other": 1.0}) == "13 s: reading 3, motion 9, other 1"
     )
-    assert screen.took({"reading": 0.21, "other": 0.1}) == "0.3 s: reading 0.2, other 0.1"
+    assert screen.took({"reading": 0.21, "planning": 0.04, "other": 0.1}) == "0.3 s: reading 0.2, other 0.1"

@@ -173,6 +173,7 @@ def test_the_summary_has_seven_lines_and_poses_can_be_a_file(folder, tmp_path, c
     assert main(["reconstruct", str(folder), "-o", str(tmp_path / "o"), *OPTIONS, "--poses", str(poses)]) == 0
     text = capsys.readouterr().out
     assert len(text.splitlines()) == 7 and "corrected nothing to undo" in text
+    assert text.splitlines()[-1].startswith("took      ")
     assert "poses as given" in text
 
 

@@ -10,6 +10,7 @@ import pytest
 from fusion.errors import SceneError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
+from fusion.progress import following
 from fusion.recording.inspect import inspect
 from fusion.recording.open import open_recording
 from fusion.recording.trajectory_file import read_trajectory
@@ -113,12 +114,18 @@ def test_a_new_simulation_leaves_nothing_of_an_older_recording(tmp_path):
 
 
 def test_a_stopped_simulation_leaves_nothing(tmp_path):
-    def stopped(frames):
-        yield next(iter(frames))
-        raise KeyboardInterrupt
+    class Impatient:
+        """Presses Ctrl-C when the second frame is made."""
 
-    with pytest.raises(KeyboardInterrupt):
-        write_simulation(tmp_path / "rec", simulate(scene("wall"), Sensor()), stopped)
+        def at(self, stages, done, total) -> None:
+            if done == 1:
+                raise KeyboardInterrupt
+
+        def note(self, text) -> None:
+            """Nothing."""
+
+    with pytest.raises(KeyboardInterrupt), following(Impatient()):
+        write_simulation(tmp_path / "rec", simulate(scene("wall"), Sensor()))
     assert not list(tmp_path.iterdir())
 
 
