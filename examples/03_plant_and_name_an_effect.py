@@ -6,29 +6,24 @@ python examples/03_plant_and_name_an_effect.py
 import tempfile
 from pathlib import Path
 
-from fusion.discrepancy.explain import explain
-from fusion.discrepancy.verdict.verdict import sentence, verdict_of
-from fusion.recording.open import open_recording
+import fusion
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
-from fusion.sensor.sensor import Sensor
-from fusion.simulation.scenes import built_in
-from fusion.simulation.simulate import simulate
-from fusion.simulation.write import write_simulation
 
-known = Sensor("known", "itof", (AxialNoise(c0=0.001, c2=0.0005),))
+known = fusion.Sensor("known", "itof", (AxialNoise(c0=0.001, c2=0.0005),))
 real = known.having(CyclicError(amplitude=0.003, period=0.62, phase=0.5))
-SETTINGS = [("0.8", "0"), ("1.1", "30"), ("1.4", "-25"), ("1.9", "10"), ("2.3", "-35")]  # distance [m], tilt [deg]
+SETTINGS = [(0.8, 0), (1.1, 30), (1.4, -25), (1.9, 10), (2.3, -35)]  # distance [m], tilt [deg]
 
 with tempfile.TemporaryDirectory() as folder:
     recordings = []
     for seed, (distance, tilt) in enumerate(SETTINGS):
         path = Path(folder) / f"rec_{seed}"
-        settings = {"distance_m": distance, "tilt_deg": tilt, "frames": "4"}
-        write_simulation(path, simulate(built_in("patches", settings), real, seed))
-        recordings.append(open_recording(path))
-    verdict = verdict_of(explain(recordings, known))
+        scene = fusion.built_in("patches", {"distance_m": distance, "tilt_deg": tilt, "frames": 4})
+        fusion.write_simulation(path, fusion.simulate(scene, real, seed))
+        recordings.append(fusion.open_recording(path))
+    found = fusion.explain(recordings, known)
+    verdict = fusion.verdict_of(found)
 
-print(sentence(verdict))
+print(found)
 for claim in verdict["missing"]:
     print(claim["effect"], claim["parameters"])

@@ -30,6 +30,7 @@ _PUBLIC = {
     "recording.inspect": "inspect",
     "recording.open": "open_recording",
     "recording.recording": "Frame Recording",
+    "recording.write": "write_recording",
     "mesh.compare": "CompareSettings Comparison compare",
     "mesh.files": "read_mesh write_mesh",
     "mesh.mesh": "Mesh",

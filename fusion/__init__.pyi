@@ -28,6 +28,7 @@ from fusion.recording.inspect import inspect as inspect
 from fusion.recording.open import open_recording as open_recording
 from fusion.recording.recording import Frame as Frame
 from fusion.recording.recording import Recording as Recording
+from fusion.recording.write import write_recording as write_recording
 from fusion.scan.pipeline import scan_turntable as scan_turntable
 from fusion.scan.result import Scan as Scan
 from fusion.scan.settings import ScanSettings as ScanSettings

@@ -5,6 +5,7 @@ import doctest
 import inspect
 import io
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import open3d
@@ -55,6 +56,17 @@ def more_data(small_data):
         write(small_data / f"wall_{i}", "wall", {"distance_m": distance, "frames": 12}, sensor)
     larger = replace(SMALL, width=320, height=240, fx=288.0, fy=288.0, cx=160.0, cy=120.0)
     write(small_data / "board", "checkerboard", {"frames": 12}, sensor, larger)
+
+
+@pytest.mark.slow
+def test_the_example_of_the_readme_runs(small_data, monkeypatch, capsys):
+    page = (Path(__file__).resolve().parent.parent / "README.md").read_text(encoding="utf-8")
+    program = page.partition("```python\n")[2].partition("```")[0]
+    assert program.count("import") == 1  # one import is all that is needed
+    monkeypatch.chdir(small_data)
+    fusion.write_mesh("cup.stl", fusion.read_mesh("my_scan/truth/mesh.ply"))
+    exec(program, {})
+    assert capsys.readouterr().out.startswith("<Scan: 26 of 26 frames placed")
 
 
 def test_every_public_function_has_an_example_or_stands_in_one():

@@ -1,6 +1,6 @@
-"""Writes docs/effects/ and the table in README.md from the sensor effects themselves.
+"""Writes docs/effects/ from the sensor effects themselves.
 
-python tools/document_effects.py            all pages, pictures and the table
+python tools/document_effects.py            all pages and pictures
 python tools/document_effects.py --text     without the pictures
 python tools/document_effects.py --check    writes nothing; tells which texts are out of date, exit status 1
 """
@@ -16,22 +16,12 @@ from fusion.sensor.effects import EFFECTS
 
 PROJECT = Path(__file__).resolve().parent.parent
 PAGES = Path("docs/effects")
-START, END = "<!-- sensor effects: start -->\n", "<!-- sensor effects: end -->\n"
 
 
 def texts() -> dict[Path, str]:
-    """Every text that is made, by its path in the project; raises SystemExit when README.md has no place for it."""
+    """Every text that is made, by its path in the project."""
     pages = {PAGES / f"{kind.name}.md": text.page(kind) for kind in EFFECTS}
-    readme = (PROJECT / "README.md").read_text(encoding="utf-8")
-    before, start, rest = readme.partition(START)
-    _, end, after = rest.partition(END)
-    if not start or not end:
-        raise SystemExit(f"error: README.md has no lines {START.strip()} and {END.strip()}")
-    return {
-        **pages,
-        PAGES / "README.md": text.index(),
-        Path("README.md"): before + start + text.readme_table() + end + after,
-    }
+    return {**pages, PAGES / "README.md": text.index()}
 
 
 def out_of_date(made: dict[Path, str]) -> list[str]:

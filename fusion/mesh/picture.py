@@ -23,7 +23,7 @@ def png(mesh: Mesh, up: ArrayLike = (0, 0, 1), front: ArrayLike = (1, 0, 0)) -> 
         front: (3,) from the object to the eye of the first view.
     """
     level = sides(np.asarray(up, float), np.asarray(front, float))
-    views = [shaded(mesh, _raised(side), PIXELS) for side in (level[0], level[2])]
+    views = [shaded(mesh, raised(side), PIXELS) for side in (level[0], level[2])]
     if not any(view[..., 3].any() for view in views):
         return None
     height = max(len(view) for view in views)
@@ -42,7 +42,7 @@ def shaded(mesh: Mesh, side: Side, pixels: int) -> NDArray[np.uint8]:
     return picture(look(mesh, side, longest / (2 * pixels)), vertex_normals(mesh), colors)
 
 
-def _raised(side: Side) -> Side:
+def raised(side: Side) -> Side:
     """The same side, seen from above by RISE."""
     towards: Array = np.cos(RISE) * side.towards + np.sin(RISE) * side.up
     return Side(side.name, towards, np.cos(RISE) * side.up - np.sin(RISE) * side.towards)

@@ -53,6 +53,12 @@ def write_recording(  # one argument per part of the folder
     Raises:
         RecordingError: no frame, an image that has another size than the camera, a stamp that is not finite.
         FusionError: the folder cannot be made.
+
+    >>> camera = fusion.Camera(64, 48, fx=60.0, fy=60.0, cx=31.5, cy=23.5)
+    >>> wall = np.full(camera.shape, 1.2, np.float32)
+    >>> fusion.write_recording("wall", camera, (fusion.Frame(i, i / 30, wall) for i in range(3)))
+    >>> fusion.open_recording("wall")
+    <Recording wall: native, 3 frames of 64 x 48 in 0.1 s; depth>
     """
     path = Path(path)
     with output_folder(path) as partial:

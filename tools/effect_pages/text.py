@@ -69,19 +69,14 @@ def index() -> str:
     return "\n\n".join([*parts, f"Made by `{COMMAND}`."]) + "\n"
 
 
-def table(kinds: list[type[Effect]], folder: str = "") -> str:
+def table(kinds: list[type[Effect]]) -> str:
     """One row per effect: name, what it does, channels, sensors, undone or not."""
     rows = ["| effect | what it does | changes | sensors | undone |", "|---|---|---|---|---|"]
     for kind in kinds:
         does = summary(kind)[1].rstrip(".")
-        link = f"[{kind.name}]({folder}{kind.name}.md)"
+        link = f"[{kind.name}]({kind.name}.md)"
         rows.append(f"| {link} | {_cell(does)} | {channels(kind)} | {sensors(kind)} | {undone(kind)[0]} |")
     return "\n".join(rows)
-
-
-def readme_table() -> str:
-    """The table of the project's README."""
-    return f"{LEGEND}\n{table(list(EFFECTS), 'docs/effects/')}\n"
 
 
 def summary(kind: type[Effect]) -> tuple[str, str]:

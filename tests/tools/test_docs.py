@@ -1,0 +1,40 @@
+"""The pages lead where they say, show what is there, and hold today's numbers of the presets."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).resolve().parents[2]
+PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").glob("*.md"))]
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+
+
+def anchors(page):
+    """Headings as GitHub names them."""
+    heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for link in LINK.findall(page.read_text(encoding="utf-8")):
+        if "://" not in link:
+            path, _, anchor = link.partition("#")
+            target = (page.parent / path).resolve() if path else page
+            assert target.exists(), link
+            assert not anchor or anchor in anchors(target), link
+
+
+def test_a_picture_is_in_the_first_screen_and_small():
+    first = (PROJECT / "README.md").read_text(encoding="utf-8").splitlines()[:12]
+    shown = [link for line in first if line.startswith("![") for link in LINK.findall(line)]
+    assert shown
+    assert (PROJECT / shown[0]).stat().st_size < 300_000  # loads at once
+
+
+def test_the_noise_over_the_distance_is_that_of_the_presets():
+    command = [sys.executable, PROJECT / "tools" / "what_to_expect.py", "--check"]
+    assert subprocess.run(command, check=False).returncode == 0
