@@ -37,7 +37,7 @@ def panels(demo: Path) -> list[tuple[str, NDArray]]:
     front, back = raised(around[0]), raised(around[2])
     clay = fusion.Mesh(scan.vertices, scan.faces, scan.normals)
     errors = scale_colors(1e3 * distance.scalars["signed_distance"], SCALE)
-    shown = fusion.Mesh(distance.vertices, distance.faces, distance.normals, np.uint8(255 * errors))
+    shown = fusion.Mesh(distance.vertices, distance.faces, distance.normals, (255 * errors).astype(np.uint8))
     rms = json.loads((demo / "comparison.json").read_text(encoding="utf-8"))["accuracy"]["rms"]
     return [
         (f"one of {len(recording)} depth images", _depth(recording[FRAME])),
@@ -84,7 +84,7 @@ def draw(shown: list[tuple[str, NDArray]]) -> bytes:
             cax=figure.add_axes(tuple(place / size)),
             orientation="horizontal",
         )
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.outline.set_visible(False)
         bar.set_label(SCALE.label, color=SOFT)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="png", dpi=92, facecolor="white")
