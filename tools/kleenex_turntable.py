@@ -1,6 +1,6 @@
 """Scans the real box on its turntable and measures what can be known without a reference.
 
-    python tools/kleenex_turntable.py                       the camera refined by the scan itself
+    python tools/kleenex_turntable.py                       no option: the scan corrects the nominal camera by itself
     python tools/kleenex_turntable.py --no-refine           the camera as stated
     python tools/kleenex_turntable.py --picture box.png     and a picture of the mesh
 
@@ -68,7 +68,7 @@ def measure(folder: Path, refine: bool) -> tuple[dict[str, Any], Mesh, list[Side
     stickers = fit(find_stickers(images), camera)["x"][13:]
     recording = open_recording(folder)
     begin = time.monotonic()
-    scan = scan_turntable(recording, ScanSettings(refine_camera=refine))
+    scan = scan_turntable(recording, ScanSettings(refine_camera=None if refine else False))
     seconds = time.monotonic() - begin
     angles = scan.motion.angles
     step = np.degrees(np.diff(angles[np.isfinite(angles)]))
@@ -82,7 +82,7 @@ def measure(folder: Path, refine: bool) -> tuple[dict[str, Any], Mesh, list[Side
         **against(angles, stickers),
         "fx_px": scan.camera.fx,
         "focal_length_check": scan.turntable()["focal_length_check"]["relative"],
-        "warnings": [text for _, text in scan.warnings],
+        "warnings": list(scan.judgement.warnings),
     }
     sides = find_sides(scan.mesh)
     return found | box_figures(scan.mesh, sides), scan.mesh, sides

@@ -28,7 +28,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--step", type=float, metavar="DEG", help="turn between frames [deg], when the recording has no log of it")
     add("--ignore-log", action="store_true", help="do not use turntable_deg of telemetry.csv")
     add("--strength", choices=("axis", "circle"), default="axis", help="post-pass: one axis, or centres on a circle")
-    add("--refine-camera", action="store_true", help="take out the error of the focal length that the scan shows")
+    camera = parser.add_mutually_exclusive_group()
+    camera.add_argument(
+        "--refine-camera",
+        action="store_true",
+        default=None,
+        help="take out the error of the focal length that the scan shows, however small (default: one that it is sure "
+        "of, where camera.json does not say how well the focal length is known)",
+    )
+    camera.add_argument(
+        "--keep-camera", action="store_false", dest="refine_camera", help="leave the focal length as it is stated"
+    )
     add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh")
 
 
@@ -80,7 +90,7 @@ def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = 
         write_trajectory(partial / "trajectory.txt", scan.trajectory)
         write_trajectory(partial / "trajectory_raw.txt", scan.trajectory_raw)
         (partial / "turntable.json").write_text(json.dumps(scan.turntable(), indent=1) + "\n", encoding="utf-8")
-        if scan.settings["refine_camera"]:
+        if scan.evidence.refined:
             write_camera(partial / "camera.json", scan.camera)
         if page:
             with stage("report"):
@@ -89,7 +99,9 @@ def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = 
             "recording": str(recording.path),
             "frames": len(recording),
             "result": scan.facts.values(),
-            "warnings": [text for level, text in scan.warnings if level != "ok"],
+            "judgement": scan.judgement.values(),
+            "warnings": scan.judgement.warnings,
+            "footnotes": scan.judgement.footnotes,
             "seconds": seconds(),
         }
         (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -123,7 +135,8 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
         mesh_raw=scan.mesh_raw,
         up=np.array([0.0, 0.0, 1.0]),
         settings=scan.settings,
-        warnings=scan.warnings,
+        summary=scan.judgement.lights,
+        warnings=[("ok", text) for text in scan.judgement.footnotes],
         fingerprint=fingerprint(recording),
         command="fusion " + " ".join(sys.argv[1:]),
         comparison=comparison,
@@ -139,7 +152,8 @@ def summary(scan: "Scan") -> dict[str, Any]:
         "correction": scan.settings["correction"],
         "voxel_m": scan.settings["voxel_m"],
         "focal_length_check": table["focal_length_check"],
-        "warnings": [text for level, text in scan.warnings if level != "ok"],
+        "judgement": scan.judgement.values(),
+        "warnings": scan.judgement.warnings,
     }
 
 
@@ -149,11 +163,10 @@ def lines(scan: "Scan") -> list[str]:
 
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned
-    warnings = "; ".join(text for level, text in scan.warnings if level != "ok")
     return [
+        *scan.judgement.lines(),
         f"frames    {facts.placed} of {facts.frames} placed",
         f"table     {table_words(table)}; {closing_words(table)}",
         f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings['voxel_m'] * 1e3:g} mm",
         f"corrected {scan.settings['correction']['text']}",
-        f"warnings  {warnings or 'none'}",
     ]

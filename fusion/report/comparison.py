@@ -13,10 +13,10 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.sight import Side, sides
 from fusion.report.figures.distance import distance_scale, distance_views, histogram_figure, shares
 from fusion.report.figures.views import Row, mesh_views
-from fusion.report.judgement import level
-from fusion.report.page import Figure, Light, Number, Page, Section, write_page
+from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.report.viewer import Layer, script, viewer
+from fusion.results.light import Light, level
 
 RMS_M = (0.002, 0.005)  # good up to, a problem above (guesses, for objects of some decimetres)
 BIAS_M = (0.001, 0.003)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.calibration import DepthCalibration
 from fusion.report.figures.depth_bias import SHOWN, candidates_figure, curve_figure, maps_figure
-from fusion.report.judgement import level
-from fusion.report.page import Figure, Light, Number, Page, Section, write_page
+from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
+from fusion.results.light import Light, level
 from fusion.sensor.description import description
 
 LONGEST = 20  # rows of a table that is open

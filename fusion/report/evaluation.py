@@ -12,8 +12,9 @@ from fusion.report.evaluation_text import headline, step_sentence
 from fusion.report.figures.bench_curves import noise_figure, offset_figure, shares_figure, step_figure
 from fusion.report.figures.pixel_maps import MOST, map_rows
 from fusion.report.figures.still_series import drift_figure, pixel_figure
-from fusion.report.page import Figure, Light, Number, Page, Section, write_page
+from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
+from fusion.results.light import Light
 
 WARM = {"ready": "ok", "not warmed up": "bad"}
 SAME = 1e-5  # [m] a smaller correction is none

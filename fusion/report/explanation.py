@@ -13,14 +13,14 @@ from fusion.output import atomic_file
 from fusion.report.claims import chance, claim_section, plain
 from fusion.report.evidence import Compared, claims_of, compared, recording_names
 from fusion.report.figures.explanation import DISPARITY, LENGTH, Unit
-from fusion.report.judgement import level
 from fusion.report.lattice_claim import lattice_section
 from fusion.report.mismatch import fit_section, maps_section, said_misfit, short
 from fusion.report.missing_values import missing_of, missing_section
 from fusion.report.noise_claim import noise_mask, noise_of, noise_section
-from fusion.report.page import Light, Number, Page, Section, write_page
+from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.report.visibility import invisible_section, limits_section, visibility_section
+from fusion.results.light import Light, level
 
 # the three levels of a claim, in words
 ESTABLISHED = "Established: chance is ruled out, and recordings that took no part in the fit show it too."

@@ -6,7 +6,7 @@ import numpy as np
 
 from fusion.report.figures.circle import Paths, has_axis
 from fusion.report.figures.coverage import THIN
-from fusion.report.page import Light
+from fusion.results.light import Light, level
 
 if TYPE_CHECKING:
     from fusion.report.scan import ScanReport
@@ -16,13 +16,6 @@ REJECTED_SHARE = (0.05, 0.3)
 RESIDUAL_M = (0.003, 0.01)
 RADIAL_M = (0.005, 0.03)
 THIN_SHARE = (0.1, 0.35)
-
-
-def level(value: float, limits: tuple[float, float]) -> str:
-    """ "ok" up to the first limit, "bad" above the second or when unknown, else "warning"."""
-    if not np.isfinite(value) or value > limits[1]:
-        return "bad"
-    return "ok" if value <= limits[0] else "warning"
 
 
 def scan_summary(report: "ScanReport") -> list[Light]:

@@ -18,8 +18,9 @@ from fusion.report.figures.lens import (
     uncertainty_figure,
     views_figure,
 )
-from fusion.report.page import Light, Number, Page, Section, write_page
+from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
+from fusion.results.light import Light
 
 PICTURES = 8
 # where a line turns yellow, and red (guesses, from calibrations that made good meshes and bad ones)

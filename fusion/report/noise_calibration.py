@@ -14,9 +14,9 @@ from fusion.report.figures.noise_laws import (
     residual_figure,
     shares_figure,
 )
-from fusion.report.judgement import level
-from fusion.report.page import Light, Number, Page, Section, write_page
+from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
+from fusion.results.light import Light, level
 from fusion.sensor.parameter import parameters
 
 # where a line turns yellow, and red (guesses)

@@ -11,23 +11,7 @@ from string import Template
 from fusion.output import atomic_file
 from fusion.report.tables import folded, lights, settings_table, tiles
 from fusion.report.versions import versions
-
-
-@dataclass(frozen=True)
-class Light:
-    """One judged statement.
-
-    Attributes:
-        level: "ok", "warning" or "bad".
-        subject: what is judged, two or three words ("Frames used").
-        reason: one sentence that says why.
-        do: what a person can do about it, one sentence; "" when there is nothing to do.
-    """
-
-    level: str
-    subject: str
-    reason: str
-    do: str = ""
+from fusion.results.light import Light, worst_first
 
 
 @dataclass(frozen=True)
@@ -202,12 +186,6 @@ def _warnings(page: Page) -> tuple[str, str]:
     inner += folded(f"{len(told) - OPEN_WARNINGS} more warnings", lights(told[OPEN_WARNINGS:]))
     inner += folded(f"{len(notes)} note{'' if len(notes) == 1 else 's'}", lights(notes))
     return "Warnings", f"<section><h2>{'Warnings' if told else 'Notes'}</h2>{inner}</section>" if lines else ""
-
-
-def worst_first(lines: Sequence[Light]) -> list[Light]:
-    """Problems, then warnings, then what is good; in the order given among equals."""
-    order = {"bad": 0, "warning": 1, "ok": 2}
-    return sorted(lines, key=lambda light: order.get(light.level, 1))
 
 
 def _provenance(page: Page) -> tuple[str, str]:

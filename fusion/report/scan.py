@@ -21,11 +21,12 @@ from fusion.report.figures.turning import steps_figure
 from fusion.report.figures.views import Row, mesh_views
 from fusion.report.figures.wobble import wobble_figure
 from fusion.report.judgement import scan_summary
-from fusion.report.page import Figure, Light, Page, Section, write_page
+from fusion.report.page import Figure, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
 from fusion.report.tables import settings_table
 from fusion.report.viewer import Layer, Path3D, script, viewer
 from fusion.results.facts import ScanFacts
+from fusion.results.light import Light
 from fusion.results.words import mesh_words
 
 

@@ -12,11 +12,10 @@ from fusion.recording.finding import Finding
 from fusion.recording.recording import Recording
 from fusion.recording.sample import Sample
 from fusion.scan.frames import find_region, load, told_angles
-from fusion.scan.judgement import focal_is_wrong
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.focal import FocalCheck, check_focal, typical_step
+from fusion.turntable.focal import DOUBT, SURE, FocalCheck, check_focal, typical_step
 from fusion.turntable.views import Region, View, usable, view
 
 Array = NDArray[np.float64]
@@ -36,17 +35,19 @@ def check_focal_length(sample: Sample) -> list[Finding]:
         found = measure(recording)
     except FusionError:  # other checks tell what is broken; what moves need not turn
         return []
-    said = f"({100 * found.relative:+.1f} +- {100 * found.std:.1f} %, from {found.frames} frames)"
-    if not focal_is_wrong(found.relative, found.std):
+    said = f"({found.said()}, from {found.frames} frames)"
+    off = found.deviations(recording.camera)
+    if off <= DOUBT:
         return [Finding("focal length", "ok", f"it keeps the turning object in shape {said}")]
     stated, right = recording.camera.fx, recording.camera.fx * (1 + found.relative)
     seen = (
         f"about {100 * found.relative:+.0f} % from what is stated: the turning object keeps its shape with fx "
         f"{right:.0f} instead of {stated:.0f} px {said}"
     )
-    return [
-        Finding("focal length", "warning", seen, "calibrate the camera, or pass --refine-camera to fusion turntable")
-    ]
+    do = "calibrate the camera, or pass --refine-camera to fusion turntable"
+    if off > SURE and "fx" not in recording.camera.std:
+        do = "calibrate the camera; fusion turntable corrects it by itself, but for --keep-camera"
+    return [Finding("focal length", "warning", seen, do)]
 
 
 def measure(recording: Recording) -> FocalCheck:

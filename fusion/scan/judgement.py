@@ -1,37 +1,94 @@
-"""What a person should know about a scan."""
+"""What a scan knows of its own faults, as lights for terminal, page and JSON."""
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fusion.geometry.trajectory import Trajectory
-from fusion.recording.recording import Recording
-from fusion.sensor.sensor import Sensor
-from fusion.sensor.told import Told
-from fusion.turntable.motion import Motion
-from fusion.turntable.steps import Steps
+from fusion.results.judgement import Judgement
+from fusion.results.light import Light, level, worst_first
+from fusion.scan.camera_light import camera_light
+from fusion.scan.table_lights import table_lights
 
-WRONG_FOCAL = 0.01  # relative error of the focal length that is worth a warning
-SURE = 3.0  # standard deviations of it that are evidence
+if TYPE_CHECKING:
+    from fusion.scan.result import Scan
+
+# up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
+LOST_SHARE = (0.05, 0.3)
+NOISES = (2.0, 4.0)  # residual over what noise and voxel let expect
+SMALL = 0.001  # [m] a residual below is good whatever was expected
+DEPTH_M = (0.001, 0.004)
+GAP_DEG = (45.0, 120.0)
+OPEN_SHARE = (0.05, 0.2)
+DROPPED_SHARE = (0.05, 0.25)
 
 
-def focal_is_wrong(relative: float, std: float) -> bool:
-    """True when an error of the focal length is both worth a warning and sure."""
-    return abs(relative) > max(WRONG_FOCAL, SURE * std)
+def judge(scan: "Scan") -> Judgement:
+    """All lights of a scan, the worst first."""
+    lights = [camera_light(scan), _depth(scan), *table_lights(scan), _frames(scan), _fit(scan), _coverage(scan)]
+    lights += [_surface(scan), *_notes(scan)]
+    return Judgement(worst_first(lights), scan.evidence.footnotes)
 
 
-def warnings_of(
-    recording: Recording, sensor: Sensor, told: Told, found: tuple[Motion, Steps, Trajectory]
-) -> tuple[tuple[str, str], ...]:
-    motion, steps, raw = found
-    out = [("warning", text) for text in (*recording.warnings, *sensor.warnings, *steps.warnings)] + told.notes
-    focal = float(np.expm1(motion.focal_check.values[0]))
-    if focal_is_wrong(focal, motion.focal_std):
-        stated, right = recording.camera.fx, recording.camera.fx * (1 + focal)
-        why = f"the object keeps its shape only with fx {right:.1f} px instead of {stated:.1f} px ({focal:+.1%})"
-        out.append(("bad", f"{why}; calibrate the camera or pass --refine-camera"))
-    if motion.plate is None:
-        out.append(("warning", "no plate was seen: nothing was cut off below the object"))
-    lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())
+def _frames(scan: "Scan") -> Light:
+    total, lost = len(scan.motion.angles), scan.motion.rejected
+    said = f"{total - len(lost)} of {total} frames were used"
     if lost:
-        out.append(("warning", f"{lost} frames could not be tracked freely and stand by the axis alone"))
-    out += [("warning", f"frame {frame}: {reason}") for frame, reason in list(motion.rejected.items())[:10]]
-    return tuple(out)
+        reasons = [reason.rstrip(".") for reason in lost.values()]
+        common = max(sorted(set(reasons)), key=reasons.count)
+        said += f"; rejected: {_listed(sorted(lost))}, most often as {common}"
+    do = "Keep hands and people out of the picture, and the object in it." if lost else ""
+    return Light(level(len(lost) / total, LOST_SHARE), "Frames", said + ".", do)
+
+
+def _fit(scan: "Scan") -> Light:
+    known = scan.residual[np.isfinite(scan.residual)]
+    if not len(known):
+        return Light("bad", "Fit", "No frame could be placed on the model by its own surface.", "Check the recording.")
+    found = float(np.median(known))
+    expected = float(np.hypot(scan.evidence.noise, scan.settings["voxel_m"] / 2))
+    judged = "ok" if found < SMALL else level(found / expected, NOISES)
+    said = f"Frames lie {found * 1e3:.2f} mm (median) off the model, where {expected * 1e3:.2f} mm are expected."
+    do = "Calibrate the depth (fusion calibrate depth), and check that the object is rigid." if judged != "ok" else ""
+    return Light(judged, "Fit", said, do)
+
+
+def _depth(scan: "Scan") -> Light:
+    """Errors of depth that bend the object, as the joint fit needed them; a constant one shows in no scan."""
+    T_camera_object = np.linalg.inv(scan.trajectory.poses[scan.trajectory.valid][0])
+    points = scan.mesh.vertices[:: max(1, len(scan.mesh.vertices) // 5000)]
+    size = float(
+        np.std(scan.motion.camera_check.depth_change(points @ T_camera_object[:3, :3].T + T_camera_object[:3, 3]))
+    )
+    judged = level(size, DEPTH_M)
+    if judged == "ok":
+        return Light("ok", "Depth", "No error of depth that bends the object was found.")
+    said = f"The depth is wrong by about {size * 1e3:.1f} mm, here more and there less: the object bends as it turns."
+    return Light(judged, "Depth", said, "Calibrate it (fusion calibrate depth) and pass the result with --sensor.")
+
+
+def _coverage(scan: "Scan") -> Light:
+    around = np.sort(scan.motion.angles[np.isfinite(scan.motion.angles)] % (2 * np.pi))
+    gap = float(np.degrees(np.diff(np.append(around, around[0] + 2 * np.pi)).max()))
+    judged = level(gap, GAP_DEG)
+    do = "Record a full turn, in steps of 5 to 20 degrees." if judged != "ok" else ""
+    return Light(judged, "Coverage", f"The largest gap between neighbouring views is {gap:.0f} deg.", do)
+
+
+def _surface(scan: "Scan") -> Light:
+    shape, dropped = scan.facts.shape, 1 - scan.evidence.kept_share
+    worse = max(level(shape.open_share, OPEN_SHARE), level(dropped, DROPPED_SHARE), key=("ok", "warning", "bad").index)
+    said = f"The surface is {'closed' if shape.openings() == 'closed' else 'open: ' + shape.openings()}"
+    said += f"; {shape.open_share:.0%} of it is missing" if worse != "ok" and shape.open_share > OPEN_SHARE[0] else ""
+    said += f"; {dropped:.0%} lay in loose pieces and was dropped" if dropped > DROPPED_SHARE[0] else ""
+    do = "Black, shiny and hidden parts give no depth: dull them, or scan again from another height."
+    return Light(worse, "Surface", said + ".", do if worse != "ok" else "")
+
+
+def _notes(scan: "Scan") -> list[Light]:
+    return [
+        Light("warning", subject, f"{text[:1].upper()}{text[1:].rstrip('.')}.") for subject, text in scan.evidence.notes
+    ]
+
+
+def _listed(frames: list[int]) -> str:
+    return ", ".join(map(str, frames[:8])) + (", ..." if len(frames) > 8 else "")

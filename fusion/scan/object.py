@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.mesh.cleanup import fill_small_holes, largest_part
+from fusion.mesh.cleanup import fill_small_holes, largest_part, parts
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 from fusion.scan.settings import ScanSettings
@@ -27,7 +27,7 @@ def choose_volume(
     shown = [f for f in frames if f is not None]
     inside = shown[0].surface.points[region.holds(shown[0].surface.points)]
     distance = float(np.median(inside[:, 2])) if len(inside) else float(np.linalg.norm(motion.axis.point))
-    sigma = float(np.median([np.nanmedian(f.surface.sigma[region.holds(f.surface.points)]) for f in shown[:5]]))
+    sigma = typical_noise(frames, region)
     voxel = settings.voxel or choose_voxel(distance, camera)
     truncation = settings.truncation or choose_truncation(voxel, sigma)
     margin = 0.015
@@ -38,11 +38,19 @@ def choose_volume(
     return VolumeSettings(voxel, truncation, color, (low, high))
 
 
-def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> Mesh:
-    """The object alone: no plate, no flying parts, no small holes."""
+def typical_noise(frames: list[Prepared | None], region: Region) -> float:
+    """Standard deviation of the depth on the object [m], median over some frames."""
+    shown = [f for f in frames if f is not None]
+    return float(np.median([np.nanmedian(f.surface.sigma[region.holds(f.surface.points)]) for f in shown[:5]]))
+
+
+def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> tuple[Mesh, float]:
+    """The object alone, no plate, no flying parts, no small holes; and the share of the surface that this keeps."""
     if motion.plate is not None and not settings.keep_plate and mesh.normals is not None:
         mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE))
     if not len(mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")
+    areas = parts(mesh)[1]
+    kept = float(areas.max() / areas.sum())
     mesh = largest_part(mesh)
-    return fill_small_holes(mesh, settings.fill_holes) if settings.fill_holes > 0 else mesh
+    return (fill_small_holes(mesh, settings.fill_holes) if settings.fill_holes > 0 else mesh), kept

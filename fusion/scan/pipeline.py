@@ -8,15 +8,16 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each, stage
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
+from fusion.scan.evidence import Evidence
 from fusion.scan.frames import find_region, load, told_angles
-from fusion.scan.judgement import warnings_of
 from fusion.scan.motion import find_motion
-from fusion.scan.object import choose_volume, clean
-from fusion.scan.poses import align_directly, constrained, gap_of, track_freely, wobble
+from fusion.scan.object import choose_volume, clean, typical_noise
+from fusion.scan.poses import align_directly, confirmed, constrained, gap_of, track_freely, wobble
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.corrected_recording import corrected_recording
@@ -24,6 +25,8 @@ from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.told import Told
 from fusion.turntable.circle import fit_circle, onto_circle
+from fusion.turntable.focal import SURE, FocalCheck, focal_of
+from fusion.turntable.jumps import find_jump
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import closing_pair, judge_steps
 from fusion.turntable.views import Region
@@ -57,14 +60,21 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     frames, broken = load(recording, sensor, region, masks)
     commanded = told_angles(recording, settings)
     motion = find_motion(frames, (camera, settings), region, commanded)
-    if settings.refine_camera:
-        camera = _refined(camera, motion)
-        recording = replace(recording, camera=camera)
+    focal = focal_of(motion)
+    if _refines(settings, camera, focal):
+        recording = replace(recording, camera=_refined(camera, motion))
         region = find_region(recording, sensor, settings, masks)
         frames, broken = load(recording, sensor, region, masks)
-        motion = find_motion(frames, (camera, settings), region, commanded)
+        motion = find_motion(frames, (recording.camera, settings), region, commanded)
     motion = replace(motion, rejected={**motion.rejected, **broken})
-    return _finish(recording, settings, (sensor, told), (frames, region, motion, commanded))
+    return _finish(recording, settings, (sensor, told, camera, focal), (frames, region, motion, commanded))
+
+
+def _refines(settings: ScanSettings, camera: Camera, focal: FocalCheck) -> bool:
+    """Whether the scan's own focal length is taken: as asked, else where it contradicts one that is only nominal."""
+    if settings.refine_camera is not None:
+        return settings.refine_camera
+    return "fx" not in camera.std and focal.deviations(camera) > SURE
 
 
 def _refined(camera: Camera, motion: Motion) -> Camera:
@@ -80,12 +90,12 @@ def _refined(camera: Camera, motion: Motion) -> Camera:
 def _finish(
     recording: Recording,
     settings: ScanSettings,
-    how: tuple[Sensor, Told],
+    how: tuple[Sensor, Told, Camera, FocalCheck],
     found: tuple[list[Prepared | None], Region, Motion, Array | None],
 ) -> Scan:
-    """Volumes, trajectories, closure and warnings from a known motion."""
+    """Volumes, trajectories and closure from a known motion."""
     frames, region, motion, commanded = found
-    sensor, told = how
+    sensor, told, stated, focal = how
     volume_settings = choose_volume(settings, recording.camera, (frames, region, motion))
     corrected = constrained(recording, motion)
     raw, residual, share, rough = track_freely(frames, region, corrected, volume_settings)
@@ -98,7 +108,7 @@ def _finish(
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)
     with stage("mesh"):
-        mesh, mesh_raw = (clean(v.surface(), settings, motion) for v in (volume, rough))
+        (mesh, kept), (mesh_raw, _) = (clean(v.surface(), settings, motion) for v in (volume, rough))
     pair = closing_pair(motion.angles)
     direct = None if pair is None else align_directly(frames, region, corrected, pair)
     gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]
@@ -113,10 +123,45 @@ def _finish(
         "region": {"low": region.low.tolist(), "high": region.high.tolist()},
         "volume_bytes": volume.bytes,
     }
+    jump = find_jump(raw.poses, corrected.poses, mesh.vertices.mean(axis=0))
     return Scan(
-        mesh, mesh_raw, corrected, raw, motion, steps, circle, gaps[0], gaps[1], residual, share, wobble(raw, motion),
-        recording.camera, chosen, warnings_of(recording, sensor, told, (motion, steps, raw)), commanded,
-    )  # fmt: skip
+        mesh=mesh,
+        mesh_raw=mesh_raw,
+        trajectory=corrected,
+        trajectory_raw=raw,
+        motion=motion,
+        steps=steps,
+        circle=circle,
+        closure=gaps[0],
+        closure_raw=gaps[1],
+        residual=residual,
+        inlier_share=share,
+        wobble=wobble(raw, motion),
+        camera=recording.camera,
+        settings=chosen,
+        told=commanded,
+        evidence=Evidence(
+            stated_camera=stated,
+            focal=focal,
+            refined=recording.camera != stated,
+            jump=confirmed(jump, frames, region, corrected),
+            noise=typical_noise(frames, region),
+            kept_share=kept,
+            notes=notes_of(recording, told, motion, raw),
+            footnotes=(*sensor.warnings, *told.left),
+        ),
+    )
+
+
+def notes_of(recording: Recording, told: Told, motion: Motion, raw: Trajectory) -> tuple[tuple[str, str], ...]:
+    """What readers and the correction say, and what went missing on the way: (subject, sentence)."""
+    notes = [("Recording", text) for text in recording.warnings] + [("Correction", text) for text in told.doubtful]
+    if motion.plate is None:
+        notes.append(("Plate", "no plate was seen: nothing was cut off below the object"))
+    lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())
+    if lost:
+        notes.append(("Tracking", f"{lost} frames could not be tracked freely and stand by the axis alone"))
+    return tuple(notes)
 
 
 def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_camera: Array) -> Mesh:
@@ -130,4 +175,4 @@ def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_c
     for frame, T in zip(frames, T_object_camera, strict=True):
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)
-    return clean(volume.surface(), settings, scan.motion)
+    return clean(volume.surface(), settings, scan.motion)[0]

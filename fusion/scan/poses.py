@@ -13,6 +13,7 @@ from fusion.progress import each
 from fusion.recording.recording import Recording
 from fusion.tracking.icp import IcpSettings, align
 from fusion.turntable.axis import Axis
+from fusion.turntable.jumps import Jump
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.turntable.wobble import rocking
@@ -97,6 +98,22 @@ def gap_of(
     middle = (region.low + region.high) / 2
     shift = pose.transform(T, middle) - pose.transform(T_direct, middle)
     return pose.angle(pose.inverse(T_direct) @ T), float(np.linalg.norm(shift))
+
+
+def confirmed(jump: Jump | None, frames: list[Prepared | None], region: Region, by_axis: Trajectory) -> Jump | None:
+    """The jump, if frames before and after it show it too when they are aligned directly; its distance from them.
+
+    Free tracking may lose its way where nothing moved; two views aligned from where the axis puts them do not.
+    """
+    if jump is None:
+        return None
+    pairs = [(jump.frame - 1 - a, jump.frame + b) for a, b in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))]
+    inside = [(i, j) for i, j in pairs if i >= 0 and j < len(frames)]
+    direct = [(pair, align_directly(frames, region, by_axis, pair)) for pair in inside]
+    gaps = [gap_of(by_axis, pair, T, region) for pair, T in direct if T is not None]
+    distances = [gap[1] for gap in gaps if gap is not None]
+    found = float(np.median(distances)) if distances else 0.0
+    return replace(jump, distance=found) if found > jump.distance / 2 else None
 
 
 def wobble(raw: Trajectory, motion: Motion) -> float:

@@ -12,6 +12,9 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.results.facts import Gap, ScanFacts, TableFacts, median_of, rms_of
+from fusion.results.judgement import Judgement
+from fusion.scan.evidence import Evidence
+from fusion.scan.judgement import judge
 from fusion.turntable.circle import Circle
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps
@@ -33,7 +36,7 @@ class Scan:
         wobble: rms rocking of the axis over the freely tracked poses [rad].
         camera: used for the result (refined when asked for).
         settings: what was asked for and chosen, plain values.
-        warnings: ("ok", "warning" or "bad", sentence).
+        evidence: what its judgement rests on.
         told: (n,) table angles that the log or the stated step says [rad], None when nothing was said.
     """
 
@@ -51,13 +54,13 @@ class Scan:
     wobble: float
     camera: Camera
     settings: dict[str, Any]
-    warnings: tuple[tuple[str, str], ...]
+    evidence: Evidence
     told: Array | None = None
 
     def __repr__(self) -> str:
         placed = f"{int(self.trajectory.valid.sum())} of {len(self.trajectory)} frames placed"
         turned = f"{np.rad2deg(self.steps.mean):.2f} deg a frame, {len(self.steps.slips)} slips"
-        looks = sum(level != "ok" for level, _ in self.warnings)
+        looks = len(self.judgement.warnings)
         return f"<Scan: {placed}, {turned}, {looks} warnings;\n {self.mesh!r}>"
 
     def _repr_png_(self) -> bytes | None:
@@ -77,6 +80,11 @@ class Scan:
             inlier_share=median_of(self.inlier_share),
             table=TableFacts(self.steps.mean, self.steps.std, slips, gap, gap_raw),
         )
+
+    @cached_property
+    def judgement(self) -> Judgement:
+        """What is good, doubtful or wrong about this scan, the worst first."""
+        return judge(self)
 
     def turntable(self) -> dict[str, Any]:
         """The content of `turntable.json` (CONTRACT)."""
@@ -105,8 +113,11 @@ class Scan:
             "rejected_frames": sorted(self.motion.rejected),
             "rejected_reasons": {str(k): v for k, v in sorted(self.motion.rejected.items())},
             "slips": [{"frame": s.frame, "angle_rad": s.angle} for s in self.steps.slips],
+            "camera": {k: getattr(self.camera, k) for k in ("fx", "fy", "cx", "cy")}
+            | {"refined": self.evidence.refined},
             "focal_length_check": {
-                "relative": float(np.expm1(self.motion.focal_check.values[0])),
-                "fx": float(self.camera.fx * np.exp(self.motion.focal_check.values[0])),
+                "relative": self.evidence.focal.relative,
+                "std": self.evidence.focal.std,
+                "fx": self.evidence.stated_camera.fx * (1 + self.evidence.focal.relative),
             },
         }

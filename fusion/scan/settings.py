@@ -17,7 +17,8 @@ class ScanSettings:
         step: turn between frames [rad] of either sign; None takes the table's log, or finds it.
         use_log: False ignores the table's log.
         strength: "axis" (one axis, one angle per frame) or "circle" (Pagliari: only centres are moved).
-        refine_camera: take out the error of the focal length that the scan itself shows.
+        refine_camera: take out the error of the focal length that the scan itself shows; None does it where the camera
+            is only nominal (it has no std) and the scan contradicts it.
         keep_plate: leave the plate in the mesh.
         voxel, truncation: [m]; None chooses them from distance, focal length and noise.
         color: fuse colour where the recording has it.
@@ -30,7 +31,7 @@ class ScanSettings:
     step: float | None = None
     use_log: bool = True
     strength: str = "axis"
-    refine_camera: bool = False
+    refine_camera: bool | None = None
     keep_plate: bool = False
     voxel: float | None = None
     truncation: float | None = None

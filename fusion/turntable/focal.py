@@ -6,12 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.camera import Camera
 from fusion.turntable.edges import stack
-from fusion.turntable.motion import begin
+from fusion.turntable.motion import Motion, begin
 from fusion.turntable.together import fit_camera, together
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
+SURE = 5.0  # standard deviations from which a scan contradicts a camera
+DOUBT = 3.0  # from which it is said
+SYSTEMATIC = 0.002  # of the focal length: what an unstated lens does to such a fit (guess)
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,21 @@ class FocalCheck:
     std: float
     turned: float
     frames: int
+
+    def deviations(self, camera: Camera) -> float:
+        """How far the stated focal length is off, in standard deviations of this check and of the camera's own."""
+        own = camera.std.get("fx", 0.0) / camera.fx
+        return abs(self.relative) / float(np.linalg.norm([self.std, SYSTEMATIC, own]))
+
+    def said(self) -> str:
+        """ "+9.0 +- 0.8 %"."""
+        return f"{self.relative * 100:+.1f} +- {self.std * 100:.1f} %"
+
+
+def focal_of(motion: Motion) -> FocalCheck:
+    """What the fit of a whole scan says of the focal length."""
+    known = motion.angles[np.isfinite(motion.angles)]
+    return FocalCheck(float(np.expm1(motion.focal_check.values[0])), motion.focal_std, float(np.ptp(known)), len(known))
 
 
 def check_focal(views: Sequence[View], region: Region, commanded: Array | None = None) -> FocalCheck:

@@ -58,6 +58,10 @@ class SelfCheck:
             legendre.append(((2 * k + 1) * s * legendre[k] - k * legendre[k - 1]) / (k + 1))
         return np.column_stack([legendre[0], rho2, *legendre[2:]])
 
+    def depth_change(self, points: Array) -> Array:
+        """What the depth errors add at points (n, 3) in the camera's frame [m]."""
+        return np.asarray(self._depth_terms(points) @ self.values[3:])
+
     def depth(self, depth: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
         """A depth image (h, w) [m] with the depth errors taken out."""
         points = camera.points(depth).reshape(-1, 3).astype(float)

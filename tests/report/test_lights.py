@@ -1,6 +1,7 @@
 """Traffic lights as HTML: level, subject, reason, what to do."""
 
-from fusion.report.page import OPEN_WARNINGS, Light, Page, render
+from fusion.report.page import OPEN_WARNINGS, Page, render
+from fusion.results.light import Light
 
 
 def test_a_light_says_what_to_do_after_its_reason():

@@ -15,8 +15,7 @@ from fusion.recording.recording import Frame, Recording
 from fusion.recording.sample import draw
 from fusion.scan import focal_doctor
 from fusion.scan.focal_doctor import check_focal_length, measure
-from fusion.scan.judgement import focal_is_wrong
-from fusion.turntable.focal import FocalCheck
+from fusion.turntable.focal import DOUBT, FocalCheck
 
 CAMERA = Camera(160, 120, 130.0, 130.0, 79.5, 59.5, depth_scale=5000.0)
 COUNT = 12
@@ -86,7 +85,14 @@ def test_it_speaks_up_only_with_evidence(tmp_path, monkeypatch, relative, std, s
     (finding,) = check_focal_length(draw(recording(tmp_path, turning)))
     assert finding.severity == severity and finding.check == "focal length"
     assert (f"about {100 * relative:+.0f} %" in finding.seen) == (severity == "warning")
-    assert ("--refine-camera" in finding.do) == (severity == "warning")
+    # what a scan is sure of it corrects by itself, as this camera is only nominal
+    assert ("--keep-camera" in finding.do) == (severity == "warning")
+
+
+def test_what_a_scan_is_not_sure_of_it_does_not_correct(tmp_path, monkeypatch):
+    monkeypatch.setattr(focal_doctor, "measure", lambda _: FocalCheck(0.04, 0.01, 6.0, COUNT))
+    (finding,) = check_focal_length(draw(recording(tmp_path, turning)))
+    assert finding.severity == "warning" and "--refine-camera" in finding.do
 
 
 def test_what_does_not_turn_about_one_axis_is_not_spoken_of(tmp_path, monkeypatch):
@@ -107,14 +113,14 @@ def test_a_planted_error_is_measured(owl_recording, log):
     found = measure(replace(owl_recording, camera=stated, telemetry=told))
     # a pixel is 3 mm on an owl of 5 cm radius, and the prior of 3 % pulls: measured 4.5 % of the 5.7 planted
     assert found.relative == pytest.approx(1 / wrong - 1, abs=0.018)
-    assert focal_is_wrong(found.relative, found.std)
+    assert found.deviations(stated) > DOUBT
     assert np.rad2deg(found.turned) > 300
 
 
 @pytest.mark.slow
 def test_a_right_focal_length_is_left_alone(owl_recording):
     found = measure(owl_recording)
-    assert not focal_is_wrong(found.relative, found.std)
+    assert found.deviations(owl_recording.camera) <= DOUBT
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,46 @@
+"""One judgement of a result, used by terminal, page and JSON alike."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from fusion.results.light import Light
+
+WORDS = {"ok": "good", "warning": "look here", "bad": "PROBLEM"}
+WIDTH = max(map(len, WORDS.values()))
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a run knows of its own result.
+
+    Attributes:
+        lights: what was judged, the worst first.
+        footnotes: what comes with nearly every result of its kind, and changes nothing.
+    """
+
+    lights: tuple[Light, ...]
+    footnotes: tuple[str, ...] = ()
+
+    @property
+    def level(self) -> str:
+        """The worst level of all lights."""
+        return self.lights[0].level if self.lights else "ok"
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is not good, a sentence each, the worst first."""
+        return tuple(f"{x.subject}: {_joined(x)}" for x in self.lights if x.level != "ok")
+
+    def lines(self) -> list[str]:
+        """For a terminal: a line for each light that is not good, then the subjects of those that are."""
+        out = [f"{WORDS[x.level]:<{WIDTH}} {x.subject}: {_joined(x)}" for x in self.lights if x.level != "ok"]
+        good = [x.subject for x in self.lights if x.level == "ok"]
+        return out + ([f"{WORDS['ok']:<{WIDTH}} {', '.join(good)}"] if good else [])
+
+    def values(self) -> list[dict[str, Any]]:
+        """Plain values for JSON, the worst first."""
+        return [asdict(light) for light in self.lights]
+
+
+def _joined(light: Light) -> str:
+    return f"{light.reason} {light.do}".strip()

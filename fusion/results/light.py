@@ -1,0 +1,35 @@
+"""One judged statement, as terminal, page and JSON tell it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+LEVELS = ("ok", "warning", "bad")
+
+
+@dataclass(frozen=True)
+class Light:
+    """One judged statement.
+
+    Attributes:
+        level: "ok", "warning" or "bad".
+        subject: what is judged, two or three words ("Frames used").
+        reason: one sentence that says why.
+        do: what a person can do about it, one sentence; "" when there is nothing to do.
+    """
+
+    level: str
+    subject: str
+    reason: str
+    do: str = ""
+
+
+def worst_first(lights: Iterable[Light]) -> tuple[Light, ...]:
+    """Each light once, the worst first; equals keep their order."""
+    return tuple(sorted(dict.fromkeys(lights), key=lambda light: -LEVELS.index(light.level)))
+
+
+def level(value: float, limits: tuple[float, float]) -> str:
+    """ "ok" up to the first limit, "bad" above the second or when unknown (NaN), else "warning"."""
+    if not value <= limits[1]:
+        return "bad"
+    return "ok" if value <= limits[0] else "warning"

@@ -1,0 +1,36 @@
+"""The focal length: what was stated, what the scan says of it, and what was done."""
+
+from typing import TYPE_CHECKING
+
+from fusion.results.light import Light
+from fusion.turntable.focal import DOUBT, SURE
+
+if TYPE_CHECKING:
+    from fusion.scan.result import Scan
+
+VAGUE = 0.02  # relative standard deviation from which a scan says too little of a camera that is only nominal (guess)
+CALIBRATE = "Calibrate the camera (fusion calibrate intrinsics)"
+
+
+def camera_light(scan: "Scan") -> Light:
+    """One light: corrected, contradicted, in doubt, not to be checked, or good."""
+    focal, stated = scan.evidence.focal, scan.evidence.stated_camera
+    right = stated.fx * (1 + focal.relative)
+    off = focal.deviations(stated)
+    if scan.evidence.refined:
+        said = f"The focal length is corrected: fx {scan.camera.fx:.1f} instead of {stated.fx:.1f} px ({focal.said()})"
+        why = ", by the scan itself, as the camera is only nominal" if off > SURE else ", as asked for"
+        return Light(
+            "warning", "Camera", f"{said}{why}.", f"{CALIBRATE} to be sure; --keep-camera leaves it as stated."
+        )
+    said = f"The object keeps its shape only with fx {right:.1f} instead of {stated.fx:.1f} px ({focal.said()})"
+    if off > SURE:
+        so = f"so its size is wrong by about {abs(focal.relative):.0%}"
+        do = f"{CALIBRATE}{' again' if stated.std else ''}, or take the scan's correction with --refine-camera."
+        return Light("bad", "Camera", f"{said}: {so}.", do)
+    if off > DOUBT:
+        return Light("warning", "Camera", f"{said}, perhaps.", f"{CALIBRATE}, or record another turn.")
+    if focal.std > VAGUE and "fx" not in stated.std:
+        said = f"The focal length is only nominal, and the scan tells it to {focal.std:.0%} only"
+        return Light("warning", "Camera", f"{said}: so well is the size known.", f"{CALIBRATE}.")
+    return Light("ok", "Camera", f"The focal length keeps the turning object in shape ({focal.said()}).")

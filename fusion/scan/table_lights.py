@@ -1,0 +1,74 @@
+"""What the table did, and whether object and camera stayed where they were."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fusion.results.light import Light, level
+
+if TYPE_CHECKING:
+    from fusion.scan.result import Scan
+
+# up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
+GAP_M = (0.003, 0.010)
+GAP_ANGLE = (np.deg2rad(1.0), np.deg2rad(3.0))
+JUMP_M = (0.0, 0.004)
+WOBBLE = (np.deg2rad(0.5), np.deg2rad(2.0))
+LOG_RATIO = (0.03, 0.2)  # of all turns, as seen and as told
+
+
+def table_lights(scan: "Scan") -> list[Light]:
+    """Table, log, standing still, closing of the turn; those that say nothing are left out."""
+    lights = [_table(scan), _log(scan), _standing(scan), _closing(scan)]
+    return [light for light in lights if light is not None]
+
+
+def _table(scan: "Scan") -> Light:
+    steps, wobble = scan.steps, scan.wobble
+    judged = level(wobble, WOBBLE) if np.isfinite(wobble) else "ok"
+    said = f"{np.rad2deg(steps.mean):.2f} deg a frame (std {np.rad2deg(steps.std):.2f})"
+    do = ""
+    if judged != "ok":
+        said += f"; its axis rocks by {np.rad2deg(wobble):.1f} deg (rms)"
+        do = "Put the plate level and firm, and the object firmly on it."
+    if steps.warnings:
+        said += "; " + "; ".join(steps.warnings)
+        judged = "warning" if judged == "ok" else judged
+    return Light(judged, "Table", said + ".", do)
+
+
+def _log(scan: "Scan") -> Light | None:
+    if scan.told is None:
+        return None
+    known = np.isfinite(scan.motion.angles)
+    seen, told = float(np.ptp(scan.motion.angles[known])), float(np.ptp(scan.told[known]))
+    judged = level(abs(np.log(max(seen, 1e-9) / max(told, 1e-9))), LOG_RATIO)
+    said = f"The images turn by {np.rad2deg(seen):.0f} deg in all, as told: {np.rad2deg(told):.0f} deg."
+    if judged == "ok":
+        return Light("ok", "Log", said)
+    if 0.8 < seen / told / np.rad2deg(1) < 1.25:
+        return Light(judged, "Log", said, "The log seems to be in radians: turntable_deg is read as degrees.")
+    return Light(judged, "Log", said, "Check the unit of the log or --step, or leave it out with --ignore-log.")
+
+
+def _standing(scan: "Scan") -> Light:
+    jump = scan.evidence.jump
+    if jump is None:
+        return Light("ok", "Standing still", "Neither the object on its plate nor the camera was pushed.")
+    said = f"The {jump.who} moved by {jump.distance * 1e3:.1f} mm before frame {jump.frame}"
+    do = "Fix it, and record again; or give only the frames before or after."
+    return Light(level(jump.distance, JUMP_M), "Standing still", f"{said}: the surface is doubled.", do)
+
+
+def _closing(scan: "Scan") -> Light | None:
+    gap, before = scan.closure, scan.closure_raw
+    if gap is None:
+        return None
+    angle, distance = gap
+    judged = max(level(distance, GAP_M), level(angle, GAP_ANGLE), key=("ok", "warning", "bad").index)
+    said = (
+        f"Where the turn closes, two views miss each other by {distance * 1e3:.2f} mm and {np.rad2deg(angle):.2f} deg"
+    )
+    if before is not None and angle > max(before[0], GAP_ANGLE[0]):
+        said += f"; the angle got worse ({np.rad2deg(before[0]):.2f} deg before the post-pass)"
+    return Light(judged, "Closing", said + ".", "Check camera and depth calibration." if judged != "ok" else "")
