@@ -1,0 +1,1 @@
+"""Turntable scans with a planted fault, made and judged without the package under test."""
