@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.coloring.color_mesh import Colored, color_mesh
 from fusion.errors import FusionError, RecordingError, TrackingError, VolumeError
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
@@ -46,7 +47,7 @@ class ReconstructSettings:
         room: voxels for a room instead of an object, where they are chosen.
         max_depth: depth beyond is not used [m].
         box: two corners (3,), (3,) [m] in the world (the first camera's frame unless poses are given).
-        color: fuse colour where the recording has it.
+        color: colour the mesh where the recording has colour images.
         max_bytes: limit of the volume's memory.
         min_placed: share of the frames below which the whole has failed.
         tracker: how frames are placed.
@@ -167,9 +168,7 @@ def plan(
     sigma = float(np.median([np.nanquantile(p.surface.sigma, share) for p in probes]))
     voxel = settings.voxel or choose_voxel(distance, recording.camera, settings.room)
     truncation = settings.truncation or choose_truncation(voxel, sigma)
-    named = recording.files is not None and any(recording.files.color)
-    color = settings.color and (named or any(p.frame.color is not None for p in probes))
-    chosen = VolumeSettings(voxel, truncation, color, settings.box, settings.max_bytes)
+    chosen = VolumeSettings(voxel, truncation, bounds=settings.box, max_bytes=settings.max_bytes)
     notes = [("warning", text) for text in (*recording.warnings, *sensor.warnings)]
     if settings.box is None:
         usable = [np.where(fusible(p, truncation), p.depth, np.nan) for p in probes]
@@ -270,6 +269,8 @@ def _result(
     how: tuple[ReconstructSettings, Sensor, list[tuple[str, str]], Told],
 ) -> Reconstruction:  # fmt: skip
     settings, sensor, notes, told_of = how
+    trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
+    colored = color_mesh(mesh, recording, trajectory) if settings.color else Colored(mesh)
     told = {
         "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
         "correction": told_of.values(),
@@ -278,14 +279,13 @@ def _result(
         "room": settings.room,
         "max_depth_m": settings.max_depth,
         "box_m": settings.box,
-        "color": volume.settings.color,
         "sensor": sensor.name,
         "poses": "tracked" if settings.poses is None else "given",
         "volume_bytes": volume.bytes,
-    }
+    } | colored.values()
     return Reconstruction(
-        mesh=mesh,
-        trajectory=Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results])),
+        mesh=colored.mesh,
+        trajectory=trajectory,
         residual=np.array([r.residual for r in results]),
         inlier_share=np.array([r.inlier_share for r in results]),
         information=np.stack([r.information for r in results]),

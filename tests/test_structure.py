@@ -13,9 +13,9 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 
 # each room may import from itself and from those before it
 ROOMS = [
-    "errors", "progress", "output", "compute", "geometry", "recording", "devices", "mesh", "sensor",
-    "calibration", "evaluation", "tracking", "volume", "simulation", "turntable", "discrepancy", "results", "report",
-    "reconstruct", "scan", "commands",
+    "errors", "progress", "output", "compute", "geometry", "recording", "devices", "mesh", "coloring",
+    "sensor", "calibration", "evaluation", "tracking", "volume", "simulation", "turntable", "discrepancy", "results",
+    "report", "reconstruct", "scan", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",

@@ -129,6 +129,7 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
         "correction": result.settings["correction"],
         "voxel_m": result.settings["voxel_m"],
+        "uncolored_share": result.settings["uncolored_share"],
         "truncation_m": result.settings["truncation_m"],
         "warnings": [text for level, text in result.warnings if level != "ok"],
     }

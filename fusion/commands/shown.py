@@ -23,7 +23,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     add("--voxel", type=float, metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
     add("--truncation", type=float, metavar="M", help="half band around the surface [m]; default: from the noise")
     add("--box", type=float, nargs=6, metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"), help="keep only this box [m]")
-    add("--no-color", action="store_true", help="leave the colours out (a third of the memory)")
+    add("--no-color", action="store_true", help="leave the colours out")
     add("--force", action="store_true", help="go on where the doctor says no, or with a sensor model of another camera")
     add("--device", choices=("cpu", "cuda", "vulkan"), help="where the kernels run; default: FUSION_DEVICE, or cpu")
     add("--json", action="store_true", help="print one JSON object")

@@ -151,6 +151,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
         "slips": table["slips"],
         "correction": scan.settings["correction"],
         "voxel_m": scan.settings["voxel_m"],
+        "uncolored_share": scan.settings["uncolored_share"],
         "focal_length_check": table["focal_length_check"],
         "judgement": scan.judgement.values(),
         "warnings": scan.judgement.warnings,

@@ -58,7 +58,7 @@ def fingerprint(recording: Recording) -> str:
     files = recording.files
     if files is None:
         return digest.hexdigest()
-    for name in (*files.depth, *files.color, *files.ir):
+    for name in (*files.depth, *files.color, *files.color_apart, *files.ir):
         path = None if name is None else files.folder / name
         try:
             size = path.stat().st_size if path else 0
@@ -81,7 +81,7 @@ def _summary(sample: Sample) -> dict[str, Any]:
         "path": str(recording.path),
         "format": recording.format,
         "frames": len(recording),
-        "color_frames": sum(name is not None for name in files.color) if files else None,
+        "color_frames": sum(name is not None for name in (*files.color, *files.color_apart)) if files else None,
         "ir_frames": sum(name is not None for name in files.ir) if files else None,
         "duration_s": float(stamps[-1] - stamps[0]) if len(stamps) else 0.0,
         "frames_per_second": frames_per_second(stamps),

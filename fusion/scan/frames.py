@@ -93,7 +93,7 @@ def load(
         cut = replace(
             frame,
             depth=np.ascontiguousarray(frame.depth[window]),
-            color=None if frame.color is None else np.ascontiguousarray(frame.color[window]),
+            color=None,  # the finished mesh is coloured from the recording
             ir=None if frame.ir is None else np.ascontiguousarray(frame.ir[window]),
         )
         prepared = prepare(cut, crop(camera, window), sensor, moments[index])

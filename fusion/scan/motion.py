@@ -57,10 +57,8 @@ def find_motion(
 def _finished(
     frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion
 ) -> Motion:
-    colourless = replace(settings, color=False)
-
     def model_of(axis: Axis, angles: Array) -> Volume:
-        volume = Volume(colourless)
+        volume = Volume(settings)
         for frame, T in zip(each(frames, "model"), about_axis(axis, angles), strict=True):
             if frame is not None and np.isfinite(T).all():
                 fuse(volume, frame, T)

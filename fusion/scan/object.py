@@ -34,8 +34,7 @@ def choose_volume(
     radius = motion.radius + margin
     bottom = (motion.bottom if motion.plate is None else motion.plate) - margin
     low, high = (-radius, -radius, bottom), (radius, radius, motion.top + margin)
-    color = settings.color and any(f.frame.color is not None for f in shown)
-    return VolumeSettings(voxel, truncation, color, (low, high))
+    return VolumeSettings(voxel, truncation, bounds=(low, high))
 
 
 def typical_noise(frames: list[Prepared | None], region: Region) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.coloring.color_mesh import Colored, color_mesh
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
@@ -109,6 +110,7 @@ def _finish(
             fuse(volume, frame, T)
     with stage("mesh"):
         (mesh, kept), (mesh_raw, _) = (clean(v.surface(), settings, motion) for v in (volume, rough))
+    colored = color_mesh(mesh, recording, corrected) if settings.color else Colored(mesh)
     pair = closing_pair(motion.angles)
     direct = None if pair is None else align_directly(frames, region, corrected, pair)
     gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]
@@ -122,10 +124,10 @@ def _finish(
         "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
         "region": {"low": region.low.tolist(), "high": region.high.tolist()},
         "volume_bytes": volume.bytes,
-    }
+    } | colored.values()
     jump = find_jump(raw.poses, corrected.poses, mesh.vertices.mean(axis=0))
     return Scan(
-        mesh=mesh,
+        mesh=colored.mesh,
         mesh_raw=mesh_raw,
         trajectory=corrected,
         trajectory_raw=raw,

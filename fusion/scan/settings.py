@@ -21,7 +21,7 @@ class ScanSettings:
             is only nominal (it has no std) and the scan contradicts it.
         keep_plate: leave the plate in the mesh.
         voxel, truncation: [m]; None chooses them from distance, focal length and noise.
-        color: fuse colour where the recording has it.
+        color: colour the mesh where the recording has colour images.
         fill_holes: close holes up to this perimeter [m].
     """
 

@@ -15,7 +15,9 @@ from fusion.geometry.pose import pose
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import read_camera, write_camera
 from fusion.recording.convert import convert_recording
+from fusion.recording.formats import tum
 from fusion.recording.frame_files import associate
+from fusion.recording.inspect import inspect
 from fusion.recording.open import open_recording
 from fusion.recording.trajectory_file import read_trajectory, write_trajectory
 from fusion.recording.write import depth_counts, write_recording
@@ -133,11 +135,29 @@ def test_stamps_are_sorted_with_a_warning(tmp_path):
     np.testing.assert_allclose(recording[0].depth, synthetic.frames(1)[0].depth, atol=0.6e-3)
 
 
-def test_foreign_color_is_left_out_with_a_warning(tmp_path):
-    camera = replace(synthetic.CAMERA, color=synthetic.CAMERA, T_color_depth=pose(np.eye(3), [0.05, 0, 0]))
-    write_recording(tmp_path / "r", camera, synthetic.frames(1, color=True))
+@pytest.mark.parametrize("other", [{"fx": 140.0}, {}])
+def test_color_of_a_camera_beside_is_kept_apart(tmp_path, other):
+    """In its own pixels: of another focal length, or from another place; no frame shows it as if it were registered."""
+    place = np.zeros(3) if other else [0.05, 0, 0]
+    beside = replace(synthetic.CAMERA, color=replace(synthetic.CAMERA, **other), T_color_depth=pose(np.eye(3), place))
+    write_recording(tmp_path / "r", beside, synthetic.frames(2, color=True))
     recording = open_recording(tmp_path / "r")
+    assert recording[0].color is None and not recording.warnings
+    assert not recording.files.color and list(recording.files.color_apart) == ["rgb/000000.png", "rgb/000001.png"]
+    found = inspect(recording)
+    assert found.summary["color_frames"] == 2 and found.severity != "error"
+
+
+@pytest.mark.parametrize("placed", [True, False])
+def test_foreign_color_is_left_out_with_a_warning(tmp_path, placed):
+    """Nobody says where its camera stands, or its images are not those of that camera."""
+    small = replace(synthetic.CAMERA, width=80, height=60)
+    write_recording(tmp_path / "r", synthetic.CAMERA, synthetic.frames(1, color=True))
+    camera = replace(synthetic.CAMERA, color=small, T_color_depth=pose(np.eye(3), [0.05, 0, 0]) if placed else None)
+    recording = tum.read(tmp_path / "r", camera)
     assert recording[0].color is None and "not registered" in recording.warnings[0]
+    assert ("160 x 120" if placed else "T_color_depth") in recording.warnings[0]
+    assert not recording.files.color and not recording.files.color_apart
 
 
 def test_opening_ten_thousand_frames(tmp_path):

@@ -14,7 +14,7 @@ def check_files(sample: Sample) -> list[Finding]:
     """Missing, cut off and unreadable images. All files are looked at from behind, sampled ones are decoded."""
     recording, findings = sample.recording, []
     if recording.files is not None:
-        for kind in ("depth", "color", "ir"):
+        for kind in ("depth", "color", "color_apart", "ir"):
             findings += _look_at(kind, recording.files.folder, getattr(recording.files, kind))
     for index, reason in list(sample.failures.items())[:3]:
         fits = "--camera" not in reason

@@ -12,7 +12,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_presets import PRESETS
-from fusion.recording.formats.tum import without_foreign_color
+from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
@@ -49,7 +49,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         by_number = {_number(name): name for name in color}
         matched = [by_number.get(_number(name)) for name in depth]
         warnings = [f"{len(depth)} depth and {len(color)} colour images: joined by the number in their names"]
-    files, more = without_foreign_color(FrameFiles(folder=folder, depth=depth, color=matched), camera)
+    files, more = with_color_placed(FrameFiles(folder=folder, depth=depth, color=matched), camera)
     return Recording(
         path=folder,
         format="open3d",

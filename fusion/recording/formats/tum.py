@@ -34,7 +34,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         raise RecordingError("the recording has no camera", folder, "no camera.json", "intrinsics", do)
     camera = camera or read_camera(folder / "camera.json")
     stamps, files = _read_lists(folder)
-    files, warnings = without_foreign_color(files, camera)
+    files, warnings = with_color_placed(files, camera)
     scene, telemetry = folder / "scene.json", folder / "telemetry.csv"
     return Recording(
         path=folder,
@@ -50,27 +50,37 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     )
 
 
-def without_foreign_color(files: FrameFiles, camera: Camera) -> tuple[FrameFiles, list[str]]:
-    """The files without colour images that are not in the depth camera's pixels, and what to say about it."""
+def with_color_placed(files: FrameFiles, camera: Camera) -> tuple[FrameFiles, list[str]]:
+    """The files with colour images that are not in the depth camera's pixels set apart, or left out with the reason."""
     first = next((name for name in files.color if name is not None), None)
     if first is None:
         return files, []
+    seen_by = camera if camera.color is None or _registered(camera, camera.color) else camera.color
     reason = ""
-    T = camera.T_color_depth
-    if camera.color is not None and camera.color.shape != camera.shape:
-        reason = "the colour camera has another size than the depth camera"
-    elif camera.color is not None and T is not None and not np.allclose(T, np.eye(4), atol=1e-6):
-        reason = "the colour camera stands elsewhere than the depth camera (T_color_depth)"
+    if seen_by is not camera and camera.T_color_depth is None:
+        reason = "camera.json does not say where the colour camera stands (T_color_depth)"
     else:
         try:
             size = image_size(files.folder / first)
         except RecordingError:  # told when that frame is loaded, and by inspect
-            size = (camera.width, camera.height)
-        if size != (camera.width, camera.height):
-            reason = f"its images are {size[0]} x {size[1]}, the depth images {camera.width} x {camera.height}"
-    if not reason:
-        return files, []
-    return replace(files, color=()), [f"colour is not registered to depth and left out: {reason}"]
+            size = (seen_by.width, seen_by.height)
+        if size != (seen_by.width, seen_by.height):
+            whose = "the depth images" if seen_by is camera else "the colour camera"
+            reason = f"its images are {size[0]} x {size[1]}, {whose} {seen_by.width} x {seen_by.height}"
+    if reason:
+        return replace(files, color=()), [f"colour is not registered to depth and left out: {reason}"]
+    return files if seen_by is camera else replace(files, color=(), color_apart=files.color), []
+
+
+def _registered(camera: Camera, color: Camera) -> bool:
+    """True where the colour images are in the depth camera's pixels."""
+    if color.shape != camera.shape:
+        return False
+    T = camera.T_color_depth
+    # a place that is not stated: images of the same size were always taken for registered
+    return T is None or (
+        np.allclose(T, np.eye(4), atol=1e-6) and np.allclose(color.parameters, camera.parameters, rtol=1e-3)
+    )
 
 
 def _read_lists(folder: Path) -> tuple[NDArray[np.float64], FrameFiles]:

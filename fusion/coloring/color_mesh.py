@@ -1,0 +1,96 @@
+"""A finished mesh takes its colours from the images: the best views of each vertex, what disagrees left out.
+
+The volume could fuse colours too, but it does not know what a later frame shows to stand in the way, mixes all views
+of a voxel, good and bad, and needs three times the memory. The mesh knows its rims.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fusion.coloring.best_views import BestViews
+from fusion.coloring.fill import filled
+from fusion.coloring.images import ColorImages, color_images
+from fusion.coloring.surface import Surface
+from fusion.coloring.visible import visible
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.mesh import Mesh
+from fusion.progress import each
+from fusion.recording.recording import Recording
+
+MOST_IMAGES = 100  # well spread ones; more cost time and change little: a vertex keeps its best few (guess)
+FILLED = 0.03  # [m] colours are carried so far along the surface to where no image looked (guess)
+NEUTRAL = 180  # grey of what no image shows, as of a mesh without colours
+
+
+@dataclass(frozen=True)
+class Colored:
+    """A mesh with colours, and how they came about.
+
+    Attributes:
+        mesh: its scalars "color_views" say how many images each vertex has its colour from; 0 where no image shows it:
+            there the colour is that of its neighbours, or grey far from any. Without colours where the recording has no
+            colour image that can be used.
+        images: how many were used.
+        uncolored_share: of the vertices, shown by no image; None without images.
+        neutral_share: of the vertices, grey; None without images.
+    """
+
+    mesh: Mesh
+    images: int = 0
+    uncolored_share: float | None = None
+    neutral_share: float | None = None
+
+    def values(self) -> dict[str, Any]:
+        """What `settings.json` tells of it."""
+        return {
+            "color": self.mesh.colors is not None,
+            "color_images": self.images,
+            "uncolored_share": self.uncolored_share,
+            "neutral_share": self.neutral_share,
+        }
+
+
+def color_mesh(mesh: Mesh, recording: Recording, trajectory: Trajectory) -> Colored:
+    """Colour a mesh from the recording that it was made from.
+
+    Args:
+        mesh: triangles in the world of the trajectory.
+        recording: with the camera that the mesh was made with; its colour images may be in the depth camera's pixels
+            or those of a colour camera beside it.
+        trajectory: (frames) `T_world_camera` of the depth camera, NaN for frames without a pose.
+    """
+    source = color_images(recording)
+    plain = replace(mesh, colors=None)
+    if source is None or not len(mesh.faces):
+        return Colored(plain)
+    best, images = _looked_at(Surface(mesh), source, trajectory)
+    if not images:
+        return Colored(plain)
+    views = best.counts()
+    colors, known = filled(mesh, best.blended(), views > 0, FILLED)
+    colors[~known] = NEUTRAL
+    return Colored(
+        replace(
+            mesh,
+            colors=np.rint(colors).astype(np.uint8),
+            scalars=mesh.scalars | {"color_views": views.astype(np.float32)},
+        ),
+        images,
+        float(np.mean(views == 0)),
+        float(np.mean(~known)),
+    )
+
+
+def _looked_at(surface: Surface, source: ColorImages, trajectory: Trajectory) -> tuple[BestViews, int]:
+    """What well spread images show of a surface, and how many there were."""
+    best, images = BestViews(surface.vertices.shape[1]), 0
+    for index in each(source.spread(trajectory, MOST_IMAGES), "colour"):
+        image = source.read(index)
+        if image is None:
+            continue
+        shown = visible(surface, source.seen(image, source.T_world_color(trajectory.poses[index])))
+        best.add(shown.index, shown.weight, image.sampled(shown.pixels))
+        images += 1
+    return best, images
