@@ -59,6 +59,16 @@ def more_data(small_data):
 
 
 @pytest.mark.slow
+def test_results_tell_themselves_in_two_lines(small_data, more_data, monkeypatch):
+    monkeypatch.chdir(small_data)
+    walls = [fusion.open_recording(f"wall_{i}") for i in range(5)]
+    results = [fusion.evaluate(walls), fusion.calibrate_depth(walls), fusion.calibrate_noise(walls)]
+    results.append(fusion.calibrate_intrinsics("board", fusion.read_board("board/board.json")))
+    for text in map(repr, results):
+        assert text.startswith("<") and len(text.splitlines()) <= 2 and len(text) < 400 and "array(" not in text
+
+
+@pytest.mark.slow
 def test_the_example_of_the_readme_runs(small_data, monkeypatch, capsys):
     page = (Path(__file__).resolve().parent.parent / "README.md").read_text(encoding="utf-8")
     program = page.partition("```python\n")[2].partition("```")[0]

@@ -20,7 +20,7 @@ from fusion.output import atomic_file
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "first_scan.md"
 START, END = "<!-- noise over distance: start -->\n", "<!-- noise over distance: end -->\n"
 DISTANCES = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)  # [m]
-SCANNED = (0.6, 0.9, 1.4)  # [m]
+SCANNED = (0.6, 1.0)  # [m]
 FRAMES, TURNS = 44, 1.1  # 9 degrees a frame
 D435 = fusion.Camera(848, 480, 425.8, 425.8, 427.2, 237.7, principle="active_stereo")  # github DLR-RM/3DObjectTracking
 AZURE = fusion.Camera(640, 576, 504.6, 504.7, 319.5, 287.5, principle="itof")  # a unit's factory value: github pyk4a

@@ -114,6 +114,11 @@ class Evaluation:
     notes: list[Note] = field(default_factory=list)
     sensor: Sensor | None = None
 
+    def __repr__(self) -> str:
+        from fusion.evaluation.summary import summary  # which is about this class
+
+        return f"<Evaluation: {summary(self)}>"
+
     @property
     def longest(self) -> Look:
         """The stretch that lasted longest: the one that can tell of drift."""

@@ -123,8 +123,13 @@ class Simulation:
         return Frame(index, float(self.timestamps[index]), depth, lit(view) if self.scene.color else None, ir)
 
 
-def simulate(scene: Scene, sensor: Sensor, seed: int = 0) -> Simulation:
+def simulate(scene: Scene, sensor: Sensor | None = None, seed: int = 0) -> Simulation:
     """Plan a recording: true angles and stated poses are drawn now, frames when they are asked for.
+
+    Args:
+        scene: what is seen, from where.
+        sensor: sees it; None makes no errors.
+        seed: of every random number; the same seed, the same bits.
 
     >>> wall = fusion.built_in("wall", {"distance_m": 1.2, "frames": 2})
     >>> made = fusion.simulate(wall, fusion.read_sensor("kinect-v2-indoors"), seed=1)
@@ -135,7 +140,7 @@ def simulate(scene: Scene, sensor: Sensor, seed: int = 0) -> Simulation:
     """
     course, table = scene.course, scene.course.turntable
     n = len(course)
-    sensor = with_light_level(sensor)
+    sensor = with_light_level(sensor or Sensor())
     camera = stated_camera(scene, sensor)
     telemetry = {"timestamp": course.timestamps, **scene.telemetry}
     if table is None:

@@ -103,6 +103,10 @@ class DepthCalibration:
     notes: tuple[tuple[str, str], ...]
     fitted_from: Sensor
 
+    def __repr__(self) -> str:
+        gain = f"{1e3 * self.before.error:.2f} to {1e3 * self.best.error:.2f} mm rms on walls left out"
+        return f"<DepthCalibration by {len(self.walls)} walls: {gain};\n {self.sensor!r}>"
+
     @property
     def before(self) -> Judged:
         """The errors without any correction."""

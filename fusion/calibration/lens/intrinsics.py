@@ -91,6 +91,10 @@ class Intrinsics:
     pair: Pair | None = None
     warnings: list[str] = field(default_factory=list)
 
+    def __repr__(self) -> str:
+        views = ", ".join(f"{len(fit.judged.views)} views ({name})" for name, fit in self.fits.items())
+        return f"<Intrinsics by {views}, {len(self.warnings)} warnings;\n {self.camera!r}>"
+
 
 def calibrate_intrinsics(path: Path | str, board: Board, settings: LensSettings | None = None) -> Intrinsics:
     """Calibrate the camera or cameras of a recording, or of a plain folder of pictures.

@@ -57,6 +57,9 @@ class NoiseCalibration:
     dropout: DropoutLaw | None
     notes: tuple[tuple[str, str], ...]
 
+    def __repr__(self) -> str:
+        return f"<NoiseCalibration by {len(self.poses)} poses: {self.sensor!r}>"
+
 
 def calibrate_noise(recordings: Sequence[Recording], settings: NoiseSettings | None = None) -> NoiseCalibration:
     """Find the noise of a camera from recordings of a flat target (or a wall) at several distances and tilts.
