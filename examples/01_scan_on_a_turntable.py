@@ -15,7 +15,6 @@ scan = fusion.scan_turntable(fusion.open_recording(sys.argv[1]))
 fusion.write_mesh(sys.argv[2], scan.mesh)
 print(scan)
 print(f"the table turned {np.rad2deg(scan.steps.mean):.2f} deg a frame; slips: {scan.steps.slips or 'none'}")
-for _, sentence in scan.warnings:
-    print("look at:", sentence)
+print("\n".join(scan.judgement.lines()))
 if len(sys.argv) > 3:
     print(fusion.compare(scan.mesh, fusion.read_mesh(sys.argv[3]), fusion.CompareSettings(scale=True)))
