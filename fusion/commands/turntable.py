@@ -74,6 +74,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
         voxel=options.voxel,
         truncation=options.truncation,
         color=not options.no_color,
+        force=options.force,
     )
 
 

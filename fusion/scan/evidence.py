@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from fusion.geometry.camera import Camera
+from fusion.results.light import Light
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
 
@@ -18,7 +19,7 @@ class Evidence:
         jump: the largest sudden move of object or camera, None when there is none.
         noise: standard deviation of the depth on the object [m].
         kept_share: share of the surface that hangs together; the rest was dropped.
-        notes: (subject, sentence) of readers and of the correction.
+        notes: of the recording's doctor, of readers and of the correction.
         footnotes: sentences that come with nearly every scan of such a sensor.
     """
 
@@ -28,5 +29,5 @@ class Evidence:
     jump: Jump | None
     noise: float
     kept_share: float
-    notes: tuple[tuple[str, str], ...] = ()
+    notes: tuple[Light, ...] = ()
     footnotes: tuple[str, ...] = ()

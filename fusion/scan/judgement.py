@@ -25,7 +25,7 @@ DROPPED_SHARE = (0.05, 0.25)
 def judge(scan: "Scan") -> Judgement:
     """All lights of a scan, the worst first."""
     lights = [camera_light(scan), _depth(scan), *table_lights(scan), _frames(scan), _fit(scan), _coverage(scan)]
-    lights += [_surface(scan), *_notes(scan)]
+    lights += [_surface(scan), *scan.evidence.notes]
     return Judgement(worst_first(lights), scan.evidence.footnotes)
 
 
@@ -82,12 +82,6 @@ def _surface(scan: "Scan") -> Light:
     said += f"; {dropped:.0%} lay in loose pieces and was dropped" if dropped > DROPPED_SHARE[0] else ""
     do = "Black, shiny and hidden parts give no depth: dull them, or scan again from another height."
     return Light(worse, "Surface", said + ".", do if worse != "ok" else "")
-
-
-def _notes(scan: "Scan") -> list[Light]:
-    return [
-        Light("warning", subject, f"{text[:1].upper()}{text[1:].rstrip('.')}.") for subject, text in scan.evidence.notes
-    ]
 
 
 def _listed(frames: list[int]) -> str:

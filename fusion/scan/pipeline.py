@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from fusion.coloring.color_mesh import Colored, color_mesh
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
-from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each, stage
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
+from fusion.results.light import Light
+from fusion.scan.doctor import ask_doctor, notes_of
 from fusion.scan.evidence import Evidence
 from fusion.scan.frames import find_region, load, told_angles
 from fusion.scan.motion import find_motion
@@ -54,6 +55,8 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     if settings.strength not in ("axis", "circle"):
         raise FusionError("unknown strength of the post-pass", "--strength", settings.strength, "axis or circle")
     sensor = settings.sensor or default_sensor(recording.camera)
+    with stage("looking"):
+        asked = ask_doctor(recording, settings)
     recording, told = corrected_recording(recording, sensor)
     camera = recording.camera
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
@@ -62,16 +65,16 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     commanded = told_angles(recording, settings)
     motion = find_motion(frames, (camera, settings), region, commanded)
     focal = focal_of(motion)
-    if _refines(settings, camera, focal):
+    if refines(settings, camera, focal):
         recording = replace(recording, camera=_refined(camera, motion))
         region = find_region(recording, sensor, settings, masks)
         frames, broken = load(recording, sensor, region, masks)
         motion = find_motion(frames, (recording.camera, settings), region, commanded)
     motion = replace(motion, rejected={**motion.rejected, **broken})
-    return _finish(recording, settings, (sensor, told, camera, focal), (frames, region, motion, commanded))
+    return _finish(recording, settings, (sensor, told, camera, focal, asked), (frames, region, motion, commanded))
 
 
-def _refines(settings: ScanSettings, camera: Camera, focal: FocalCheck) -> bool:
+def refines(settings: ScanSettings, camera: Camera, focal: FocalCheck) -> bool:
     """Whether the scan's own focal length is taken: as asked, else where it contradicts one that is only nominal."""
     if settings.refine_camera is not None:
         return settings.refine_camera
@@ -91,12 +94,12 @@ def _refined(camera: Camera, motion: Motion) -> Camera:
 def _finish(
     recording: Recording,
     settings: ScanSettings,
-    how: tuple[Sensor, Told, Camera, FocalCheck],
+    how: tuple[Sensor, Told, Camera, FocalCheck, list[Light]],
     found: tuple[list[Prepared | None], Region, Motion, Array | None],
 ) -> Scan:
     """Volumes, trajectories and closure from a known motion."""
     frames, region, motion, commanded = found
-    sensor, told, stated, focal = how
+    sensor, told, stated, focal, asked = how
     volume_settings = choose_volume(settings, recording.camera, (frames, region, motion))
     corrected = constrained(recording, motion)
     raw, residual, share, rough = track_freely(frames, region, corrected, volume_settings)
@@ -149,21 +152,10 @@ def _finish(
             jump=confirmed(jump, frames, region, corrected),
             noise=typical_noise(frames, region),
             kept_share=kept,
-            notes=notes_of(recording, told, motion, raw),
+            notes=(*asked, *notes_of(recording, told, motion, raw)),
             footnotes=(*sensor.warnings, *told.left),
         ),
     )
-
-
-def notes_of(recording: Recording, told: Told, motion: Motion, raw: Trajectory) -> tuple[tuple[str, str], ...]:
-    """What readers and the correction say, and what went missing on the way: (subject, sentence)."""
-    notes = [("Recording", text) for text in recording.warnings] + [("Correction", text) for text in told.doubtful]
-    if motion.plate is None:
-        notes.append(("Plate", "no plate was seen: nothing was cut off below the object"))
-    lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())
-    if lost:
-        notes.append(("Tracking", f"{lost} frames could not be tracked freely and stand by the axis alone"))
-    return tuple(notes)
 
 
 def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_camera: Array) -> Mesh:

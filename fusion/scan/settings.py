@@ -22,6 +22,7 @@ class ScanSettings:
         keep_plate: leave the plate in the mesh.
         voxel, truncation: [m]; None chooses them from distance, focal length and noise.
         color: colour the mesh where the recording has colour images.
+        force: go on where the recording's doctor is certain that the result will be wrong.
         fill_holes: close holes up to this perimeter [m].
     """
 
@@ -36,4 +37,5 @@ class ScanSettings:
     voxel: float | None = None
     truncation: float | None = None
     color: bool = True
+    force: bool = False
     fill_holes: float = 0.03

@@ -14,6 +14,7 @@ GAP_M = (0.003, 0.010)
 GAP_ANGLE = (np.deg2rad(1.0), np.deg2rad(3.0))
 JUMP_M = (0.0, 0.004)
 WOBBLE = (np.deg2rad(0.5), np.deg2rad(2.0))
+SLIPS = "What was measured is used; fix the object to the plate, and look at the drive."
 LOG_RATIO = (0.03, 0.2)  # of all turns, as seen and as told
 
 
@@ -26,14 +27,14 @@ def table_lights(scan: "Scan") -> list[Light]:
 def _table(scan: "Scan") -> Light:
     steps, wobble = scan.steps, scan.wobble
     judged = level(wobble, WOBBLE) if np.isfinite(wobble) else "ok"
-    said = f"{np.rad2deg(steps.mean):.2f} deg a frame (std {np.rad2deg(steps.std):.2f})"
+    said = "; ".join([f"{np.rad2deg(steps.mean):.2f} deg a frame", *steps.notes])
     do = ""
     if judged != "ok":
         said += f"; its axis rocks by {np.rad2deg(wobble):.1f} deg (rms)"
         do = "Put the plate level and firm, and the object firmly on it."
     if steps.warnings:
         said += "; " + "; ".join(steps.warnings)
-        judged = "warning" if judged == "ok" else judged
+        judged, do = ("warning", SLIPS) if judged == "ok" else (judged, do)
     return Light(judged, "Table", said + ".", do)
 
 

@@ -50,8 +50,15 @@ def find_jump(free: Array, by_axis: Array, middle: Array) -> Jump | None:
         others = sizes[np.abs(np.arange(len(sizes)) - at) > 2 * BESIDE]
         usual = float(np.median(others)) if len(others) else np.inf
         if sizes[at] > max(LEAST, UNUSUAL * usual):
-            found.append((sizes[at] / max(usual, 1e-9), Jump(int(known[at + BESIDE]), float(sizes[at]), who)))
-    return max(found, key=lambda pair: pair[0])[1] if found else None
+            jump = Jump(int(known[at + BESIDE]), float(sizes[at]), who)
+            found.append((_unrest(moved, at + BESIDE), jump))
+    # what a push of the object moved stays with the object, and of the camera with the camera
+    return min(found, key=lambda pair: pair[0])[1] if found else None
+
+
+def _unrest(moved: Array, at: int) -> float:
+    """Mean square of what (n, 3) does before and after a place, about the mean of each side [m^2]."""
+    return float(np.concatenate([side - side.mean(axis=0) for side in (moved[:at], moved[at:])]).var(axis=0).sum())
 
 
 def _moved(free: Array, by_axis: Array, middle: Array, who: str) -> Array:

@@ -34,7 +34,8 @@ class Steps:
         direction: 1 right-handed about the axis, -1 left-handed.
         mean, std: of the turn between neighbouring frames, slips left out [rad].
         slips: jumps.
-        warnings: sentences for a person.
+        warnings: sentences for a person, of what a table should not do.
+        notes: of what is only good to know.
     """
 
     direction: int
@@ -42,6 +43,7 @@ class Steps:
     std: float
     slips: tuple[Slip, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None) -> Steps:
@@ -60,7 +62,7 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     gaps = np.diff(known)
     measured = np.diff(angles[known])
     direction = 1 if np.sum(measured) >= 0 else -1
-    warnings = []
+    warnings, notes = [], []
     if commanded is None:
         expected = np.multiply(float(np.median(measured / gaps)), gaps)
     else:
@@ -68,7 +70,7 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
         sign = float(np.sign(np.sum(told * measured))) or 1.0
         expected = sign * told
         if sign < 0:
-            warnings.append("the table turns against the sign of its log (right-handed about the upward axis)")
+            notes.append("the table turns against the sign of its log (right-handed about the upward axis)")
     excess = measured - expected
     excess = excess - np.median(excess)
     limit = _limits(excess, angle_std[known])
@@ -81,12 +83,14 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     std = float(per_frame.std()) if len(per_frame) else 0.0
     noise = float(np.sqrt(2) * np.nanmedian(angle_std))
     if std > max(3 * noise, 0.05 * abs(float(np.median(measured)))):
-        warnings.append(f"uneven steps: {np.rad2deg(std):.2f} deg around {np.rad2deg(per_frame.mean()):.2f} deg")
+        notes.append(f"uneven steps: {np.rad2deg(std):.2f} deg around {np.rad2deg(per_frame.mean()):.2f} deg")
     warnings += [f"slip of {np.rad2deg(s.angle):+.2f} deg before frame {s.frame}" for s in slips]
     wrong_way = (np.sign(measured) != direction) & (np.abs(measured) > 3 * noise + 1e-3)
     if wrong_way.any():
         warnings.append(f"the table turns back before frames {known[1:][wrong_way][:5].tolist()}")
-    return Steps(direction, float(per_frame.mean()) if len(per_frame) else 0.0, std, slips, tuple(warnings))
+    return Steps(
+        direction, float(per_frame.mean()) if len(per_frame) else 0.0, std, slips, tuple(warnings), tuple(notes)
+    )
 
 
 def _limits(excess: Array, angle_std: Array) -> Array:

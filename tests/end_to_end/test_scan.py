@@ -159,7 +159,7 @@ def test_a_broken_file_costs_one_frame(scan):
     assert set(scan.motion.rejected) == {BROKEN}
     assert np.flatnonzero(~scan.trajectory.valid).tolist() == [BROKEN]
     assert np.flatnonzero(np.isnan(scan.motion.angles)).tolist() == [BROKEN]
-    assert any(f"frame {BROKEN}" in text for _, text in scan.warnings)
+    assert any(str(BROKEN) in light.reason for light in scan.judgement.lights if light.subject == "Frames")
 
 
 @pytest.mark.slow

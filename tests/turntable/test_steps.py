@@ -26,13 +26,13 @@ def test_a_planted_slip_is_found(sign, log):
     assert steps.direction == sign
     assert np.rad2deg(steps.mean) == pytest.approx(sign * 9.0, abs=0.02)
     assert any("slip of" in w and "frame 25" in w for w in steps.warnings)
-    assert any("sign of its log" in w for w in steps.warnings) == (log == -sign)
+    assert any("sign of its log" in w for w in steps.notes) == (log == -sign)
 
 
 @pytest.mark.parametrize("commanded", [None, np.deg2rad(9.0 * np.arange(N))])
 def test_even_steps_have_no_slip_and_no_warning(commanded):
     steps = judge_steps(turned(), QUIET, commanded)
-    assert steps.slips == () and steps.warnings == () and steps.direction == 1
+    assert steps.slips == () and steps.warnings == steps.notes == () and steps.direction == 1
     assert np.rad2deg(steps.std) < 0.15  # sqrt(2) * 0.05 expected
 
 
@@ -58,7 +58,7 @@ def test_uneven_steps_known_to_the_log_are_no_slip():
 
 def test_uneven_steps_and_turning_back_are_told():
     steps = judge_steps(turned(noise=0.7), QUIET)
-    assert any("uneven" in w for w in steps.warnings)
+    assert any("uneven" in w for w in steps.notes)
     angles = turned()
     angles[20:] -= np.deg2rad(15)
     assert any("turns back" in w and "20" in w for w in judge_steps(angles, QUIET).warnings)

@@ -1,0 +1,43 @@
+"""What the recording's doctor says before a scan, and what readers and the correction add."""
+
+import numpy as np
+
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.checks.stillness import check_object_turns
+from fusion.recording.doctor import quick_look, refuse_if_certain
+from fusion.recording.recording import Recording
+from fusion.results.light import Light
+from fusion.scan.settings import ScanSettings
+from fusion.sensor.told import Told
+from fusion.turntable.motion import Motion
+from fusion.volume.voxel_check import voxel_check
+
+
+def ask_doctor(recording: Recording, settings: ScanSettings) -> list[Light]:
+    """What looks wrong with a recording, in a second or two.
+
+    Raises:
+        RecordingError: the doctor is certain that the scan will be wrong, and `settings.force` is not set.
+    """
+    # in a box, or behind masks, only what they hold has to turn
+    free = settings.box is None and settings.mask is None
+    checks = (voxel_check(settings.voxel), *((check_object_turns,) if free else ()))
+    said = refuse_if_certain(quick_look(recording, checks), recording, settings.force)
+    return [_light(level, "Recording", text) for level, text in said]
+
+
+def notes_of(recording: Recording, told: Told, motion: Motion, raw: Trajectory) -> list[Light]:
+    """What readers and the correction say, and what went missing on the way."""
+    notes = [_light("warning", "Recording", text) for text in recording.warnings]
+    notes += [_light("warning", "Correction", text) for text in told.doubtful]
+    if motion.plate is None:
+        notes.append(_light("warning", "Plate", "no plate was seen: nothing was cut off below the object"))
+    lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())
+    if lost:
+        text = f"{lost} frames could not be tracked freely and stand by the axis alone"
+        notes.append(_light("warning", "Tracking", text))
+    return notes
+
+
+def _light(level: str, subject: str, text: str) -> Light:
+    return Light(level, subject, f"{text[:1].upper()}{text[1:].rstrip('.')}.")

@@ -1,0 +1,55 @@
+"""A good scan without any recording: a box seen from all around; tests replace what they plant."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from fusion.geometry import pose
+from fusion.geometry.camera import Camera
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.mesh import Mesh
+from fusion.scan.evidence import Evidence
+from fusion.scan.result import Scan
+from fusion.turntable.axis import Axis
+from fusion.turntable.circle import Circle
+from fusion.turntable.focal import FocalCheck
+from fusion.turntable.motion import Motion
+from fusion.turntable.selfcheck import NAMES, SelfCheck
+from fusion.turntable.steps import judge_steps
+
+CAMERA = Camera(640, 480, 580.0, 580.0, 319.5, 239.5)
+COUNT = 36
+
+
+def good_scan() -> Scan:
+    """36 frames in steps of 10 degrees, nothing wrong."""
+    angles = np.deg2rad(10.0) * np.arange(COUNT)
+    start = pose.pose(pose.rotation([-1.9, 0.0, 0.0]), [0.0, -0.8, 0.3])
+    poses = np.stack([pose.about_axis([0, 0, 0], [0, 0, 1], -angle) @ start for angle in angles])
+    trajectory = Trajectory(np.arange(COUNT) / 10, poses)
+    box = trimesh.creation.box((0.1, 0.12, 0.2)).apply_translation((0, 0, 0.1))
+    mesh = Mesh(np.asarray(box.vertices, float), np.asarray(box.faces, np.int32))
+    check, small = SelfCheck(np.zeros(len(NAMES)), 0.6, 0.9), np.full(COUNT, 1e-3)
+    motion = Motion(
+        Axis(np.array([0.0, 0.1, 0.8]), np.array([0.0, -1.0, 0.0])), angles, small, small, np.full(COUNT, 0.9), {}, 0.0,
+        0.1, 0.0, 0.2, check, check, 0.003,
+    )  # fmt: skip
+    return Scan(
+        mesh=mesh, mesh_raw=mesh, trajectory=trajectory, trajectory_raw=trajectory, motion=motion,
+        steps=judge_steps(angles, small), circle=Circle(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.8, 0.001, 0.001),
+        closure=(0.001, 0.0005), closure_raw=(0.004, 0.002), residual=small, inlier_share=np.full(COUNT, 0.9),
+        wobble=0.001, camera=CAMERA, settings={"voxel_m": 0.001},
+        evidence=Evidence(CAMERA, FocalCheck(0.002, 0.003, 6.0, COUNT), False, None, 0.001, 1.0),
+    )  # fmt: skip
+
+
+def with_motion(scan: Scan, **changes: Any) -> Scan:
+    """Another motion."""
+    return replace(scan, motion=replace(scan.motion, **changes))
+
+
+def with_evidence(scan: Scan, **changes: Any) -> Scan:
+    """Other evidence."""
+    return replace(scan, evidence=replace(scan.evidence, **changes))

@@ -1,0 +1,132 @@
+"""Every fault that a scan knows of turns on its own light, the worst stands first, and a good scan has none."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_scan import CAMERA, COUNT, good_scan, with_evidence, with_motion
+
+from fusion.mesh.mesh import Mesh
+from fusion.scan.pipeline import refines
+from fusion.scan.settings import ScanSettings
+from fusion.turntable.focal import FocalCheck
+from fusion.turntable.jumps import Jump
+from fusion.turntable.selfcheck import NAMES
+from fusion.turntable.steps import judge_steps
+
+WRONG = FocalCheck(0.09, 0.008, 6.0, COUNT)
+UNSURE = FocalCheck(0.03, 0.008, 6.0, COUNT)
+CALIBRATED = replace(CAMERA, std={"fx": 0.6})
+
+
+def light(scan, subject):
+    (found,) = [x for x in scan.judgement.lights if x.subject == subject]
+    return found
+
+
+def test_a_good_scan_has_only_good_lights():
+    judgement = good_scan().judgement
+    assert judgement.level == "ok" and judgement.warnings == ()
+    assert len(judgement.lines()) == 1 and judgement.lines()[0].startswith("good")
+    json.dumps(judgement.values())
+
+
+def without_a_side(scan):
+    mesh = scan.mesh
+    up = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))
+    return Mesh(mesh.vertices, mesh.faces[up[:, 1] <= 1e-9])
+
+
+def depth_error(size):
+    values = np.zeros(len(NAMES))
+    values[NAMES.index("bend2")] = size
+    return values
+
+
+PLANTED = {
+    "Camera": [
+        ("bad", lambda s: with_evidence(s, focal=WRONG, stated_camera=CALIBRATED)),
+        ("warning", lambda s: with_evidence(s, focal=WRONG, refined=True)),
+        ("warning", lambda s: with_evidence(s, focal=UNSURE)),
+        ("warning", lambda s: with_evidence(s, focal=FocalCheck(0.01, 0.03, 6.0, COUNT))),
+    ],
+    "Depth": [("bad", lambda s: with_motion(s, camera_check=replace(s.motion.camera_check, values=depth_error(0.02))))],
+    "Table": [
+        ("bad", lambda s: replace(s, wobble=0.05)),
+        (
+            "warning",
+            lambda s: replace(
+                s, steps=judge_steps(np.where(np.arange(COUNT) > 20, 0.2, 0) + s.motion.angles, s.motion.angle_std)
+            ),
+        ),
+    ],
+    "Log": [
+        ("bad", lambda s: replace(s, told=s.motion.angles / 57.3)),
+        ("bad", lambda s: replace(s, told=1.5 * s.motion.angles)),
+    ],
+    "Standing still": [("bad", lambda s: with_evidence(s, jump=Jump(17, 0.008, "camera")))],
+    "Closing": [
+        ("bad", lambda s: replace(s, closure=(0.001, 0.015))),
+        ("warning", lambda s: replace(s, closure=(0.03, 0.0))),
+    ],
+    "Frames": [
+        ("warning", lambda s: with_motion(s, rejected=dict.fromkeys(range(4), "a hand"))),
+        ("bad", lambda s: with_motion(s, rejected=dict.fromkeys(range(20), "a hand"))),
+    ],
+    "Fit": [
+        ("bad", lambda s: replace(s, residual=np.full(COUNT, 0.009))),
+        ("bad", lambda s: replace(s, residual=np.full(COUNT, np.nan))),
+    ],
+    "Coverage": [("bad", lambda s: with_motion(s, angles=0.5 * s.motion.angles))],
+    "Surface": [
+        ("warning", lambda s: replace(s, mesh=without_a_side(s))),
+        ("bad", lambda s: with_evidence(s, kept_share=0.6)),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("subject", "level", "plant"), [(name, *rest) for name, cases in PLANTED.items() for rest in cases]
+)
+def test_a_planted_fault_turns_on_its_own_light(subject, level, plant):
+    scan = plant(good_scan())
+    found = light(scan, subject)
+    assert found.level == level and found.do, "what to do is said with it"
+    others = [x for x in scan.judgement.lights if x.subject != subject and x.level != "ok"]
+    assert others == []
+    assert scan.judgement.lights[0] == found
+    assert scan.judgement.lines()[0].startswith("PROBLEM" if level == "bad" else "look here")
+
+
+def test_the_worst_stands_first():
+    scan = with_evidence(replace(good_scan(), closure=(0.03, 0.0)), jump=Jump(17, 0.008, "object"))
+    assert [x.level for x in scan.judgement.lights[:3]] == ["bad", "warning", "ok"]
+
+
+def test_a_closing_angle_that_got_worse_is_said_so():
+    scan = replace(good_scan(), closure=(0.03, 0.001), closure_raw=(0.01, 0.001))
+    assert "the angle got worse" in light(scan, "Closing").reason
+
+
+def test_a_log_in_radians_is_called_that():
+    assert "radians" in light(replace(good_scan(), told=good_scan().motion.angles / 57.3), "Log").do
+
+
+@pytest.mark.parametrize(
+    ("camera", "focal", "asked", "taken"),
+    [
+        (CAMERA, WRONG, None, True),
+        (CAMERA, UNSURE, None, False),
+        (CALIBRATED, WRONG, None, False),
+        (CAMERA, WRONG, False, False),
+        (CALIBRATED, UNSURE, True, True),
+    ],
+)
+def test_a_focal_length_is_replaced_only_where_it_is_nominal_and_contradicted(camera, focal, asked, taken):
+    assert refines(ScanSettings(refine_camera=asked), camera, focal) == taken
+
+
+def test_what_the_camera_itself_may_be_wrong_by_counts():
+    vague = replace(CAMERA, std={"fx": 0.05 * CAMERA.fx})
+    assert WRONG.deviations(vague) < 2 < 5 < WRONG.deviations(CALIBRATED)
