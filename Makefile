@@ -3,7 +3,13 @@
 SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
+# bytecode is written when a module is first imported: most never is; of those whose sources warn (found in 3.11 and
+# 3.13 by compiling all) it is made unheard
+WARNING := taichi open3d ipywidgets
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+# what demo needs, and beside it what tests and checks need
 STAMP := $(VENV)/.made
+TOOLS := $(VENV)/.made_tools
 # each is run, not only looked up: a version manager may put names on the path that fail when they are called
 PYTHONS ?= python3.13 python3.12 python3.11 python3 python
 # a file stays with one worker: its fixtures and kernels are made once; more than four workers mostly import
@@ -14,30 +20,33 @@ SPREAD ?= -n auto --maxprocesses 4 --dist loadfile
 demo: $(STAMP)
 	$(BIN)/fusion demo -o out/demo --overwrite
 
-test: $(STAMP)
+test: $(TOOLS)
 	$(BIN)/python -m pytest -m "not real and not slow" $(SPREAD)
 
-slow: $(STAMP)
+slow: $(TOOLS)
 	$(BIN)/python -m pytest -m "slow and not real"
 
-real: $(STAMP)
+real: $(TOOLS)
 	$(BIN)/python -m pytest -m real
 
-lint: $(STAMP)
+lint: $(TOOLS)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 
-types: $(STAMP)
+types: $(TOOLS)
 	$(BIN)/mypy
 
-environment: $(STAMP)
+environment: $(TOOLS)
 
+# made anew whenever its list changes: what an older list brought would stay, open3d's two builds in one folder
 $(STAMP): pyproject.toml
 	@set -euo pipefail; \
 	found=""; \
-	for python in $(PYTHONS); do \
-	  if "$$python" -c 'import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' \
-	    >/dev/null 2>&1; then found="$$python"; break; fi; \
+	for needed in 'venv, ensurepip' venv; do \
+	  for python in $(PYTHONS); do \
+	    if [ -z "$$found" ] && "$$python" -c "import sys, $$needed; sys.exit(not (3, 11) <= sys.version_info < (3, 14))" \
+	      >/dev/null 2>&1; then found="$$python"; fi; \
+	  done; \
 	done; \
 	if [ -z "$$found" ]; then \
 	  echo "make: no Python 3.11 to 3.13 with the module venv among: $(PYTHONS);" \
@@ -45,13 +54,18 @@ $(STAMP): pyproject.toml
 	    "or name it: make PYTHONS=/path/to/python3.12" >&2; \
 	  exit 1; \
 	fi; \
-	if ! $(BIN)/python -c 'import pip' >/dev/null 2>&1; then \
-	  echo "making $(VENV) with $$("$$found" --version)"; \
-	  "$$found" -m venv --clear $(VENV); \
-	fi; \
-	echo "installing into $(VENV): some 2 GB, a minute or more the first time"; \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'; \
+	"$$found" -m tools.system_packages; \
+	echo "making $(VENV) with $$("$$found" --version): some 1 GB, a minute the first time"; \
+	"$$found" -m venv --clear $(VENV); \
+	$(PIP) --editable .; \
+	site=$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))'); \
+	for package in $(WARNING); do $(BIN)/python -W ignore -m compileall -q "$$site/$$package"; done; \
 	touch $(STAMP)
+
+$(TOOLS): $(STAMP)
+	@echo "installing what tests and checks need: some 0.3 GB"
+	@$(PIP) --editable '.[dev]'
+	@touch $(TOOLS)
 
 clean:
 	rm -rf $(VENV) out build dist .mypy_cache .ruff_cache .pytest_cache

@@ -45,7 +45,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser = overview()
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     chosen = parser.parse_args(arguments[:end])
-    command = importlib.import_module(f"fusion.commands.{chosen.command}")
+    try:
+        command = importlib.import_module(f"fusion.commands.{chosen.command}")
+    except ImportError as error:
+        sys.stderr.write(f"fusion {chosen.command}: {_refused(error, verbose=False)}\n")
+        return 1
     parser = CommandParser(
         prog=f"fusion {chosen.command}",
         description=COMMANDS[chosen.command].capitalize() + ".",
@@ -88,12 +92,23 @@ def _run(name: str, command: ModuleType, options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         sys.stderr.write(f"fusion {name}: interrupted; nothing was written\n")
         return 130
-    except OSError as error:
-        said = f"{error.strerror or error}" + (f"; in {error.filename}" if error.filename else "")
+    except (ImportError, OSError) as error:
+        said = _refused(error, options.verbose)
     except Exception as error:
         said = _unexpected(error, options.verbose)
     sys.stderr.write(f"fusion {name}: {said}\n")
     return 1
+
+
+def _refused(error: ImportError | OSError, verbose: bool) -> str:
+    """What the system did not load or do."""
+    from fusion.commands.failed_import import failed_import  # seldom needed
+
+    if problem := failed_import(error):
+        return str(problem)
+    if isinstance(error, ImportError):
+        return _unexpected(error, verbose)
+    return f"{error.strerror or error}" + (f"; in {error.filename}" if error.filename else "")
 
 
 def _unexpected(error: Exception, verbose: bool) -> str:

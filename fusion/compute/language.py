@@ -8,9 +8,10 @@ are enough, and sources do not change. Meanwhile Python's collector goes again a
 
 import gc
 import inspect
+import io
 import linecache
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from functools import cache
 from textwrap import dedent
 from types import FrameType, SimpleNamespace
@@ -39,7 +40,7 @@ def reading() -> Iterator[None]:
             gc.enable()
 
 
-with reading():
+with reading(), redirect_stdout(io.StringIO()):  # it prints there where it fails, beside what it raises
     import taichi as ti
     from taichi.lang import kernel_impl
     from taichi.lang.ast import ast_transformer_utils

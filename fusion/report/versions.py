@@ -1,11 +1,13 @@
 """Versions of what made a result, read from the installed packages without importing them."""
 
 import platform
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 
 from fusion import __version__
 
 PACKAGES = ("numpy", "scipy", "open3d", "taichi", "opencv-python-headless", "matplotlib", "plotly")
+BUILDS = {"open3d": "open3d-cpu"}  # the same module under another name
 
 
 def versions() -> dict[str, str]:
@@ -15,7 +17,7 @@ def versions() -> dict[str, str]:
 
 
 def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
+    for each in filter(None, (name, BUILDS.get(name))):
+        with suppress(PackageNotFoundError):
+            return version(each)
+    return "not installed"
