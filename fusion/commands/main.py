@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments[:end])
     try:
         command = importlib.import_module(f"fusion.commands.{chosen.command}")
-    except ImportError as error:
+    except (ImportError, OSError) as error:
         sys.stderr.write(f"fusion {chosen.command}: {_refused(error, verbose=False)}\n")
         return 1
     parser = CommandParser(
