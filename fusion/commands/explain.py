@@ -2,11 +2,14 @@
 
 import argparse
 import json
+import shutil
 from pathlib import Path
 
 from fusion.commands.results import add_output
 from fusion.commands.screen import took
+from fusion.commands.verdict_lines import verdict_lines
 
+WIDEST = 110  # columns: longer lines are hard to read
 EXAMPLE = "fusion explain case/rec_* --sensor case/sensor.json -o out"
 
 
@@ -37,10 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Explain and write the results."""
     from fusion.discrepancy.explain import explain
-    from fusion.discrepancy.verdict.verdict import sentence, verdict_of
+    from fusion.discrepancy.verdict.verdict import verdict_of
     from fusion.output import output_folder
     from fusion.progress import seconds, stage
     from fusion.recording.open import open_recording
+    from fusion.report.claim_sections import with_masks
     from fusion.report.explanation import explanation_report
     from fusion.sensor.file import read_sensor, write_sensor
 
@@ -48,14 +52,16 @@ def run(options: argparse.Namespace) -> None:
     recordings = [open_recording(path, options.camera) for path in options.recordings]
     simulated = [open_recording(path, options.camera) for path in options.simulated]
     found = explain(recordings, sensor, simulated)
-    verdict = verdict_of(found)
     with output_folder(options.output) as partial:
         with stage("report"):
+            verdict = with_masks(partial, found, verdict_of(found))
             explanation_report(partial, found, verdict)
-        verdict["seconds"] = seconds()
+        verdict = {**verdict, "seconds": seconds()}
         (partial / "verdict.json").write_text(json.dumps(verdict, indent=1) + "\n")
         write_sensor(partial / "sensor.json", found.sensor)
     if options.json:
         print(json.dumps(verdict))
     else:
-        print(f"{sentence(verdict)}\n{options.output / 'report.html'}\ntook {took(verdict['seconds'])}")
+        width = min(WIDEST, shutil.get_terminal_size((100, 24)).columns)
+        last = f"{options.output / 'report.html'}\ntook {took(verdict['seconds'])}"
+        print("\n".join([*verdict_lines(verdict, width), last]))

@@ -2,16 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channels import Channels, channels_of
+from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after, held_out_of
 from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
+from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.scatter import Loose, loose_of
@@ -70,8 +73,13 @@ class Explanation:
 
     @property
     def sensor(self) -> Sensor:
-        """The model with all that was found."""
-        return self.channels.sensor
+        """The model with all that was found, and how well every number of it is known: as it is written."""
+        return with_deviations(self.channels.sensor, self.named.steps)
+
+    @cached_property
+    def compared(self) -> Compared:
+        """The frames that took no part in the fit, where there are any, under the model before and after."""
+        return compared(self)
 
     @property
     def mean_sensor(self) -> Sensor:

@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.compared import cleaned
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.verdict.verdict import rivals_said
-from fusion.report.evidence import Claim, cleaned, inside, spread, variables_here
+from fusion.discrepancy.verdict.words import chance, numbers_of, rivals_said, size_of, what_it_is
+from fusion.report.evidence import Claim, inside, spread, variables_here
 from fusion.report.figures.explanation import Curve, Unit, claim_figure
 from fusion.report.page import Figure, Section
-from fusion.report.tables import numbers_table
+from fusion.report.tables import folded, numbers_table
 from fusion.sensor.effects import EFFECTS
+from fusion.sensor.in_words import plain
 from fusion.sensor.parameter import parameters
 
 Vector = NDArray[np.float64]
@@ -22,7 +24,6 @@ BINS = 40
 FEWEST = 4  # tiles of a bin: fewer tell nothing
 DOTS = 600  # of single tiles in a curve: more only make the page larger
 SHOWN = 2  # variables of a law; that of the region comes on top
-CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
 
 
 def claim_section(found: Explanation, claim: Claim, mask: NDArray[Any], unit: Unit) -> Section:
@@ -45,49 +46,18 @@ def claim_section(found: Explanation, claim: Claim, mask: NDArray[Any], unit: Un
     return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))
 
 
-def plain(name: str) -> str:
-    """An effect's name as words."""
-    return name.replace("_", " ")
-
-
-def chance(probability: float) -> str:
-    """A false alarm probability in words."""
-    if probability <= CERTAIN:
-        return "Noise alone would practically never do this."
-    if probability < 0.1:
-        digits = max(1, 10 ** (len(str(round(1 / probability))) - 1))
-        return f"Noise alone would do this about once in {round(1 / probability / digits) * digits:,} such data sets."
-    return f"Noise alone would do this in {100 * probability:.0f} of 100 such data sets."
-
-
-def quantity(value: Any, std: float | None, unit: str) -> tuple[str, str, str]:
-    """Value, standard deviation and unit as text; small lengths in millimetres."""
-    values = np.atleast_1d(np.asarray(value, float))
-    if unit.split("/")[0] == "m" and np.abs(values).max(initial=0) < 0.1:
-        values, std, unit = values * 1e3, None if std is None else std * 1e3, "m" + unit
-    known = std is not None and std > 0
-    places = int(np.clip(1 - np.floor(np.log10(std)), 0, 9)) if known and std is not None else -1
-    said = [f"{v:.{places}f}" if known and abs(v) < 1e6 else f"{v:.4g}" for v in values[:8]]
-    text = ", ".join(said) + (" ..." if len(values) > 8 else "")
-    return text, f"{std:.{places}f}" if known else ("exact" if std == 0 else "not given"), "" if unit == "1" else unit
-
-
 def lead(entry: dict[str, Any]) -> str:
-    """What it is, how much it explains and how sure it is, in sentences."""
+    """What it is, how large and how sure it is, in sentences."""
     evidence = entry["evidence"]
-    what = "all misfit, judged on recordings that took no part in its fit"
-    if entry["channel"] == "noise":
-        what = "what is wrong with the noise"
-    said = entry["where"]["text"].removeprefix(f"{entry['effect']}: ").replace("`", "")
-    said = f"Law: {said}" if entry["where"]["text"].startswith(entry["effect"]) else said
-    gain = f"It explains {evidence['heldout_gain']:.0%} of {what}."
+    happens, size = what_it_is(entry), size_of(entry)
+    said = [f"{happens[:1].upper()}{happens[1:]}."] if happens else []
+    said += [f"Its size here: {size}."] if size else []
+    sure = chance(evidence["false_alarm_probability"])
+    said.append(f"{sure[:1].upper()}{sure[1:]}, and recordings that took no part in the fit show it too.")
     hidden = 1 - evidence["visible_share"]
-    share = (
-        f"{hidden:.0%} of its trace could be errors of poses as well; it is judged by the rest."
-        if hidden > 0.02
-        else ""
-    )
-    return f"{said[:1].upper()}{said[1:]}. {gain} {chance(evidence['false_alarm_probability'])} {share}"
+    if hidden > 0.02:
+        said.append(f"{hidden:.0%} of its trace could be errors of poses as well; it is judged by the rest.")
+    return " ".join(said)
 
 
 def shown_variables(found: Explanation, entry: dict[str, Any]) -> list[str]:
@@ -138,16 +108,20 @@ def bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.boo
 
 
 def parameters_table(entry: dict[str, Any]) -> str:
-    """The fitted parameters as HTML."""
+    """The fitted parameters as HTML, every wave of them, and the law that they are of, folded."""
     kinds = {kind.name: kind for kind in EFFECTS}
     kind = kinds.get(entry["effect"])
     meanings = {about.label: about.meaning for about in parameters(kind).values()} if kind else {}
     rows = []
-    for name, known in entry["parameters"].items():
-        value, std, unit = quantity(known["value"], known["std"], known["unit"])
-        rows.append([name + (f": {meanings[name]}" if meanings.get(name) else ""), value, std, unit])
-    head = ["parameter", "value", "+- one standard deviation", "unit"]
-    return "<h3>Parameters</h3>" + numbers_table(head, rows) if rows else ""
+    for name, values in numbers_of(entry):
+        which = [f" {k + 1}" if len(values) > 1 else "" for k in range(len(values))]
+        meaning = f": {meanings[name]}" if meanings.get(name) else ""
+        rows += [[f"{name}{k}{meaning}", value] for k, value in zip(which, values, strict=True)]
+    table = numbers_table(["parameter", "value +- one standard deviation"], rows) if rows else ""
+    said = entry["where"]["text"].removeprefix(f"{entry['effect']}: ").replace("`", "")
+    gain = f"It explains {entry['evidence']['heldout_gain']:.0%} of what is wrong, judged on recordings left out."
+    law = folded("Its law", f"<p>{escape(said[:1].upper() + said[1:])}. {gain}</p>")
+    return ("<h3>Parameters</h3>" + table if table else "") + law
 
 
 def questions(entry: dict[str, Any]) -> str:

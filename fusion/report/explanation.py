@@ -4,10 +4,11 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
+from fusion.discrepancy.compared import Compared, recording_names
 from fusion.discrepancy.explain import Explanation
+<<<<<<< HEAD
 from fusion.discrepancy.verdict.verdict import rivals_said, sentence
 from fusion.output import atomic_file
 from fusion.report.claims import chance, claim_section, plain
@@ -21,13 +22,23 @@ from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.report.visibility import invisible_section, limits_section, visibility_section
 from fusion.results.light import Light, level
+=======
+from fusion.discrepancy.verdict.unexplained import NOISE_ALONE
+from fusion.discrepancy.verdict.words import how_sure, name_of, rivals_said, size_of, what_it_is
+from fusion.report.claim_sections import claim_sections
+from fusion.report.claims import questions
+from fusion.report.figures.explanation import DISPARITY, LENGTH
+from fusion.report.judgement import level
+from fusion.report.mismatch import fit_section, maps_section, short
+from fusion.report.page import Light, Number, Page, Section, write_page
+from fusion.report.tables import folded, numbers_table
+from fusion.report.visibility import invisible_section, limits_section, visibility_section
+from fusion.sensor.in_words import plain
+>>>>>>> d353802 (Explain: the answer is a sentence with its size in millimetres and how sure, all waves with their deviations; the verdict is final before its page; tables folded)
 
-# the three levels of a claim, in words
-ESTABLISHED = "Established: chance is ruled out, and recordings that took no part in the fit show it too."
-LIKELY = "Likely, not established: signs are there, but chance or one odd recording could still make them."
 NOTHING = (
-    "Nothing: no effect passes the tests. That is no proof that there is none; the tables below say how large each "
-    "could still be, and which ones these recordings cannot show."
+    "No effect passes the tests. That is no proof that there is none; the tables below say how large each could still "
+    "be, and which ones these recordings cannot show."
 )
 LOOSE = {  # what follows no law, by its name in the verdict
     "scatter": "Neighbouring places differ by {} for no reason that is known here: second bounces, a bent target, "
@@ -35,29 +46,28 @@ LOOSE = {  # what follows no law, by its name in the verdict
     "drift": "Every recording has a smooth error of its own of about {} over the image, for no reason that is known "
     "here. What is said holds beyond that.",
 }
-CHI2 = (1.3, 2.5)  # per degree of freedom: explained up to, a problem above (guesses)
+CHI2 = (NOISE_ALONE, 2.5)  # misfit of the whole: explained up to, a problem above (guesses)
 
 
 def explanation_report(folder: Path, found: Explanation, verdict: dict[str, Any]) -> None:
-    """Write `report.html` and a mask picture per claim; the masks' names are put into the verdict.
+    """Write `report.html`.
 
     Args:
         folder: exists.
         found: all that was found.
-        verdict: the content of `verdict.json`; `where.mask` of each missing entry is set.
+        verdict: the content of `verdict.json`, as it is written.
     """
-    seen = compared(found)
+    seen = found.compared
     unit = LENGTH if found.before.patches[0].view.time_of_flight else DISPARITY
-    sections = _claims(Path(folder), found, verdict, unit)
     page = Page(
         title="Simulation against recordings",
         subtitle=f"{len(recording_names(found.before))} recordings, {verdict['fit']['frames_fitted']} frames fitted, "
-        f"{verdict['fit']['frames_heldout']} held out; {found.before.sensor.principle}",
+        f"{verdict['fit']['frames_heldout']} held out; {plain(found.before.sensor.principle)}",
         summary=_summary(verdict, seen),
         numbers=_numbers(verdict, seen),
         sections=[
             maps_section(seen, unit),
-            *sections,
+            *claim_sections(found, verdict, unit),
             _indicated(verdict),
             fit_section(seen),
             _extrapolation(verdict),
@@ -69,94 +79,60 @@ def explanation_report(folder: Path, found: Explanation, verdict: dict[str, Any]
     write_page(Path(folder) / "report.html", page)
 
 
-def _claims(folder: Path, found: Explanation, verdict: dict[str, Any], unit: Unit) -> list[Section]:
-    """A section and a mask picture per established claim."""
-    of_mean = {claim.number: claim for claim in claims_of(found, verdict)}
-    stepped = {step.effect.name for step in found.channels.of("bias") if step.effect}
-    sections = []
-    for number, entry in enumerate(verdict["missing"]):
-        if entry["effect"] in stepped:
-            sections.append(lattice_section(found, number, entry))
-            continue
-        if number in of_mean:
-            mask = of_mean[number].mask(found)
-            section = claim_section(found, of_mean[number], mask, unit)
-        elif entry["channel"] == "noise" and found.spread:
-            noise = noise_of(found)
-            mask = noise_mask(found, noise)
-            section = noise_section(found, number, entry, noise, mask, unit)
-        elif entry["channel"] == "dropout" and (missing := missing_of(found)) is not None:
-            mask = missing.mask
-            section = missing_section(number, entry, missing)
-        else:
-            continue
-        entry["where"]["mask"] = f"mask_{number}.png"
-        _write_mask(folder / entry["where"]["mask"], mask)
-        sections.append(section)
-    return sections
-
-
-def _write_mask(path: Path, mask: np.ndarray) -> None:
-    with atomic_file(path) as partial:
-        partial.write_bytes(cv2.imencode(".png", mask)[1].tobytes())
-
-
 def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
-    missing = verdict["missing"]
-    lines = [
-        Light("warning" if missing or verdict["indicated"] else "ok", "Verdict", sentence(verdict).replace("_", " "))
-    ]
-    frames = "frames that took no part in any fit" if seen.held_out else "the fitted frames"
-    after = seen.misfit[1]
-    whole = "It is explained." if level(after, CHI2) == "ok" else "Something stays that nobody has named."
-    lines.append(Light(level(after, CHI2), "Fit", f"{said_misfit(seen)}, on {frames}. {whole}"))
+    missing, likely = verdict["missing"], verdict["indicated"]
+    after = level(seen.misfit[1], CHI2)
+    open_ = "warning" if (missing or likely) and after == "ok" else after
+    lines = [Light(open_, "Verdict", verdict["headline"])]
+    for entry in missing:
+        clear = "warning" if rivals_said(entry) else "ok"
+        lines.append(Light(clear, _title(entry), _told(entry, True), plain(entry["record_next"])))
+    lines += [Light("warning", _title(entry), _told(entry, False), plain(entry["record_next"])) for entry in likely]
     for key, text in LOOSE.items():
         found = verdict["fit"][key]
         if found["value"]:
             lines.append(Light("warning", key.capitalize(), text.format(f"{found['value']:.2g} {found['unit']}")))
     if "reference" in verdict:
-        lines.append(Light("warning", "Reference", verdict["reference"]["text"].replace("_", " ")))
-    for entry in missing:
-        text = f"{ESTABLISHED} {chance(entry['evidence']['false_alarm_probability'])}"
-        alike = rivals_said(entry)
-        if alike:
-            text += f" Its name is open: this data cannot tell it from {', '.join(map(plain, alike))}."
-        lines.append(Light("warning" if alike else "ok", f"How sure: {plain(entry['effect'])}", text))
-    for entry in verdict["indicated"]:
-        text = f"{LIKELY} {chance(entry['evidence']['false_alarm_probability'])}"
-        lines.append(Light("warning", f"How sure: {plain(entry['effect'])}", text))
-    if not missing and not verdict["indicated"]:
+        lines.append(Light("warning", "Reference", plain(verdict["reference"]["text"])))
+    if not missing and not likely:
         lines.append(Light("ok", "How sure", NOTHING))
     return lines
 
 
+def _title(entry: dict[str, Any]) -> str:
+    name = name_of(entry).removeprefix("an ")
+    return name[:1].upper() + name[1:]
+
+
+def _told(entry: dict[str, Any], established: bool) -> str:
+    """What it is, how large, how sure, what else it could be."""
+    happens = what_it_is(entry)
+    parts = [happens, size_of(entry), how_sure(entry, established)]
+    alike = ", ".join(map(plain, rivals_said(entry)))
+    parts += [f"Its name is open: in these recordings it looks the same as {alike}"] if alike else []
+    return " ".join(f"{part[:1].upper()}{part[1:]}." for part in parts if part)
+
+
 def _numbers(verdict: dict[str, Any], seen: Compared) -> list[Number]:
-    """Misfit, and the size of the residuals with poses as stated and as they fit best."""
+    """What is wrong with the depth before and after, in millimetres; the misfit is a number for those who fit."""
     whens = ("before", "after") if seen.changed else ("",)
-    held = "held-out frames" if seen.held_out else "fitted frames"
-    numbers = [
-        Number(f"Misfit {when}, {held}".replace(" ,", ","), short(size))
-        for when, size in zip(whens, seen.misfit, strict=False)
-    ]
-    for when in whens:
-        chi2 = verdict["fit"]["heldout"][f"chi2_per_dof_{when or 'after'}"]
-        if chi2 is not None and not seen.held_out:
-            numbers.append(Number(f"Misfit {when}, held-out frames".replace(" ,", ","), short(chi2)))
-    for when in whens:
-        rms = verdict["fit"]["heldout"][f"rms_{when or 'after'}_m"]
-        if rms is not None:
-            numbers.append(Number(f"Rms {when}, poses as stated".replace(" ,", ","), f"{rms * 1e3:.2f}", "mm"))
+    numbers = []
     for when, metres in zip(whens, seen.metres, strict=False):
         rms = float(np.sqrt(np.mean(metres**2)))
-        numbers.append(Number(f"Rms {when}, poses fitted".replace(" ,", ","), f"{rms * 1e3:.2f}", "mm"))
+        numbers.append(Number(f"Depth error {when}".strip(), f"{rms * 1e3:.2f}", "mm rms"))
+    numbers.append(Number("Unexplained beyond noise", f"{verdict['unexplained']['rms_m'] * 1e3:.2f}", "mm rms"))
+    for when in whens:
+        stated = verdict["fit"]["heldout"][f"rms_{when or 'after'}_m"]
+        if stated is not None:
+            name = " ".join(filter(None, ("Depth error", when, "with poses as stated")))
+            numbers.append(Number(name, f"{stated * 1e3:.2f}", "mm rms"))
     return numbers
 
 
 def _indicated(verdict: dict[str, Any]) -> Section:
     """What is likely but not established."""
     said = [
-        f"<h3>{escape(plain(entry['effect']))}</h3><p>{escape(entry['where']['text'])}. "
-        f"{escape(chance(entry['evidence']['false_alarm_probability']))}</p>"
+        f"<h3>{escape(_title(entry))}</h3><p>{escape(_told(entry, False))}</p>{questions(entry)}"
         for entry in verdict["indicated"]
     ]
     lead = "Signs of these are there, but not enough to claim them: they are not in the extended model."
@@ -175,4 +151,4 @@ def _extrapolation(verdict: dict[str, Any]) -> Section:
         "were predicted: misfit of the model as given, and of the extended one."
     )
     head = ["predicted", "misfit before", "misfit after"]
-    return Section("Does it hold outside?", lead, html=numbers_table(head, rows) if rows else "")
+    return Section("Does it hold outside?", lead, html=folded("The numbers", numbers_table(head, rows)) if rows else "")

@@ -7,9 +7,10 @@ import numpy as np
 from fusion.discrepancy.channels.lattice import Stored, stored_of
 from fusion.discrepancy.explain import Explanation
 from fusion.evaluation.quantization import Quantization, quantization_of
-from fusion.report.claims import lead, parameters_table, plain, questions
+from fusion.report.claims import lead, parameters_table, questions
 from fusion.report.page import Figure, Section
 from fusion.report.palette import BLUE, GREY, new_figure, styled, to_svg
+from fusion.sensor.in_words import plain
 
 STEPS = 12  # shown one by one
 

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from fusion.report.evidence import Compared, painted, recording_names, spread
+from fusion.discrepancy.compared import Compared, recording_names
+from fusion.report.evidence import painted, spread
 from fusion.report.figures.explanation import NOISE, Unit, maps_figure
 from fusion.report.figures.leftover import noise_figure, recordings_figure
 from fusion.report.page import Figure, Section

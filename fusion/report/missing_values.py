@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.validity import Validity, validity_of
 from fusion.discrepancy.explain import Explanation, variables_of
-from fusion.report.claims import lead, parameters_table, plain, questions
+from fusion.report.claims import lead, parameters_table, questions
 from fusion.report.evidence import painted_mask
 from fusion.report.figures.missing_values import MissingCurve, missing_figure
 from fusion.report.page import Figure, Section
+from fusion.sensor.in_words import plain
 
 Vector = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ class Missing:
 def missing_of(found: Explanation) -> Missing | None:
     """The missing values of every tile; None when there is none."""
     given = validity_of(found.before.sensor, found.before.patches)
-    better = validity_of(found.sensor, found.before.patches)
+    better = validity_of(found.channels.sensor, found.before.patches)
     if given is None or better is None:
         return None
     return Missing(given, given.missing, given.share(), better.share())

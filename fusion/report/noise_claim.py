@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from fusion.discrepancy.channels.scatter import variance
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.observations import predicted
-from fusion.report.claims import bins, lead, parameters_table, plain, questions, shown_variables
+from fusion.report.claims import bins, lead, parameters_table, questions, shown_variables
 from fusion.report.evidence import mask_of, variables_here
 from fusion.report.figures.explanation import Unit
 from fusion.report.figures.spread import SpreadCurve, spread_figure
 from fusion.report.page import Figure, Section
+from fusion.sensor.in_words import plain
 
 Vector = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ def noise_of(found: Explanation) -> Noise:
     rows = []
     for patch in found.before.patches:
         with np.errstate(all="ignore"):
-            sigma = predicted(found.sensor, patch.look)[1]
+            sigma = predicted(found.channels.sensor, patch.look)[1]
         rows.append([variance(patch, spread) for spread in (patch.look.std, patch.sigma, sigma)])
     return Noise(*(np.concatenate(parts) for parts in zip(*rows, strict=True)))
 

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
-from fusion.report.claims import plain, quantity
-from fusion.report.evidence import depth_per_native
 from fusion.report.page import Section
-from fusion.report.tables import numbers_table
+from fusion.report.tables import folded, numbers_table
+from fusion.sensor.in_words import plain
+from fusion.sensor.quantity import quantity
 
 
 def limits_section(found: Explanation, verdict: dict[str, Any]) -> Section:
@@ -24,9 +25,9 @@ def limits_section(found: Explanation, verdict: dict[str, Any]) -> Section:
         upper, _, unit = quantity(entry["upper"], None, entry["unit"])
         depth = f"{metres * 1e3:.2g}" if np.isfinite(metres) else ""
         rows.append([plain(entry["effect"]), entry["parameter"], f"{upper} {unit}".strip(), depth])
-    head = ["effect", "parameter", "below (95 %)", "changes depth by less than [mm]"]
-    lead = "Looked for and not found. With 95 % confidence each is smaller than this."
-    return Section("What could still be there", lead, html=numbers_table(head, rows) if rows else "")
+    head = ["effect", "parameter", "smaller than", "changes depth by less than [mm]"]
+    lead = "Looked for and not found. Each is smaller than this, 95 times out of 100."
+    return Section("What could still be there", lead, html=_folded(f"All {len(rows)} effects", head, rows))
 
 
 def visibility_section(verdict: dict[str, Any]) -> Section:
@@ -42,10 +43,10 @@ def visibility_section(verdict: dict[str, Any]) -> Section:
     lead = (
         "A camera pose that is a little off, or a known number that is a little wrong, can swallow much of an effect's "
         "trace. The table says for each effect how much of its trace stays, how large it must be to stand out clearly "
-        "(five standard deviations), and which other effects leave the same trace in these recordings."
+        "(five times the noise), and which other effects leave the same trace in these recordings."
     )
     head = ["effect", "trace that stays", "parameter", "stands out from", "looks the same as"]
-    return Section("What these recordings could show", lead, html=numbers_table(head, rows) if rows else "")
+    return Section("What these recordings could show", lead, html=_folded(f"All {len(rows)} effects", head, rows))
 
 
 def invisible_section(verdict: dict[str, Any]) -> Section:
@@ -59,10 +60,15 @@ def invisible_section(verdict: dict[str, Any]) -> Section:
         sigmas = [would[name]["sigma"] for name in names if name in would and would[name]["sigma"]]
         advice = f"Record {text}." if text else "Nothing on the menu of simple recordings shows it."
         if sigmas:
-            advice += f" At its usual size it would stand out by {min(sigmas):.0f} standard deviations."
+            advice += f" At its usual size it would stand out by {min(sigmas):.0f} times the noise."
         said.append(f"<h3>{escape(', '.join(map(plain, names)))}</h3><p>{escape(advice)}</p>")
     lead = "These recordings say nothing about the following; they may be there or not."
-    return Section("What cannot be seen here", lead, html="".join(said))
+    html = folded(f"All {len(verdict['invisible'])} effects", "".join(said)) if said else ""
+    return Section("What cannot be seen here", lead, html=html)
+
+
+def _folded(title: str, head: list[str], rows: list[list[str]]) -> str:
+    return folded(title, numbers_table(head, rows)) if rows else ""
 
 
 def _percent(share: float) -> str:

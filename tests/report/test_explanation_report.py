@@ -1,7 +1,9 @@
 """The report of an explanation: its pictures say what the verdict says, and the page reads well in a browser."""
 
 import re
+from copy import deepcopy
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import cv2
@@ -10,21 +12,34 @@ import pytest
 from browser import BINARY, Browser
 from explained import explanation_of
 
+from fusion.commands.verdict_lines import verdict_lines
+from fusion.discrepancy.compared import cleaned, compared
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.verdict import verdict_of
-from fusion.report.claims import chance, quantity
-from fusion.report.evidence import claims_of, cleaned, compared
+from fusion.discrepancy.verdict.words import chance
+from fusion.report.claim_sections import with_masks
+from fusion.report.evidence import claims_of
 from fusion.report.explanation import explanation_report
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.in_words import in_words
+from fusion.sensor.parameter import parameters
+from fusion.sensor.quantity import is_determined, quantity, shown
 
 HOSTILE = '<script>document.title="taken"</script> onmouseover=x $\\frac{'
 
 
 @pytest.fixture(scope="module")
 def waved():
-    return explanation_of("itof", CyclicError(amplitude=[0.004], period=[1.9], phase=[0.5]))
+    return explanation_of("itof", CyclicError(amplitude=[0.004, 0.002], period=[1.9, 0.6], phase=[0.5, 1.0]))
+
+
+@pytest.fixture(scope="module")
+def verdict(waved):
+    return verdict_of(waved)
 
 
 @pytest.fixture(scope="module")
@@ -32,10 +47,11 @@ def nothing():
     return explanation_of("structured_light")
 
 
-def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, tmp_path):
-    verdict = verdict_of(waved)
+def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, verdict, tmp_path):
+    verdict = with_masks(tmp_path, waved, verdict)
+    before = deepcopy(verdict)
     explanation_report(tmp_path, waved, verdict)
-    assert verdict["missing"]
+    assert verdict["missing"] and verdict == before  # what is written is final before the page is
     for entry in verdict["missing"]:
         mask = cv2.imread(str(tmp_path / entry["where"]["mask"]), cv2.IMREAD_UNCHANGED)
         assert mask.dtype == np.uint8 and mask.shape == waved.looks[0].view.camera.shape
@@ -43,8 +59,45 @@ def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, tmp_path):
     page = (tmp_path / "report.html").read_text()
     titles = re.findall("<h2>(.*?)</h2>", page)
     assert titles[:3] == ["Summary", "Before and after", "Missing: cyclic error"]
-    assert page.index("<b>Verdict</b>") < page.index("<b>Fit</b>")
+    assert escape(verdict["headline"]) in page and page.index("<b>Verdict</b>") < page.index("<b>Cyclic error</b>")
     assert "What else it could be" in page and "What to record next" in page and "What cannot be seen here" in page
+
+
+def test_every_wave_is_told_and_kept_with_its_deviation(waved, verdict, tmp_path):
+    (claim,) = verdict["missing"]
+    true = {"amplitude": [0.004, 0.002], "period": [1.9, 0.6], "phase": [0.5, 1.0]}
+    write_sensor(tmp_path / "sensor.json", waved.sensor)
+    again = read_sensor(tmp_path / "sensor.json")
+    assert again.effect("cyclic_error") == waved.sensor.effect("cyclic_error") and again.std == waved.sensor.std
+    for name, known in claim["parameters"].items():
+        std = np.array(known["all_std"])
+        assert (
+            known["value"] == known["all"][0] and known["std"] == known["all_std"][0] and all(known["all_determined"])
+        )
+        # five deviations of what the walls tell, which one number in a million leaves
+        assert np.all(np.abs(np.array(known["all"]) - true[name]) < 5 * std)
+        assert again.std["cyclic_error", name] == pytest.approx(std)
+    # found together on this unit: the correction undoes them, although a phase may be as uncertain as it is large
+    assert again.fitted == {"cyclic_error"} and again.left_out == ()
+
+
+def test_the_sentence_has_the_size_and_how_sure_and_is_the_same_everywhere(waved, verdict, tmp_path):
+    # rms of the two waves, over the ranges of the walls; cos of the pixels' rays makes them a little smaller
+    expected = 1e3 * np.hypot(0.004, 0.002) / np.sqrt(2)
+    (claim,) = verdict["missing"]
+    assert 1e3 * claim["size"]["rms_m"] == pytest.approx(expected, rel=0.3)
+    assert claim["size"]["rms_m"] < claim["size"]["peak_m"] < 0.006
+    size = f"typically {1e3 * claim['size']['rms_m']:.2g} mm"
+    headline = verdict["headline"]
+    assert size in headline and "established" in headline and "what is left is noise" in headline
+    lines = "\n".join(verdict_lines(verdict, 2000))
+    assert lines.startswith(headline) and in_words(CyclicError).happens in lines
+    assert re.search(r"amplitude +3\.\d+ \+- 0\.\d+ mm; [12]\.\d+ \+- 0\.\d+ mm", lines) and "chi2" not in lines
+    explanation_report(tmp_path, waved, verdict)
+    page = (tmp_path / "report.html").read_text()
+    first = page[: page.index("Before and after</h2>")]
+    assert escape(headline) in first and "chi2" not in first
+    assert page.count("<details>") >= 4  # what could be seen, what could still be there, ...: for those who ask
 
 
 @pytest.mark.slow
@@ -57,7 +110,7 @@ def test_nothing_missing_says_so_and_shows_noise(nothing, tmp_path):
     assert not list(tmp_path.glob("mask_*"))
 
 
-def test_pose_errors_are_taken_out_and_claims_stay(waved):
+def test_pose_errors_are_taken_out_and_claims_stay(waved, verdict):
     gauge, n = waved.gauge, len(waved.white)
     own = np.random.default_rng(0).normal(size=n)
     noise = gauge.bare @ own
@@ -66,7 +119,7 @@ def test_pose_errors_are_taken_out_and_claims_stay(waved):
     seen = compared(waved)
     assert seen.held_out and seen.changed
     assert seen.misfit[1] < 0.1 * seen.misfit[0]
-    claim = claims_of(waved, verdict_of(waved))[0]
+    claim = claims_of(waved, verdict)[0]
     # to first order the claim is what the model lacked, so the sum is the residual before
     assert np.linalg.norm(claim.white + claim.left - waved.white) < 0.2 * np.linalg.norm(waved.white)
 
@@ -82,7 +135,8 @@ def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
     beyond = unknown_of(white, (nothing.before, nothing.gauge), left, nothing.candidates, groups)
     unknown = replace(nothing, white=white, left=left, named=named, beyond=beyond)
     assert unknown.unknown
-    explanation_report(tmp_path / "a", unknown, verdict := verdict_of(unknown))
+    verdict = with_masks(tmp_path / "a", unknown, verdict_of(unknown))
+    explanation_report(tmp_path / "a", unknown, verdict)
     assert verdict["missing"][0]["where"]["mask"] == "mask_0.png"
     page = (tmp_path / "a" / "report.html").read_text()
     assert "an unknown effect" in page and "The nearest entry is" in page and "Established" in page
@@ -102,6 +156,16 @@ def test_numbers_are_said_with_the_digits_that_are_known():
     assert quantity(1.5, None, "1") == ("1.5", "not given", "")
     assert quantity([0.001, 0.002], None, "m")[0] == "1, 2"
     assert "practically never" in chance(0.0)
+    assert quantity(-1e-11, 0.0004, "m")[0] == "0.00"
+
+
+def test_an_interval_without_meaning_is_not_determined():
+    about = parameters(AxialNoise)["c0"]  # at most 1 m, usually 2 mm
+    assert is_determined(about, 0.0, 0.0004) and is_determined(about, 0.3, 0.1) and is_determined(about, 0.3, None)
+    assert not is_determined(about, -1e-11, 560.0) and not is_determined(about, 0.0, 0.1)
+    phase = parameters(CyclicError)["phase"]
+    assert is_determined(phase, 0.0, 0.5) and not is_determined(phase, 0.0, 1.8)  # of a phase that may be anything
+    assert shown(-1e-11, 560.0, "m", determined=False) == "not determined"
     assert "once in 1,000 " in chance(0.001)
 
 

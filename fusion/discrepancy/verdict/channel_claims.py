@@ -5,7 +5,10 @@ from typing import Any
 import numpy as np
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.verdict.claimed import claimed
 from fusion.discrepancy.verdict.record_next import record_next
+from fusion.discrepancy.verdict.sizes import size_of_step
 from fusion.sensor.parameter import parameters
 
 # a law of the range or of the disparity is one of the depth too
@@ -13,12 +16,13 @@ ALSO = {"range": "depth", "disparity": "depth"}
 OF = {"bias": "which depths occur", "noise": "the spread of repeated frames", "dropout": "missing values"}
 
 
-def channel_claim(step: ChannelStep) -> dict[str, Any]:
+def channel_claim(found: Explanation, step: ChannelStep) -> dict[str, Any]:
     """A finding of a channel as an entry of the verdict."""
     return {
         "effect": step.effect.name if step.effect else "unknown",
         "parameters": _parameters(step),
         "channel": step.channel,
+        "size": size_of_step(found, step),
         "where": {
             "variables": _variables(step),
             "region": [],
@@ -55,10 +59,6 @@ def _parameters(step: ChannelStep) -> dict[str, Any]:
         return {}
     about = parameters(step.effect)
     return {
-        about[name].label: {
-            "value": float(np.mean(getattr(step.effect, name))),
-            "std": std if np.isfinite(std) else None,
-            "unit": about[name].unit,
-        }
+        about[name].label: claimed(about[name], float(np.mean(getattr(step.effect, name))), std)
         for name, std in step.std.items()
     }

@@ -5,12 +5,13 @@ from typing import Any
 import numpy as np
 
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.naming.deviations import deviation_of, deviations_of, entry_spread
 from fusion.discrepancy.naming.judged import Step
-from fusion.discrepancy.naming.part import FIELD
+from fusion.discrepancy.verdict.claimed import claimed, claimed_list
 from fusion.discrepancy.verdict.record_next import record_next
+from fusion.discrepancy.verdict.sizes import size_in_depth
 from fusion.sensor.effect import Effect
-from fusion.sensor.forms import ANGLES
-from fusion.sensor.parameter import Parameter, parameters
+from fusion.sensor.parameter import parameters
 from fusion.sensor.where import Bound, inside
 
 # a law of the range or of the disparity is one of the depth too
@@ -27,8 +28,9 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str
     together = steps[0].together if len(steps) == 1 and not set(steps[0].together) & set(alike) else ()
     return {
         "effect": effect.name,
-        "parameters": _parameters(effect, first),
+        "parameters": _parameters(effect, steps),
         "channel": "bias",
+        "size": size_in_depth(found, np.sum([s.candidate.columns @ s.weights for s in steps], axis=0)),
         "where": _where(list(dict.fromkeys([*laws, *(b.variable for b in where)])), first, found),
         "evidence": {
             "heldout_gain": sum(step.held_out for step in steps) / before,
@@ -85,12 +87,13 @@ def _also(name: str) -> tuple[str, ...]:
     return (ALSO[name],) if name in ALSO else ()
 
 
-def _parameters(effect: Effect, step: Step) -> dict[str, Any]:
+def _parameters(effect: Effect, steps: list[Step]) -> dict[str, Any]:
     """Fitted values with standard deviation and unit; maps and long lists by what is typical of them."""
     out: dict[str, Any] = {}
-    summary = effect.summary(_entry_spread(step))
+    first, spread = steps[0], entry_spread(steps[0])
+    summary = effect.summary(spread)
     about_all = parameters(effect)
-    sizes = {name for atom in step.candidate.form.atoms for name in atom}
+    sizes = {name for atom in first.candidate.form.atoms for name in atom}
     groups = {about_all[name].group for name in sizes}
     for about in about_all.values():
         value = np.asarray(getattr(effect, about.name), float)
@@ -99,43 +102,13 @@ def _parameters(effect: Effect, step: Step) -> dict[str, Any]:
         if not np.any(value != about.neutral) and not refers:
             continue
         if about.kind == "map":
-            out["rms"] = _value(float(np.sqrt(np.mean(value**2))), step.std, about.unit)
+            rms = float(np.sqrt(np.mean(value**2)))
+            out["rms"] = {"value": rms, "std": rms * first.std, "unit": about.unit}
         elif about.kind == "list" and value.ndim:
             if not summary:  # else the list itself stands in the sensor file
-                out[about.label] = {"value": float(value.flat[0]), "std": _std(about, step), "unit": about.unit}
-                out[about.label]["all"] = value.ravel().tolist()
+                out[about.label] = claimed_list(about, value.ravel(), deviations_of(about, effect, steps))
         else:
-            out[about.label] = {"value": float(value), "std": _std(about, step), "unit": about.unit}
+            out[about.label] = claimed(about, float(value), deviation_of(about, first))
     for name, (size, unit) in summary.items():
-        out[name] = {"value": size, "std": _entry_spread(step), "unit": unit}
+        out[name] = {"value": size, "std": spread, "unit": unit}
     return out
-
-
-def _entry_spread(step: Step) -> float:
-    """Usual standard deviation of one entry of a list that was fitted atom by atom; 0 for a form without."""
-    form = step.candidate.form
-    if form.map or len(step.weights) < FIELD:
-        return 0.0
-    ones = np.ones(len(step.weights))
-    once, twice = form.combined(list(ones)), form.combined(list(2 * ones))
-    # what a weight scales, and not where its entry lies
-    per_weight = [
-        np.abs(np.asarray(getattr(twice, name)) - np.asarray(getattr(once, name))) for name in parameters(form.kind)
-    ]
-    sizes = [float(np.median(size)) for size in per_weight if np.ndim(size) and np.any(size)]
-    return float(np.median(step.weights_std)) * sizes[0] if sizes else 0.0
-
-
-def _std(about: Parameter, step: Step) -> float | None:
-    """Standard deviation of one parameter of a step; None for one that was not fitted."""
-    if about.name in step.shapes_std:
-        return step.shapes_std[about.name]
-    atoms = step.candidate.form.atoms
-    for atom, spread in zip(atoms, step.weights_std, strict=True):
-        if about.name in atom and about.name not in ANGLES:
-            return float(spread) * float(np.max(np.abs(atom[about.name])))
-    return step.std if about.name in ANGLES else None  # of a small angle: across over along
-
-
-def _value(value: float, relative: float, unit: str) -> dict[str, Any]:
-    return {"value": value, "std": abs(value) * relative, "unit": unit}

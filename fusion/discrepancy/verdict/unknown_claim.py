@@ -4,6 +4,7 @@ from typing import Any
 
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.unknown.unknown import Unknown
+from fusion.discrepancy.verdict.sizes import size_in_depth
 
 
 def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> dict[str, Any]:
@@ -18,6 +19,7 @@ def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> dict[st
         "effect": "unknown",
         "parameters": {"rms": {"value": size, "std": size * law.std, "unit": unit}},
         "channel": "bias",
+        "size": size_in_depth(found, law.native),
         "where": {
             "variables": list(law.variables),
             "region": [],

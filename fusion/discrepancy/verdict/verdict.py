@@ -14,7 +14,9 @@ from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
 from fusion.discrepancy.verdict.record_next import planned_next, shown_next
 from fusion.discrepancy.verdict.reference import reference_of
+from fusion.discrepancy.verdict.unexplained import unexplained_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
+from fusion.discrepancy.verdict.words import sentence
 
 FORMAT = "fusion-verdict/1"
 
@@ -25,10 +27,10 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     before = float(found.white @ found.white)
     plans = Plans(found.named.sensor, found.looks)
     missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
-    missing += [channel_claim(step) for step in found.channels.steps if step.established]
+    missing += [channel_claim(found, step) for step in found.channels.steps if step.established]
     likely = [found.named.likely] if found.named.likely else []
     indicated = [_with_next(mean_claim([step], found, before), [step], found, plans) for step in likely]
-    indicated += [channel_claim(step) for step in found.channels.steps if not step.established]
+    indicated += [channel_claim(found, step) for step in found.channels.steps if not step.established]
     if found.beyond is not None:
         (missing if found.unknown else indicated).append(unknown_claim(found, found.beyond, before))
     missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
@@ -38,7 +40,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     limits, invisible = limits_of(found, visible, named)
     flight = found.before.patches[0].view.time_of_flight
     reference = reference_of(found.before, found.gauge, found.candidates)
-    return {
+    verdict: dict[str, Any] = {
         "format": FORMAT,
         "nothing_missing": not missing,
         "missing": missing,
@@ -55,41 +57,16 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         "invisible": invisible,
         "identifiability": [entry.entry() for entry in visible],
         "would_show": shown_next(invisible, plans),
+        "unexplained": unexplained_of(found),
         **({"reference": reference} if reference else {}),
     }
+    return {**verdict, "headline": sentence(verdict)}
 
 
 def _with_next(entry: dict[str, Any], steps: list[Step], found: Explanation, plans: Plans) -> dict[str, Any]:
     """A claim with the recording that parts it from its look-alikes."""
     following = planned_next(steps, entry["indistinguishable_from"], found.candidates, plans)
     return entry if following is None else {**entry, "record_next": following["text"], "next": following}
-
-
-def sentence(verdict: dict[str, Any]) -> str:
-    """The verdict in one sentence for a person."""
-    missing, likely = verdict["missing"], verdict["indicated"]
-    if missing:
-        return f"Missing in the model: {'; '.join(map(_named, missing))}."
-    if likely:
-        return f"Nothing is established; what these recordings suggest: {'; '.join(map(_named, likely))}."
-    return (
-        "Nothing is missing: the model explains these recordings; "
-        f"{len(verdict['limits'])} effects were looked for, {len(verdict['invisible'])} cannot be seen here."
-    )
-
-
-def _named(entry: dict[str, Any]) -> str:
-    if entry["effect"] == "unknown":
-        return f"an unknown effect that depends on {', '.join(entry['where']['variables'])}"
-    alike = rivals_said(entry)
-    return entry["effect"] + (f" (or {', '.join(alike)})" if alike else "")
-
-
-def rivals_said(entry: dict[str, Any]) -> list[str]:
-    """The look-alikes of a claim; two that are one only together as one."""
-    both = entry.get("only_together", [])
-    single = [name for name in entry["indistinguishable_from"] if name not in both]
-    return [*single, *([" with ".join(both)] if both else [])]
 
 
 def _by_name(found: Explanation) -> list[list[Step]]:

@@ -1,0 +1,103 @@
+"""Compared: the same frames under the model as given and as extended, without likely errors of poses."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from fusion.discrepancy.gauge import Gauge, gauge_of
+from fusion.discrepancy.observations import Observations, observe
+
+if TYPE_CHECKING:
+    from fusion.discrepancy.explain import Explanation
+
+Vector = NDArray[np.float64]
+
+
+def cleaned(gauge: Gauge, white: Vector) -> Vector:
+    """(n,) native units: what stays of whitened tiles when the likeliest pose and known-parameter errors are undone."""
+    inverse = solve_triangular(gauge.root, white, lower=True, trans="T", check_finite=False)
+    return np.asarray(gauge.bare @ (gauge.bare.T @ inverse))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The same frames under the model as given and as extended.
+
+    Attributes:
+        before, after: tiles under both models.
+        gauge: how far tiles may be off for known reasons.
+        held_out: True when the frames took no part in any fit.
+    """
+
+    before: Observations
+    after: Observations
+    gauge: Gauge
+    held_out: bool
+
+    @cached_property
+    def white(self) -> tuple[Vector, Vector]:
+        """(n,) residuals before and after as independent numbers of unit spread."""
+        return self.gauge.whiten(self.before.residual), self.gauge.whiten(self.after.residual)
+
+    @cached_property
+    def clean(self) -> tuple[Vector, Vector]:
+        """(n,) residuals before and after in native units, without likely pose errors."""
+        return cleaned(self.gauge, self.white[0]), cleaned(self.gauge, self.white[1])
+
+    @cached_property
+    def metres(self) -> tuple[Vector, Vector]:
+        """(n,) the same as depth [m]."""
+        per_native = depth_per_native(self.before)
+        return self.clean[0] * per_native, self.clean[1] * per_native
+
+    @property
+    def changed(self) -> bool:
+        """True when the extended model predicts anything else."""
+        return not np.array_equal(*self.white)
+
+    @property
+    def misfit(self) -> tuple[float, float]:
+        """Chi2 per degree of freedom before and after; 1 is noise alone."""
+        return float(np.mean(self.white[0] ** 2)), float(np.mean(self.white[1] ** 2))
+
+    def recordings(self) -> list[tuple[str, float, float]]:
+        """Name, chi2 per tile before and after, of each recording."""
+        place = self.before.place
+        first, second = (white**2 for white in self.white)
+        return [
+            (name, float(first[place == number].mean()), float(second[place == number].mean()))
+            for number, name in recording_names(self.before).items()
+        ]
+
+
+def compared(found: "Explanation") -> Compared:
+    """Held-out frames under both models; the fitted ones where a recording has none, or where the tiles differ.
+
+    Where the noise itself was wrong, both are measured by the noise that was found.
+    """
+    held = [look.held for look in found.looks if look.held is not None]
+    if {look.place for look in held} == {look.place for look in found.looks}:
+        before = observe(found.before.sensor, held).as_loose_as(found.before)
+        changed = found.named.steps or found.spread or found.unknown
+        after = observe(found.channels.sensor, held).as_loose_as(found.before) if changed else before
+        if len(before.residual) == len(after.residual):
+            return Compared(before, after, gauge_of(after if found.spread else before), True)
+    after = observe(found.mean_sensor, found.looks) if found.unknown else found.named.observations
+    if len(after.residual) != len(found.before.residual):
+        after = found.named.observations
+    return Compared(found.before, after, found.gauge, False)
+
+
+def recording_names(observations: Observations) -> dict[int, str]:
+    """Folder name of each recording by its number."""
+    return {patch.look.place: patch.look.stage.recording.path.name for patch in observations.patches}
+
+
+def depth_per_native(observations: Observations) -> Vector:
+    """(n,) metres of depth per native unit."""
+    with np.errstate(all="ignore"):
+        return np.concatenate([patch.tiles.mean(1.0 / patch.native) for patch in observations.patches])

@@ -1,0 +1,63 @@
+"""Sizes: how much a claim changes of what one sees: millimetres of depth, of its noise, or the share of lost values."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.compared import depth_per_native
+from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.observations import Patch
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+MOST = 95.0  # percentile of the tiles that stands for the most: the very most is one tile's noise
+ACTS = 1e-6  # [m] by which a tile must change to count as one where an effect acts
+Size = dict[str, float]
+
+
+def size_in_depth(found: Explanation, native: Vector) -> Size:
+    """Root mean square and largest change of the depth [m] by a law (n,) in native units, where it acts."""
+    return _of(np.abs(native * depth_per_native(found.before)))
+
+
+def size_of_step(found: Explanation, step: ChannelStep) -> Size:
+    """What a finding beside the mean changes; nothing where no effect stands for it."""
+    if step.effect is None and step.added is None:
+        return {}
+    patches, given = found.before.patches, found.before.sensor
+    better = step.added_to(given)
+    if step.channel == "noise":
+        before, after = (_noise(patches, sensor) for sensor in (given, better))
+        return {"noise_before_m": before, "noise_after_m": after}
+    if step.channel == "dropout":
+        lost, more = (_missing(patches, sensor) for sensor in (given, better))
+        return {"missing_before": lost, "missing_after": more}
+    effect = step.effect
+    assert effect is not None
+    with np.errstate(all="ignore"):
+        spread = [p.tiles.mean(np.broadcast_to(effect.noise(p.depth, p.view), p.depth.shape)) for p in patches]
+    return _of(np.concatenate(spread))  # rounding errs by this much and repeats
+
+
+def _of(metres: Vector) -> Size:
+    acting = metres[metres > ACTS]
+    if not acting.size:
+        return {"rms_m": 0.0, "peak_m": 0.0}
+    return {"rms_m": float(np.sqrt(np.mean(acting**2))), "peak_m": float(np.percentile(acting, MOST))}
+
+
+def _noise(patches: Sequence[Patch], sensor: Sensor) -> float:
+    """Root mean square [m] over the tiles of the spread of repeated frames."""
+    with np.errstate(all="ignore"):
+        parts = [p.tiles.mean(np.square(sensor.repeated(p.depth, p.look.view)[1])) for p in patches]
+    every = np.concatenate(parts)
+    return float(np.sqrt(np.mean(every[np.isfinite(every)])))
+
+
+def _missing(patches: Sequence[Patch], sensor: Sensor) -> float:
+    """Mean share of missing values where a surface is seen."""
+    seen = [sensor.dropout(p.depth, p.look.view)[np.isfinite(p.depth)] for p in patches]
+    return float(np.mean(np.concatenate(seen)))

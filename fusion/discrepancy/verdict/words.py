@@ -1,0 +1,117 @@
+"""The words of a verdict: one judgement for the terminal, the page and the file, for people who know cameras."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from fusion.sensor.catalogue import IMPLEMENTED
+from fusion.sensor.in_words import in_words, plain
+from fusion.sensor.quantity import shown
+
+CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
+AT_CHANCE = 0.1  # a probability from which on it is told as so many of 100
+FOLLOWED = 3  # recordings that are told by name
+
+Entry = dict[str, Any]
+
+
+def sentence(verdict: dict[str, Any]) -> str:
+    """The verdict in one sentence: what is missing, how large, how sure, and what stays unexplained where."""
+    missing, likely = verdict["missing"], verdict["indicated"]
+    left = _left(verdict)
+    if missing:
+        sure = max(_odds(entry) for entry in missing)
+        each = "each " if len(missing) > 1 else ""
+        return f"Missing in the model: {'; '.join(map(_named, missing))} - {each}established, {chance(sure)}; {left}."
+    if likely:
+        odds = max(_odds(entry) for entry in likely)
+        told = "; ".join(map(_named, likely))
+        return f"Nothing is established; what these recordings suggest: {told} - likely, {chance(odds)}; {left}."
+    looked, unseen = len(verdict["limits"]), len(verdict["invisible"])
+    if verdict["unexplained"]["rms_m"] > 0:
+        return f"No effect that has a name is established: {left}; {looked} effects were looked for."
+    return (
+        f"Nothing is missing: the model explains these recordings, {left}; "
+        f"{looked} effects were looked for, {unseen} cannot be seen here."
+    )
+
+
+def name_of(entry: Entry) -> str:
+    """The name of a claim in words."""
+    if entry["effect"] == "unknown":
+        return f"an unknown effect that depends on {', '.join(map(plain, entry['where']['variables']))}"
+    return plain(entry["effect"])
+
+
+def what_it_is(entry: Entry) -> str:
+    """One sentence on what the effect of a claim is."""
+    kind = IMPLEMENTED.get(entry["effect"])
+    return in_words(kind).happens if kind else "an error that no known effect of such a camera makes, kept as a table"
+
+
+def size_of(entry: Entry) -> str:
+    """How much a claim changes of what one sees; empty where nothing is known of it."""
+    size = entry.get("size") or {}
+    if "rms_m" in size:
+        return f"typically {_mm(size['rms_m'])}, up to {_mm(size['peak_m'])}"
+    if "noise_after_m" in size:
+        return f"noise of {_mm(size['noise_after_m'])} instead of {_mm(size['noise_before_m'])}"
+    if "missing_after" in size:
+        return (
+            f"{100 * size['missing_after']:.1f} % of the values missing instead of {100 * size['missing_before']:.1f} %"
+        )
+    return ""
+
+
+def chance(probability: float) -> str:
+    """A false alarm probability in words, inside a sentence."""
+    if probability <= CERTAIN:
+        return "noise alone would practically never do this"
+    if probability < AT_CHANCE:
+        digits = max(1, 10 ** (len(str(round(1 / probability))) - 1))
+        return f"noise alone would do this about once in {round(1 / probability / digits) * digits:,} such data sets"
+    return f"noise alone would do this in {100 * probability:.0f} of 100 such data sets"
+
+
+def how_sure(entry: Entry, established: bool) -> str:
+    """How sure a claim is, in words and numbers."""
+    told = f"{'established' if established else 'likely, not established'}; {chance(_odds(entry))}"
+    gain = min(entry["evidence"]["heldout_gain"], 1.0)
+    what = {"noise": "what is wrong with the noise", "dropout": "what is wrong with the missing values"}
+    return f"{told}; it explains {gain:.0%} of {what.get(entry['channel'], 'all that is wrong with the depth')}"
+
+
+def rivals_said(entry: Entry) -> list[str]:
+    """The look-alikes of a claim; two that are one only together as one."""
+    both = entry.get("only_together", [])
+    single = [name for name in entry["indistinguishable_from"] if name not in both]
+    return [*single, *([" with ".join(both)] if both else [])]
+
+
+def numbers_of(entry: Entry) -> Iterator[tuple[str, list[str]]]:
+    """Every parameter of a claim with its values, all waves of it, each with its interval."""
+    for name, known in entry["parameters"].items():
+        values, spread = known.get("all", [known["value"]]), known.get("all_std", [known["std"]])
+        sure = known.get("all_determined", [known.get("determined", True)])
+        yield name, [shown(v, s, known["unit"], d) for v, s, d in zip(values, spread, sure, strict=True)]
+
+
+def _named(entry: Entry) -> str:
+    alike, size = [plain(name) for name in rivals_said(entry)], size_of(entry)
+    return name_of(entry) + (f" (or {', '.join(alike)})" if alike else "") + (f": {size}" if size else "")
+
+
+def _odds(entry: Entry) -> float:
+    return float(entry["evidence"]["false_alarm_probability"])
+
+
+def _left(verdict: dict[str, Any]) -> str:
+    left = verdict["unexplained"]
+    if left["rms_m"] <= 0:
+        return "what is left is noise"
+    worst, every = left["recordings"][:FOLLOWED], len(left["recordings"])
+    where = f", most in {', '.join(worst)}" if worst and every > len(worst) else f", in {', '.join(worst)}"
+    return f"{_mm(left['rms_m'])} stay unexplained{where if worst else ''}"
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2g} mm" if metres < 0.0995 else f"{1e3 * metres:.0f} mm"
