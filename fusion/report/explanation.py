@@ -8,33 +8,17 @@ import numpy as np
 
 from fusion.discrepancy.compared import Compared, recording_names
 from fusion.discrepancy.explain import Explanation
-<<<<<<< HEAD
-from fusion.discrepancy.verdict.verdict import rivals_said, sentence
-from fusion.output import atomic_file
-from fusion.report.claims import chance, claim_section, plain
-from fusion.report.evidence import Compared, claims_of, compared, recording_names
-from fusion.report.figures.explanation import DISPARITY, LENGTH, Unit
-from fusion.report.lattice_claim import lattice_section
-from fusion.report.mismatch import fit_section, maps_section, said_misfit, short
-from fusion.report.missing_values import missing_of, missing_section
-from fusion.report.noise_claim import noise_mask, noise_of, noise_section
-from fusion.report.page import Number, Page, Section, write_page
-from fusion.report.tables import numbers_table
-from fusion.report.visibility import invisible_section, limits_section, visibility_section
-from fusion.results.light import Light, level
-=======
 from fusion.discrepancy.verdict.unexplained import NOISE_ALONE
 from fusion.discrepancy.verdict.words import how_sure, name_of, rivals_said, size_of, what_it_is
 from fusion.report.claim_sections import claim_sections
 from fusion.report.claims import questions
 from fusion.report.figures.explanation import DISPARITY, LENGTH
-from fusion.report.judgement import level
 from fusion.report.mismatch import fit_section, maps_section, short
-from fusion.report.page import Light, Number, Page, Section, write_page
+from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import folded, numbers_table
 from fusion.report.visibility import invisible_section, limits_section, visibility_section
+from fusion.results.light import Light, level
 from fusion.sensor.in_words import plain
->>>>>>> d353802 (Explain: the answer is a sentence with its size in millimetres and how sure, all waves with their deviations; the verdict is final before its page; tables folded)
 
 NOTHING = (
     "No effect passes the tests. That is no proof that there is none; the tables below say how large each could still "
@@ -84,10 +68,9 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
     after = level(seen.misfit[1], CHI2)
     open_ = "warning" if (missing or likely) and after == "ok" else after
     lines = [Light(open_, "Verdict", verdict["headline"])]
-    for entry in missing:
-        clear = "warning" if rivals_said(entry) else "ok"
-        lines.append(Light(clear, _title(entry), _told(entry, True), plain(entry["record_next"])))
-    lines += [Light("warning", _title(entry), _told(entry, False), plain(entry["record_next"])) for entry in likely]
+    for entry in (*missing, *likely):
+        established = any(entry is claim for claim in missing)
+        lines.append(Light("warning", _title(entry), _told(entry, established), plain(entry["record_next"])))
     for key, text in LOOSE.items():
         found = verdict["fit"][key]
         if found["value"]:

@@ -38,14 +38,16 @@ def maps_section(seen: Compared, unit: Unit) -> Section:
             image = painted(patch, seen.clean[model][rows] / sizes[rows]) * unit.factor
             column.append((f"{names[patch.look.place]}: misfit {misfit}", image))
         columns.append(column)
+    rms = [1e3 * float(np.sqrt(np.mean(metres**2))) for metres in seen.metres]
+    finding = f"The error of the depth goes from {rms[0]:.2f} to {rms[1]:.2f} mm" if seen.changed else said_misfit(seen)
     measure = "White: as predicted" if seen.changed else "Colour: residual over the noise that is expected there"
     text = Figure(
-        said_misfit(seen),
+        finding,
         "maps",
         f"Residual maps of some recordings. {said_misfit(seen)}.",
         "Each square is the mean over a tile of pixels; likely errors of the stated poses are taken out first. "
         f"{measure}. Shown: the recordings with the largest {'change' if seen.changed else 'leftover'}. Misfit: "
-        "mean squared residual in units of the expected noise, also known as chi2 per degree of freedom.",
+        "squared error over that of the expected noise, 1 for noise alone (chi2 per degree of freedom).",
     )
     frames = (
         "frames that took no part in any fit"

@@ -91,7 +91,7 @@ def test_the_sentence_has_the_size_and_how_sure_and_is_the_same_everywhere(waved
     headline = verdict["headline"]
     assert size in headline and "established" in headline and "what is left is noise" in headline
     lines = "\n".join(verdict_lines(verdict, 2000))
-    assert lines.startswith(headline) and in_words(CyclicError).happens in lines
+    assert lines.startswith(headline) and in_words(CyclicError).happens.rstrip(".") in lines
     assert re.search(r"amplitude +3\.\d+ \+- 0\.\d+ mm; [12]\.\d+ \+- 0\.\d+ mm", lines) and "chi2" not in lines
     explanation_report(tmp_path, waved, verdict)
     page = (tmp_path / "report.html").read_text()

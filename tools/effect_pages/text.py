@@ -8,6 +8,7 @@ from typing import Any
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
+from fusion.sensor.in_words import in_words
 from fusion.sensor.parameter import Parameter, parameters, settings
 
 COMMAND = "python tools/document_effects.py"
@@ -81,10 +82,10 @@ def table(kinds: list[type[Effect]]) -> str:
 
 def summary(kind: type[Effect]) -> tuple[str, str]:
     """The effect's name in words, and the sentence that tells what happens."""
-    title, _, happens = _first_line(sys.modules[kind.__module__]).partition(": ")
-    if not happens:
+    said = in_words(kind)
+    if not said.happens:
         raise ValueError(f"the first line of {_source(kind)} is not 'Name: what happens.'")
-    return title, happens
+    return said.title, said.happens
 
 
 def channels(kind: type[Effect]) -> str:

@@ -45,7 +45,11 @@ def name_of(entry: Entry) -> str:
 def what_it_is(entry: Entry) -> str:
     """One sentence on what the effect of a claim is."""
     kind = IMPLEMENTED.get(entry["effect"])
-    return in_words(kind).happens if kind else "an error that no known effect of such a camera makes, kept as a table"
+    return (
+        in_words(kind).happens.rstrip(".")
+        if kind
+        else "an error that no known effect of such a camera makes, kept as a table"
+    )
 
 
 def size_of(entry: Entry) -> str:
