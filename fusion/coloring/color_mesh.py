@@ -19,7 +19,8 @@ from fusion.mesh.mesh import Mesh
 from fusion.progress import each
 from fusion.recording.recording import Recording
 
-MOST_IMAGES = 100  # well spread ones; more cost time and change little: a vertex keeps its best few (guess)
+# images used, as different as can be: all of a turn, a tenth of a long walk, so that colour costs a tenth of the whole
+ENOUGH, SHARE = 60, 0.1
 FILLED = 0.03  # [m] colours are carried so far along the surface to where no image looked (guess)
 NEUTRAL = 180  # grey of what no image shows, as of a mesh without colours
 
@@ -86,7 +87,8 @@ def color_mesh(mesh: Mesh, recording: Recording, trajectory: Trajectory) -> Colo
 def _looked_at(surface: Surface, source: ColorImages, trajectory: Trajectory) -> tuple[BestViews, int]:
     """What well spread images show of a surface, and how many there were."""
     best, images = BestViews(surface.vertices.shape[1]), 0
-    for index in each(source.spread(trajectory, MOST_IMAGES), "colour"):
+    most = max(ENOUGH, int(SHARE * len(trajectory)))
+    for index in each(source.spread(trajectory, most), "colour"):
         image = source.read(index)
         if image is None:
             continue

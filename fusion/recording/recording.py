@@ -67,7 +67,7 @@ class Recording:
 
     def __repr__(self) -> str:
         files = self.files or FrameFiles(self.path, ())
-        held = [name for name, names in (("color", files.color), ("ir", files.ir)) if any(names)]
+        held = [name for name, names in (("color", files.color or files.color_apart), ("ir", files.ir)) if any(names)]
         held += ["poses"] * (self.poses is not None) + ["scene"] * bool(self.scene)
         held += [name for name in self.telemetry if name != "timestamp"]
         seconds = np.ptp(self.timestamps) if len(self) else 0.0

@@ -148,6 +148,19 @@ def test_color_of_a_camera_beside_is_kept_apart(tmp_path, other):
     assert found.summary["color_frames"] == 2 and found.severity != "error"
 
 
+def test_color_of_a_camera_beside_is_converted_too(tmp_path):
+    color = replace(synthetic.CAMERA, fx=140.0)
+    beside = replace(synthetic.CAMERA, color=color, T_color_depth=pose(np.eye(3), [0.05, 0, 0]))
+    write_recording(tmp_path / "r", beside, synthetic.frames(2, color=True))
+    (tmp_path / "r" / "rgb" / "000001.png").unlink()
+    lines = (tmp_path / "r" / "rgb.txt").read_text().splitlines()
+    (tmp_path / "r" / "rgb.txt").write_text("\n".join(line for line in lines if "000001" not in line))
+    convert_recording(open_recording(tmp_path / "r"), tmp_path / "c")
+    copied = open_recording(tmp_path / "c")
+    assert copied.files.color_apart == ["rgb/000000.png", None]
+    assert (tmp_path / "c/rgb/000000.png").read_bytes() == (tmp_path / "r/rgb/000000.png").read_bytes()
+
+
 @pytest.mark.parametrize("placed", [True, False])
 def test_foreign_color_is_left_out_with_a_warning(tmp_path, placed):
     """Nobody says where its camera stands, or its images are not those of that camera."""
