@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.coloring.color_mesh import Colored, color_mesh
-from fusion.errors import FusionError, RecordingError, TrackingError, VolumeError
+from fusion.errors import RecordingError, TrackingError, VolumeError
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.progress import each, stage
+from fusion.quantity import MAX_DEPTH, check_volume
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
@@ -68,8 +69,8 @@ class ReconstructSettings:
     force: bool = False
 
     def __post_init__(self) -> None:
-        if self.max_depth is not None and not self.max_depth > 0:
-            raise FusionError("the largest depth is not usable", "--max-depth", self.max_depth, "metres above 0")
+        check_volume(self.voxel, self.truncation, self.box)
+        MAX_DEPTH.check(self.max_depth)
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ def plan(
     share = 0.5 if settings.room else FOREGROUND
     distance = float(np.median([np.nanquantile(p.depth, share) for p in probes]))
     sigma = float(np.median([np.nanquantile(p.surface.sigma, share) for p in probes]))
-    voxel = settings.voxel or choose_voxel(distance, recording.camera, settings.room)
+    voxel = settings.voxel or choose_voxel(distance, recording.camera, settings.room)  # 0 is refused in the settings
     truncation = settings.truncation or choose_truncation(voxel, sigma)
     chosen = VolumeSettings(voxel, truncation, bounds=settings.box, max_bytes=settings.max_bytes)
     notes = [("warning", text) for text in (*recording.warnings, *sensor.warnings)]

@@ -13,7 +13,7 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 
 # each room may import from itself and from those before it
 ROOMS = [
-    "errors", "progress", "output", "compute", "geometry", "recording", "devices", "mesh", "coloring",
+    "errors", "quantity", "progress", "output", "compute", "geometry", "recording", "devices", "mesh", "coloring",
     "sensor", "calibration", "evaluation", "tracking", "volume", "simulation", "turntable", "discrepancy", "results",
     "report", "reconstruct", "scan", "commands",
 ]  # fmt: skip

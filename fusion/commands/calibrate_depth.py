@@ -6,8 +6,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.parser import number
 from fusion.commands.results import add_output, made
 from fusion.progress import stage
+from fusion.quantity import DISTANCE_STD, RADIAL_LIMIT
 
 if TYPE_CHECKING:
     from fusion.calibration.depth.calibration import DepthCalibration
@@ -28,10 +30,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="JSON",
         help="board.json: each picture that shows the board is a wall, placed by its corners",
     )
-    add("--distance-std", type=float, default=0.001, metavar="M", help="standard deviation of distance_m [m]; 0.001")
+    add(
+        "--distance-std",
+        type=number(DISTANCE_STD),
+        default=0.001,
+        metavar="M",
+        help="standard deviation of distance_m [m]; 0.001",
+    )
     add(
         "--radial-limit",
-        type=float,
+        type=number(RADIAL_LIMIT),
         metavar="PX",
         help="use no pixel farther than this from the principal point (Pagliari: 300)",
     )

@@ -6,8 +6,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.parser import number
 from fusion.commands.results import add_output
 from fusion.progress import stage
+from fusion.quantity import WORKING_DISTANCE
 
 if TYPE_CHECKING:
     from fusion.calibration.lens.intrinsics import Intrinsics
@@ -25,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "folder for camera.json and report.html")
     add(
         "--distance",
-        type=float,
+        type=number(WORKING_DISTANCE),
         metavar="M",
         help="working distance [m] for the uncertainty in mm; default: the boards'",
     )
@@ -38,12 +40,9 @@ def run(options: argparse.Namespace) -> None:
     from fusion.calibration.lens.board import read_board
     from fusion.calibration.lens.intrinsics import LensSettings, calibrate_intrinsics
     from fusion.calibration.lens.write import camera_content, numbers
-    from fusion.errors import FusionError
     from fusion.output import output_folder
     from fusion.report.lens import lens_report
 
-    if options.distance is not None and not 0.01 <= options.distance <= 1000:
-        raise FusionError("the working distance cannot be used", "--distance", options.distance, "metres")
     board = read_board(options.board)
     settings = LensSettings(options.keep_outliers, options.distance)
     result = calibrate_intrinsics(options.recording, board, settings)

@@ -6,8 +6,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.parser import number
 from fusion.commands.results import add_output, made
 from fusion.progress import stage
+from fusion.quantity import MAX_DISTANCE
 
 if TYPE_CHECKING:
     from fusion.mesh.compare import Comparison
@@ -27,7 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_output(parser, "folder for comparison.json, distance.ply and report.html")
     add("--scale", action="store_true", help="find one scale as well (0.8 to 1.25)")
-    add("--max-distance", type=float, metavar="M", help="leave the mesh further away than this [m] out of the accuracy")
+    add(
+        "--max-distance",
+        type=number(MAX_DISTANCE),
+        metavar="M",
+        help="leave the mesh further away than this [m] out of the accuracy",
+    )
     add("--no-align", action="store_true", help="both stand in one frame already")
     add(
         "--seen",

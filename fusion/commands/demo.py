@@ -4,9 +4,11 @@ import argparse
 import json
 from dataclasses import replace
 
+from fusion.commands.parser import whole_number
 from fusion.commands.results import add_output, made
 from fusion.commands.screen import took
 from fusion.progress import seconds, stage
+from fusion.quantity import FRAMES, SEED
 
 EXAMPLE = "fusion demo -o demo"
 
@@ -15,15 +17,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
     add_output(parser, "folder for everything (default: demo)", default="demo")
-    add("--frames", type=int, default=72, help="frames to simulate (default: 72)")
-    add("--seed", type=int, default=0, help="of the simulated noise; the same seed gives the same bits")
+    add("--frames", type=whole_number(FRAMES), default=72, help="frames to simulate (default: 72)")
+    add(
+        "--seed",
+        type=whole_number(SEED),
+        default=0,
+        help="of the simulated noise; the same seed gives the same bits",
+    )
     add("--json", action="store_true", help="print one JSON object")
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulate, correct, track, integrate, close the loop, integrate again, export, compare."""
     from fusion.commands import turntable
-    from fusion.errors import FusionError
     from fusion.mesh.compare import CompareSettings, compare, write_comparison
     from fusion.mesh.files import read_mesh, write_mesh
     from fusion.output import output_folder
@@ -34,8 +40,6 @@ def run(options: argparse.Namespace) -> None:
     from fusion.simulation.demo import write_demo_recording
 
     out = options.output
-    if options.frames < 12:
-        raise FusionError("too few frames for a turn", "--frames", options.frames, "12 or more")
     with output_folder(out) as partial:
         recording = open_recording(write_demo_recording(partial / "simulated", options.seed, options.frames))
         scan = scan_turntable(recording, ScanSettings(sensor=read_sensor(partial / "simulated" / "sensor.json")))

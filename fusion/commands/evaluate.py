@@ -6,8 +6,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.parser import number
 from fusion.commands.results import add_output, made
 from fusion.progress import stage
+from fusion.quantity import DISTANCE_STD
 
 if TYPE_CHECKING:
     from fusion.evaluation.evaluate import Evaluation
@@ -23,7 +25,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recordings' own")
     add("--sensor", metavar="S", help="sensor.json or a preset's name, to compare with")
     add("--pixel", type=int, nargs=2, metavar=("U", "V"), help="pixel whose series is shown; the centre")
-    add("--distance-std", type=float, default=0.001, metavar="M", help="standard deviation of distance_m [m]; 0.001")
+    add(
+        "--distance-std",
+        type=number(DISTANCE_STD),
+        default=0.001,
+        metavar="M",
+        help="standard deviation of distance_m [m]; 0.001",
+    )
     add("--force", action="store_true", help="take recordings or models of another camera")
     add("--json", action="store_true", help="print one JSON object")
 

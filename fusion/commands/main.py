@@ -56,7 +56,11 @@ def main(arguments: list[str] | None = None) -> int:
         epilog=f"example: {command.EXAMPLE}",
     )
     command.add_arguments(parser)
-    options = parser.parse_args(arguments[end:])
+    try:
+        options = parser.parse_args(arguments[end:])
+    except FusionError as error:  # a number that is not possible: told before any work
+        sys.stderr.write(f"{parser.prog}: {error}\n")
+        return 1
     options.quiet, options.verbose = "quiet" in options, "verbose" in options
     if getattr(options, "device", None):
         os.environ["FUSION_DEVICE"] = options.device

@@ -6,10 +6,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.parser import number
 from fusion.commands.results import made
 from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_sensor
 from fusion.progress import seconds, stage
+from fusion.quantity import MAX_DEPTH
 
 if TYPE_CHECKING:
     from fusion.reconstruct import Reconstruction, ReconstructSettings
@@ -23,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_common(parser)
     add = parser.add_argument
     add("--poses", metavar="FILE", help="TUM trajectory to use instead of tracking; `stated`: the recording's own")
-    add("--max-depth", type=float, metavar="M", help="leave out what is farther [m]")
+    add("--max-depth", type=number(MAX_DEPTH), metavar="M", help="leave out what is farther [m]")
     add("--room", action="store_true", help="voxels of 5 to 20 mm for a room, instead of 1 to 2 mm for an object")
 
 

@@ -4,25 +4,38 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fusion.commands.parser import number
 from fusion.commands.results import add_output
+from fusion.quantity import CORNER, TRUNCATION, VOXEL, Corners
 
 if TYPE_CHECKING:
     from fusion.geometry.camera import Camera
     from fusion.sensor.sensor import Sensor
 
-Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
+FIRST_CAMERA = "the first camera's frame (x right, y down, z forward)"
 
 
-def add_common(parser: argparse.ArgumentParser) -> None:
-    """Recording, output, sensor, camera, box and voxels."""
+def add_common(parser: argparse.ArgumentParser, frame: str = FIRST_CAMERA) -> None:
+    """Recording, output, sensor, camera, box and voxels; `frame` says where the box stands."""
     add = parser.add_argument
     add("recording", type=Path, metavar="REC", help="folder of the recording")
     add_output(parser, "folder for mesh.ply, trajectory.txt, ...")
     add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
     add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recording's own")
-    add("--voxel", type=float, metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
-    add("--truncation", type=float, metavar="M", help="half band around the surface [m]; default: from the noise")
-    add("--box", type=float, nargs=6, metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"), help="keep only this box [m]")
+    add("--voxel", type=number(VOXEL), metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
+    add(
+        "--truncation",
+        type=number(TRUNCATION),
+        metavar="M",
+        help="half band around the surface [m]; default: from the noise",
+    )
+    add(
+        "--box",
+        type=number(CORNER),
+        nargs=6,
+        metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
+        help=f"keep only this box: its low and its high corner [m] in {frame}",
+    )
     add("--no-color", action="store_true", help="leave the colours out")
     add("--force", action="store_true", help="go on where the doctor says no, or with a sensor model of another camera")
     add("--device", choices=("cpu", "cuda", "vulkan"), help="where the kernels run; default: FUSION_DEVICE, or cpu")

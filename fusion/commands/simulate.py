@@ -6,7 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fusion.commands.parser import whole_number
 from fusion.errors import FusionError
+from fusion.quantity import SEED
 
 if TYPE_CHECKING:
     from fusion.simulation.scene import Scene
@@ -21,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("-o", "--output", type=Path, metavar="REC", help="folder of the new recording")
     add("--overwrite", action="store_true", help="replace an earlier simulation in REC")
     add("--sensor", metavar="S", help="sensor.json or a preset's name; default: one without any error")
-    add("--seed", type=int, default=0, help="of every random number (default: 0)")
+    add("--seed", type=whole_number(SEED), default=0, help="of every random number (default: 0)")
     add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's own")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of a built-in scene; repeatable")
     add("--list", action="store_true", help="print the built-in scenes; with SCENE its settings")
@@ -36,8 +38,6 @@ def run(options: argparse.Namespace) -> int | None:
     if options.scene is None or options.output is None:
         sys.stderr.write("fusion simulate: a scene and -o REC are needed (see --list and --help)\n")
         return 2
-    if options.seed < 0:
-        raise FusionError("the seed is negative", "--seed", options.seed, "0 or more")
     from fusion.sensor.file import read_sensor
     from fusion.sensor.sensor import Sensor
     from fusion.simulation.simulate import simulate

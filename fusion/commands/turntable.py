@@ -6,10 +6,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fusion.commands.parser import number
 from fusion.commands.results import made
 from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_sensor
 from fusion.progress import seconds, stage
+from fusion.quantity import STEP
 
 if TYPE_CHECKING:
     from fusion.recording.recording import Recording
@@ -25,7 +27,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_common(parser)
     add = parser.add_argument
     add("--mask", type=Path, metavar="PNG", help="nonzero on the object: one PNG, or a folder with one per depth frame")
-    add("--step", type=float, metavar="DEG", help="turn between frames [deg], when the recording has no log of it")
+    add(
+        "--step",
+        type=number(STEP),
+        metavar="DEG",
+        help="turn between frames [deg], when the recording has no log of it",
+    )
     add("--ignore-log", action="store_true", help="do not use turntable_deg of telemetry.csv")
     add("--strength", choices=("axis", "circle"), default="axis", help="post-pass: one axis, or centres on a circle")
     camera = parser.add_mutually_exclusive_group()

@@ -21,6 +21,7 @@ from fusion.evaluation.still import Sample, Still, measure_still, sample_of
 from fusion.evaluation.surface import Surface, expected_depth, surface_of
 from fusion.geometry.camera import Camera
 from fusion.progress import each
+from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 
@@ -45,10 +46,7 @@ class EvaluationSettings:
     force: bool = False
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.distance_std) and self.distance_std >= 0):
-            raise FusionError(
-                "the deviation of the distances is not usable", "--distance-std", self.distance_std, "0 m or more"
-            )
+        POSSIBLE_STD.check(self.distance_std)
 
 
 @dataclass(frozen=True)

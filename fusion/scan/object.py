@@ -28,8 +28,8 @@ def choose_volume(
     inside = shown[0].surface.points[region.holds(shown[0].surface.points)]
     distance = float(np.median(inside[:, 2])) if len(inside) else float(np.linalg.norm(motion.axis.point))
     sigma = typical_noise(frames, region)
-    voxel = settings.voxel or choose_voxel(distance, camera)
-    truncation = settings.truncation or choose_truncation(voxel, sigma)
+    voxel = choose_voxel(distance, camera) if settings.voxel is None else settings.voxel
+    truncation = choose_truncation(voxel, sigma) if settings.truncation is None else settings.truncation
     margin = 0.015
     radius = motion.radius + margin
     bottom = (motion.bottom if motion.plate is None else motion.plate) - margin

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.coloring.color_mesh import Colored, color_mesh
-from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each, stage
@@ -52,8 +51,6 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     >>> fusion.write_mesh("cup.ply", scan.mesh)
     """
     settings = settings or ScanSettings()
-    if settings.strength not in ("axis", "circle"):
-        raise FusionError("unknown strength of the post-pass", "--strength", settings.strength, "axis or circle")
     sensor = settings.sensor or default_sensor(recording.camera)
     with stage("looking"):
         asked = ask_doctor(recording, settings)

@@ -3,6 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from fusion.errors import FusionError
+from fusion.quantity import HOLES, STEP, check_volume
 from fusion.sensor.sensor import Sensor
 
 
@@ -12,7 +16,8 @@ class ScanSettings:
 
     Attributes:
         sensor: corrects the depth and weighs it; None takes what the camera's principle suggests.
-        box: two corners (3,), (3,) [m] in the camera's frame around the turning object; None finds it.
+        box: two corners (3,), (3,) [m] around the turning object, the low one first, in the first camera's frame (x
+            right, y down, z forward); None finds it.
         mask: a PNG for all frames or a folder with one per depth frame, nonzero on the object; None uses all pixels.
         step: turn between frames [rad] of either sign; None takes the table's log, or finds it.
         use_log: False ignores the table's log.
@@ -39,3 +44,10 @@ class ScanSettings:
     color: bool = True
     force: bool = False
     fill_holes: float = 0.03
+
+    def __post_init__(self) -> None:
+        check_volume(self.voxel, self.truncation, self.box)
+        HOLES.check(self.fill_holes)
+        STEP.check(None if self.step is None else float(np.rad2deg(self.step)))
+        if self.strength not in ("axis", "circle"):
+            raise FusionError("unknown strength of the post-pass", "--strength", self.strength, "axis or circle")

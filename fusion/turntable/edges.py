@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.start import start
+from fusion.errors import TrackingError
 from fusion.turntable.axis import Axis
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import View
@@ -88,7 +89,15 @@ def edge_sums(
         edges: m pairs of views.
         reach: largest distance of a pair [m].
         check: errors of camera and depth, and the names of those that are asked for; the columns of the others stay 0.
+
+    Raises:
+        TrackingError: there is no pair of views to compare.
     """
+    if not edges:
+        steps = np.abs(np.diff(motion[1][np.isfinite(motion[1])]))
+        found = f"about {np.rad2deg(np.median(steps)):.0f} deg from view to view" if len(steps) else "a single view"
+        do = "check --step, or turntable_deg in telemetry.csv (--ignore-log does without)"
+        raise TrackingError("no two views overlap", found=found, expected="25 deg or less", do=do)
     most = int(np.max(np.diff(seen.first)))
     part = max(1, PART // max(most, 1))
     parts = [_some(seen, motion, edges[k : k + part], reach, check) for k in range(0, len(edges), part)]

@@ -28,12 +28,13 @@ from fusion.calibration.lens.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.progress import each, stage
+from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
+from fusion.quantity import RADIAL_LIMIT
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import MODULATIONS_HZ, stretch
 
 NODE = 0.04  # [m] a fifth of the shortest wave that matters: c / 2f over six at 120 MHz
-LEAST_LIMIT = 10.0  # [px] a smaller disc says nothing about a wall's tilt
 CHECK_BOARD = "check board.json, and that there are IR images in the depth camera's pixels"
 DISTANCE_STD = 0.001  # [m] of a stated distance: what makers of laser distance meters promise
 
@@ -61,14 +62,10 @@ class DepthSettings:
     radial_limit: float | None = None
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.distance_std) and self.distance_std > 0):
-            raise FusionError(
-                "the deviation of the distances is not usable", "--distance-std", self.distance_std, "> 0 m"
-            )
-        if self.radial_limit is not None and not self.radial_limit >= LEAST_LIMIT:
-            raise FusionError(
-                "the radial limit is not usable", "--radial-limit", self.radial_limit, f">= {LEAST_LIMIT:g} px"
-            )
+        POSSIBLE_STD.check(self.distance_std)
+        if self.distance_std == 0:  # weights would be without bounds
+            raise FusionError("distances are never exact", "--distance-std", 0, "above 0 m")
+        RADIAL_LIMIT.check(self.radial_limit)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,78 @@
+"""Numbers that a user may give, each with its unit and what is possible: one place for options and settings."""
+
+import math
+from dataclasses import dataclass
+
+from fusion.errors import FusionError
+
+Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
+FAR = 100.0  # [m] no depth camera sees so far (guess: four times the farthest maker's claim)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that has a meaning.
+
+    Attributes:
+        name: for a person; option: where it is given.
+        unit: of `low` and `high`, and of what is checked.
+        low, high: what is possible, both included; of the size where either sign is allowed.
+        signed: either sign is allowed.
+    """
+
+    name: str
+    option: str
+    unit: str
+    low: float
+    high: float
+    signed: bool = False
+
+    def check(self, value: float | None) -> float | None:
+        """The value; None, which means that nothing was given, is good.
+
+        Raises:
+            FusionError: it is not finite, or not possible.
+        """
+        size = 0.0 if value is None else abs(value) if self.signed else value
+        if value is not None and not (math.isfinite(value) and self.low <= size <= self.high):
+            found = f"{value:g} {self.unit}".rstrip()
+            raise FusionError(f"the {self.name} is not possible", self.option, found, self.possible)
+        return value
+
+    @property
+    def possible(self) -> str:
+        """`0.0001 to 0.1 m`."""
+        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip() + (", of either sign" if self.signed else "")
+
+
+# the finest that a depth camera tells at its nearest, and what holds no shape of a room any more (guesses)
+VOXEL = Quantity("voxel size", "--voxel", "m", 1e-4, 0.1)
+TRUNCATION = Quantity("truncation", "--truncation", "m", 1e-4, 1.0)
+MAX_DEPTH = Quantity("largest depth", "--max-depth", "m", 0.01, FAR)
+STEP = Quantity("turn between frames", "--step", "deg", 0.01, 180.0, signed=True)
+CORNER = Quantity("corner of the box", "--box", "m", 0.0, FAR, signed=True)
+HOLES = Quantity("perimeter of holes to close", "fill_holes", "m", 0.0, FAR)
+MAX_DISTANCE = Quantity("largest distance", "--max-distance", "m", 1e-6, FAR)
+WORKING_DISTANCE = Quantity("working distance", "--distance", "m", 0.01, 1000.0)
+DISTANCE_STD = Quantity("standard deviation of the distances", "--distance-std", "m", 0.0, 1.0)
+RADIAL_LIMIT = Quantity("radial limit", "--radial-limit", "px", 10.0, 1e5)  # a smaller disc tells no tilt of a wall
+FRAMES = Quantity("number of frames", "--frames", "", 12, 10_000)
+SEED = Quantity("seed", "--seed", "", 0, 2**63 - 1)
+
+
+def check_volume(voxel: float | None, truncation: float | None, box: Corners | None) -> None:
+    """FusionError when no volume can be made of these; None means that nothing was given, and is good."""
+    VOXEL.check(voxel)
+    TRUNCATION.check(truncation)
+    if voxel is not None and truncation is not None and not voxel <= truncation <= 64 * voxel:
+        found, expected = f"{truncation:g} m with voxels of {voxel:g} m", "1 to 64 voxels, best 3 to 5"
+        raise FusionError("the truncation does not suit the voxels", "--truncation", found, expected)
+    for value in [] if box is None else [*box[0], *box[1]]:
+        CORNER.check(value)
+    if box is not None and not all(a < b for a, b in zip(*box, strict=True)):
+        expected = "the low corner X0 Y0 Z0 [m], then the high one X1 Y1 Z1, each value above that of the low one"
+        raise FusionError("the corners enclose no box", "--box", " and ".join(map(_words, box)), expected)
+
+
+def _words(corner: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in corner) + ")"
