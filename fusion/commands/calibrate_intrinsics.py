@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fusion.commands.parser import number
+from fusion.commands.numbers import number
 from fusion.commands.results import add_output
 from fusion.progress import stage
 from fusion.quantity import WORKING_DISTANCE

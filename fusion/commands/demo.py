@@ -4,7 +4,7 @@ import argparse
 import json
 from dataclasses import replace
 
-from fusion.commands.parser import whole_number
+from fusion.commands.numbers import whole_number
 from fusion.commands.results import add_output, made
 from fusion.commands.screen import took
 from fusion.progress import seconds, stage

@@ -4,10 +4,8 @@ import argparse
 import difflib
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, NoReturn
-
-from fusion.quantity import Quantity
 
 
 class Parser(argparse.ArgumentParser):
@@ -59,27 +57,3 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """`; did you mean that?`, or nothing when no known word is like it."""
     near = difflib.get_close_matches(word, list(known), n=1)
     return f"; did you mean {near[0]}?" if near else ""
-
-
-def number(quantity: Quantity) -> Callable[[str], float]:
-    """Reads a number that is possible; what is none is wrong usage, what is not possible a FusionError."""
-
-    def read(text: str) -> float:
-        value = float(text)
-        quantity.check(value)
-        return value
-
-    read.__name__ = "number"  # as argparse names it: invalid number value
-    return read
-
-
-def whole_number(quantity: Quantity) -> Callable[[str], int]:
-    """The same for numbers without a fraction."""
-
-    def read(text: str) -> int:
-        value = int(text)
-        quantity.check(value)
-        return value
-
-    read.__name__ = "whole number"
-    return read

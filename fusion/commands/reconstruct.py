@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fusion.commands.parser import number
+from fusion.commands.numbers import number
 from fusion.commands.results import made
 from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_sensor

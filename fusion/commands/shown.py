@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fusion.commands.parser import number
+from fusion.commands.numbers import number
 from fusion.commands.results import add_output
 from fusion.quantity import CORNER, TRUNCATION, VOXEL, Corners
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fusion.commands.parser import whole_number
+from fusion.commands.numbers import whole_number
 from fusion.errors import FusionError
 from fusion.quantity import SEED
 
