@@ -21,7 +21,7 @@ ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",
     "tools", "tests", "examples",
 }  # fmt: skip
-SLOW_TO_IMPORT = {"open3d", "taichi", "matplotlib", "plotly"}
+SLOW_TO_IMPORT = {"open3d", "taichi", "matplotlib"}
 
 
 def _name(path: Path) -> str:

@@ -15,7 +15,7 @@ from fusion.report.figures.distance import distance_scale, distance_views, histo
 from fusion.report.figures.views import Row, mesh_views
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
-from fusion.report.viewer import Layer, script, viewer
+from fusion.report.viewer import Layer, script, value_layer, viewer
 from fusion.results.light import Light, level
 
 RMS_M = (0.002, 0.005)  # good up to, a problem above (guesses, for objects of some decimetres)
@@ -157,7 +157,7 @@ def _layers(mesh: Mesh) -> list[Layer]:
         return layers
     scale = distance_scale(distance)
     return [
-        Layer("Distance", values=distance * 1000, unit="mm", scale="RdBu_r", low=scale.low, high=scale.high),
+        value_layer("Distance", distance * 1000, scale),
         *layers,
     ]
 

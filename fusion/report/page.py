@@ -138,8 +138,7 @@ def render(page: Page) -> str:
         subtitle=escape(page.subtitle),
         style=Path(__file__).with_name("page.css").read_text(encoding="utf-8"),
         script=f"<script>{page.script}</script>" if page.script else "",
-        # plotly.js compiles small drawing functions at run time
-        policy=POLICY + ("script-src 'unsafe-inline' 'unsafe-eval'" if page.script else "script-src 'none'"),
+        policy=POLICY + ("script-src 'unsafe-inline'" if page.script else "script-src 'none'"),
         navigation=f'<nav aria-label="Sections">{links}</nav>' if len(present) > 2 else "",
         body=body,
         version=escape(versions()["fusion"]),
@@ -153,11 +152,11 @@ def anchor(title: str, place: int) -> str:
 
 
 def _summary(page: Page) -> tuple[str, str]:
-    if not (page.summary or page.numbers):
-        return "Summary", ""
-    inner = lights([(x.level, x.subject, x.reason, x.do) for x in worst_first(page.summary)])
+    """The lights, the worst first, and the key numbers; the notes too where no warning follows."""
+    inner = lights(worst_first(page.summary))
     inner += tiles([(x.name, x.value, x.unit, x.note) for x in page.numbers])
-    return "Summary", f"<section><h2>Summary</h2>{inner}</section>"
+    inner += "" if _told(page) else _notes(page)
+    return "Summary", f"<section><h2>Summary</h2>{inner}</section>" if inner else ""
 
 
 def _section(section: Section) -> tuple[str, str]:
@@ -178,14 +177,21 @@ def _figure(figure: Figure) -> str:
 
 
 def _warnings(page: Page) -> tuple[str, str]:
-    """Each warning once, the worst first; what is only good to know, and all beyond the first few, is folded."""
-    lines = list(dict.fromkeys((x.level, x.subject, x.reason, x.do) for x in worst_first(page.warnings)))
-    told = [line for line in lines if line[0] != "ok"]
-    notes = [line for line in lines if line[0] == "ok"]
+    """Each warning once, the worst first; those beyond the first few are folded, and the notes."""
+    told = _told(page)
     inner = lights(told[:OPEN_WARNINGS])
     inner += folded(f"{len(told) - OPEN_WARNINGS} more warnings", lights(told[OPEN_WARNINGS:]))
-    inner += folded(f"{len(notes)} note{'' if len(notes) == 1 else 's'}", lights(notes))
-    return "Warnings", f"<section><h2>{'Warnings' if told else 'Notes'}</h2>{inner}</section>" if lines else ""
+    return "Warnings", f"<section><h2>Warnings</h2>{inner}{_notes(page)}</section>" if told else ""
+
+
+def _told(page: Page) -> list[Light]:
+    return [light for light in worst_first(page.warnings) if light.level != "ok"]
+
+
+def _notes(page: Page) -> str:
+    """What is only good to know."""
+    notes = [light for light in worst_first(page.warnings) if light.level == "ok"]
+    return folded("1 note" if len(notes) == 1 else f"{len(notes)} notes", lights(notes))
 
 
 def _provenance(page: Page) -> tuple[str, str]:
@@ -196,6 +202,6 @@ def _provenance(page: Page) -> tuple[str, str]:
     if page.fingerprint:
         inner += "<h3>Input</h3>" + settings_table(page.fingerprint)
     if page.settings:
-        inner += "<h3>Settings</h3>" + settings_table(page.settings)
-    inner += "<h3>Versions</h3>" + settings_table(versions())
+        inner += folded("Settings", settings_table(page.settings))
+    inner += folded("Versions", settings_table(versions()))
     return "How it was made", f"<section><h2>How it was made</h2>{inner}</section>"

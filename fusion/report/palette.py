@@ -1,5 +1,6 @@
 """Colours and style of every figure, and the way from matplotlib to inline SVG that follows light and dark pages."""
 
+import base64
 import io
 import re
 from collections.abc import Iterator
@@ -71,17 +72,32 @@ def new_figure(width: float, height: float) -> "Figure":
     return figure
 
 
-def to_svg(figure: "Figure", name: str) -> str:
-    """Inline SVG of a figure; `name` makes its ids unique on the page (letters, digits and dashes)."""
+def to_svg(figure: "Figure", name: str, photos: bool = False) -> str:
+    """Inline SVG of a figure; `name` makes its ids unique on the page (letters, digits and dashes).
+
+    `photos` are pictures to look at and not to measure in: they are kept as WebP, a sixth of the size.
+    """
     buffer = io.BytesIO()
     with matplotlib.rc_context(STYLE | {"svg.hashsalt": name}):
         figure.savefig(buffer, format="svg", dpi=160, metadata={"Date": None, "Creator": None})
     svg = buffer.getvalue().decode()
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
+    if photos:
+        svg = re.sub(r"data:image/png;base64,([^\"]*)", _webp, svg)
     svg = re.sub(r'(<image\b[^>]*?) id="[^"]*"', r"\1", svg)  # from its content: twice for the same picture
     svg = re.sub(r'\bid="', f'id="{name}-', svg)
     svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", svg)
     for color, variable in _THEMED.items():
         svg = re.sub(rf"(fill|stroke): {color}", rf"\g<1>: var(--{variable}, {color})", svg)
     return svg
+
+
+def _webp(png: re.Match[str]) -> str:
+    """A picture in an SVG, from PNG to WebP."""
+    from PIL import Image  # comes with matplotlib
+
+    out = io.BytesIO()
+    # measured on a scan's views: 3.8 MB as PNG, 2.4 without loss, 0.5 at quality 90, where no difference is seen
+    Image.open(io.BytesIO(base64.b64decode(png[1]))).save(out, "WEBP", quality=90)
+    return "data:image/webp;base64," + base64.b64encode(out.getvalue()).decode()

@@ -24,7 +24,7 @@ from fusion.report.judgement import scan_summary
 from fusion.report.page import Figure, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
 from fusion.report.tables import settings_table
-from fusion.report.viewer import Layer, Path3D, script, viewer
+from fusion.report.viewer import Layer, Path3D, script, value_layer, viewer
 from fusion.results.facts import ScanFacts
 from fusion.results.light import Light
 from fusion.results.words import mesh_words
@@ -140,9 +140,10 @@ def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
     layers = [Layer("Shape")]
     if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
         layers.insert(0, Layer("Colour", colors=mesh.colors))
-    if _seen(report) is not None:
-        scale = coverage_scale(_seen(report))  # type: ignore[arg-type]
-        layers.append(Layer("Coverage", values=_seen(report), unit="frames", low=0, high=scale.high))
+    seen = _seen(report)
+    if seen is not None:
+        scale = coverage_scale(seen)
+        layers.append(value_layer("Coverage", seen, scale))
     paths = [("cameras, raw", ORANGE, report.trajectory_raw), ("cameras, corrected", BLUE, report.trajectory)]
     lines = [Path3D(name, t.centres, color) for name, color, t in paths if t is not None and t.valid.any()]
     best = _poses(report)

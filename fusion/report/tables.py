@@ -5,7 +5,8 @@ from html import escape
 
 import numpy as np
 
-LEVELS = ("ok", "warning", "bad")
+from fusion.results.light import Light
+
 WORDS = 30  # characters: a longer cell is no number, and would push the others out of the page
 
 # shape and word tell the level too, so that colour is never the only carrier
@@ -16,20 +17,19 @@ _LAMPS = {
 }
 
 
-def lights(lines: Sequence[tuple[str, str, str, str]]) -> str:
-    """A list of (level, subject, reason, what to do or ""); an unknown level is shown as a warning."""
+def lights(lines: Sequence[Light]) -> str:
+    """A list of judged statements."""
     if not lines:
         return ""
-    return '<ul class="lights">' + "".join(_light(*line) for line in lines) + "</ul>"
+    return '<ul class="lights">' + "".join(map(_light, lines)) + "</ul>"
 
 
-def _light(level: str, subject: str, reason: str, do: str) -> str:
-    level = level if level in LEVELS else "warning"
-    word, shape = _LAMPS[level]
+def _light(light: Light) -> str:
+    word, shape = _LAMPS[light.level]
     lamp = f'<span class="lamp"><svg viewBox="0 0 16 16" aria-hidden="true">{shape}</svg>{word}</span>'
-    plain, name = ("", f"<b>{escape(subject)}</b>") if subject else (" plain", "")
-    step = f' <span class="do">{escape(do)}</span>' if do else ""
-    return f'<li class="light {level}{plain}">{lamp}{name}<span>{escape(reason)}{step}</span></li>'
+    plain, name = ("", f"<b>{escape(light.subject)}</b>") if light.subject else (" plain", "")
+    step = f' <span class="do">{escape(light.do)}</span>' if light.do else ""
+    return f'<li class="light {light.level}{plain}">{lamp}{name}<span>{escape(light.reason)}{step}</span></li>'
 
 
 def folded(title: str, inner: str) -> str:

@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from fusion import __version__
 
-PACKAGES = ("numpy", "scipy", "open3d", "taichi", "opencv-python-headless", "matplotlib", "plotly")
+PACKAGES = ("numpy", "scipy", "open3d", "taichi", "opencv-python-headless", "matplotlib")
 BUILDS = {"open3d": "open3d-cpu"}  # the same module under another name
 
 

@@ -1,6 +1,11 @@
-"""An interactive 3D view of a mesh: plotly with its JavaScript inside the page, once."""
+"""An interactive 3D view of a mesh: the data packed small into the page, drawn by `viewer.js` beside this file."""
 
-from dataclasses import dataclass, replace
+import base64
+import json
+import zlib
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,60 +14,46 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.sight import sides
+from fusion.report.figures.views import Scale, scale_colors
 from fusion.report.page import Section
-from fusion.report.palette import BLUE, GREY
 from fusion.report.thinning import thinned
+
+CLAY = (201, 206, 214)  # of a bare shape
+STEPS = 65535  # of the longest side: places are kept as 16-bit numbers, 5 micrometres in 30 cm
 
 
 @dataclass(frozen=True)
 class Layer:
-    """One colouring of the mesh: colours (n, 3) uint8, or scalar values (n,) with a scale; neither is plain clay.
+    """One colouring of the mesh.
 
     Attributes:
         name: what the button says.
-        colors: (n, 3) uint8 RGB, or None.
-        values: (n,) shown through the scale, or None.
-        unit: of the values.
-        scale: plotly's name of the colour scale.
-        low, high: values at the ends of the scale.
+        colors: (n, 3) uint8 RGB; None is plain clay.
+        scale: what the colours stand for, shown as a bar; None for colours that are only colours.
     """
 
     name: str
     colors: NDArray[np.uint8] | None = None
-    values: NDArray | None = None
-    unit: str = ""
-    scale: str = "Viridis"
-    low: float = 0.0
-    high: float = 1.0
+    scale: Scale | None = None
 
 
 @dataclass(frozen=True)
 class Path3D:
-    """A line through space (n, 3) [m], with its name and colour; NaN breaks it."""
+    """A line through space (n, 3) [m], with its name and colour "#rrggbb"; it passes over points of NaN."""
 
     name: str
     points: Array
     color: str
 
 
-# plotly reads its text canvases back often and does not say so, for which browsers warn
-_READ_OFTEN = """(() => {
-  const get = HTMLCanvasElement.prototype.getContext;
-  HTMLCanvasElement.prototype.getContext = function (kind, options) {
-    return get.call(this, kind, kind === "2d" ? {...options, willReadFrequently: true} : options);
-  };
-})();
-"""
-
-
-_BUTTONS = ["toImage", "zoom3d", "pan3d", "orbitRotation", "tableRotation", "resetCameraDefault3d"]
+def value_layer(name: str, values: NDArray, scale: Scale) -> Layer:
+    """Values (n,) as colours, with their scale."""
+    return Layer(name, np.rint(scale_colors(values, scale) * 255).astype(np.uint8), scale)
 
 
 def script() -> str:
-    """plotly's JavaScript, for Page.script: put it on a page once."""
-    from plotly.offline import get_plotlyjs
-
-    return _READ_OFTEN + get_plotlyjs()
+    """The JavaScript that draws, for Page.script: put it on a page once."""
+    return Path(__file__).with_name("viewer.js").read_text(encoding="utf-8")
 
 
 def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tuple[Path3D, ...] = ()) -> Section:
@@ -72,118 +63,72 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
         mesh: [m]; thinned out for display when it is large.
         layers: colourings of its vertices; the first is shown, buttons change it.
         up, front: (3,) directions in the mesh's frame; front points from the object to the eye.
-        paths: lines that the legend switches on.
+        paths: lines that a person can switch on.
     """
-    import plotly.graph_objects as go
-
-    finite = np.isfinite(mesh.vertices).all(axis=1)
-    if not finite.any():
+    if not np.isfinite(mesh.vertices).all(axis=1).any():
         return Section("Turn it yourself")
     small, nearest = thinned(mesh)
     layers = layers or [Layer("Shape")]
-    traces = [_trace(small, _at(layer, nearest), place == 0) for place, layer in enumerate(layers)]
-    lines = [_line(path) for path in paths]
-    figure = go.Figure([*traces, *lines])
-    figure.update_layout(_layout(up, front, layers, len(lines)))
-    inner = figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id="view3d",
-        config={"displaylogo": False, "responsive": True, "scrollZoom": True, "modeBarButtons": [_BUTTONS]},
-    )
+    about = _packed(small, layers, nearest, paths) | {"up": sides(up, front)[0].up.tolist()}
+    about["front"] = sides(up, front)[0].towards.tolist()
     count = f"{len(small.faces):,} triangles" if len(small.faces) else f"{len(small.vertices):,} points"
-    note = "" if len(small.faces) == len(mesh.faces) and len(mesh.faces) else f" Shown with {count} for speed."
-    html = f'<div class="viewer" role="group" aria-label="Interactive 3D view of the mesh">{inner}</div>'
-    html += "<noscript><p>The 3D view needs JavaScript; the pictures above do not.</p></noscript>"
-    lead = f"Drag to turn, scroll to zoom, right-drag to shift. Axes in millimetres.{note}"
+    thinner = len(small.faces) != len(mesh.faces) or not len(mesh.faces)
+    lead = f"Drag to turn, scroll to zoom, right-drag to shift.{f' Shown with {count} for speed.' if thinner else ''}"
+    # "<" would end the script early; JSON may write it as a number
+    data = json.dumps(about, separators=(",", ":")).replace("<", "\\u003c")
+    html = (
+        f'<div class="viewer" role="group" aria-label="Interactive 3D view of the mesh"><canvas tabindex="0"></canvas>'
+        f'{_buttons(layers)}{_switches(paths)}{_bars(layers)}<div class="scale"></div>'
+        f'<p class="sorry">This browser cannot show the 3D view (it needs WebGL 2); the pictures above need nothing.'
+        f'</p><script type="application/json">{data}</script></div>'
+        "<noscript><p>The 3D view needs JavaScript; the pictures above do not.</p></noscript>"
+    )
     return Section("Turn it yourself", lead, html=html, screen_only=True)
 
 
-def _at(layer: Layer, nearest: NDArray[np.int64]) -> Layer:
-    colors = None if layer.colors is None else layer.colors[nearest]
-    values = None if layer.values is None else np.asarray(layer.values, np.float32)[nearest]
-    return replace(layer, colors=colors, values=values)
-
-
-def _trace(mesh: Mesh, layer: Layer, visible: bool) -> Any:
-    """One colouring as a plotly trace [mm]."""
-    import plotly.graph_objects as go
-
-    x, y, z = (mesh.vertices.T * 1000).astype(np.float32)
-    paint: dict[str, Any] = {"color": "#c9ced6"}
-    if layer.values is not None:
-        bar = {
-            "title": {"text": layer.unit, "side": "right"},
-            "thickness": 12,
-            "len": 0.7,
-            "outlinewidth": 0,
-            "x": 0.99,
-        }
-        paint = {"colorscale": layer.scale, "cmin": layer.low, "cmax": layer.high, "colorbar": bar}
-    if len(mesh.faces) == 0:
-        marker = {"size": 2} | paint
-        marker |= {"color": layer.values} if layer.values is not None else {}
-        marker |= {"color": _hex(layer.colors)} if layer.colors is not None else {}
-        return go.Scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, visible=visible, name=layer.name)
-    if layer.colors is not None:
-        paint = {"vertexcolor": _hex(layer.colors)}
-    if layer.values is not None:
-        paint |= {"intensity": layer.values, "hovertemplate": f"%{{intensity:.2f}} {layer.unit}<extra></extra>"}
-    else:
-        paint |= {"hoverinfo": "none"}
-    i, j, k = mesh.faces.T
-    # painted values need flat light, a bare shape needs contrast
-    soft = layer.values is not None or layer.colors is not None
-    light = {"ambient": 0.8, "diffuse": 0.5} if soft else {"ambient": 0.55, "diffuse": 0.8}
-    light |= {"specular": 0.06, "roughness": 0.8, "fresnel": 0.05}
-    return go.Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, visible=visible, name=layer.name, lighting=light, **paint)
-
-
-def _line(path: Path3D) -> Any:
-    import plotly.graph_objects as go
-
-    x, y, z = (path.points.T * 1000).astype(np.float32)
-    return go.Scatter3d(
-        x=x, y=y, z=z, mode="lines+markers", name=path.name, visible="legendonly", showlegend=True,
-        line={"color": path.color, "width": 3}, marker={"color": path.color, "size": 2.5}, hoverinfo="name",
-    )  # fmt: skip
-
-
-def _hex(colors: NDArray[np.uint8]) -> list[str]:
-    packed = colors.astype(np.uint32) @ np.array([65536, 256, 1], np.uint32)
-    return [f"#{value:06x}" for value in packed.tolist()]
-
-
-def _layout(up: Array, front: Array, layers: list[Layer], lines: int) -> dict[str, Any]:
-    face, left, *_ = sides(up, front)
-    eye = 1.65 * face.towards + 0.85 * left.towards + 0.7 * face.up
-    axis = {"showbackground": False, "gridcolor": "#a9b1be", "zeroline": False, "color": "#8b94a3"}
-    buttons = [
-        {"label": layer.name, "method": "restyle", "args": ["visible", shown, list(range(len(layers)))]}
-        for place, layer in enumerate(layers)
-        for shown in [[place == other for other in range(len(layers))]]
-    ]
-    menu = {
-        "type": "buttons", "direction": "right", "buttons": buttons, "x": 0.01, "y": 0.99, "xanchor": "left",
-        "yanchor": "top", "bgcolor": "rgba(255,255,255,.92)", "bordercolor": "#8b94a3", "font": {"color": "#1c2330"},
-        "pad": {"t": 4, "l": 4},
-    }  # fmt: skip
+def _packed(mesh: Mesh, layers: list[Layer], nearest: NDArray[np.int64], paths: tuple[Path3D, ...]) -> dict[str, Any]:
+    """What `viewer.js` reads; `nearest` (n,) are the vertices of the layers' mesh that stand for those of `mesh`."""
+    low = mesh.vertices.min(axis=0)
+    step = max(float(np.ptp(mesh.vertices, axis=0).max()) / STEPS, 1e-12)
+    clay = np.tile(np.array(CLAY, np.uint8), (len(nearest), 1))
+    parts = [np.rint((mesh.vertices - low) / step).astype("<u2"), mesh.faces.astype("<u4")]
+    parts += [clay if layer.colors is None else layer.colors[nearest] for layer in layers]
     return {
-        "scene": {
-            "aspectmode": "data",
-            "dragmode": "orbit",
-            "camera": {"eye": dict(zip("xyz", eye.tolist(), strict=True)), "up": _xyz(face.up)},
-            **{f"{name}axis": axis | {"title": {"text": f"{name} [mm]"}} for name in "xyz"},
-        },
-        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-        "paper_bgcolor": "rgba(0,0,0,0)",
-        "font": {"family": "Arial, sans-serif", "color": "#7b8596"},
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": GREY, "activecolor": BLUE},
-        "showlegend": lines > 0,
-        "legend": {"x": 0.01, "y": 0.02, "yanchor": "bottom", "bgcolor": "rgba(0,0,0,0)"},
-        "updatemenus": [menu] if len(layers) > 1 else [],
+        "vertices": len(mesh.vertices),
+        "triangles": len(mesh.faces),
+        "low": low.tolist(),
+        "step": step,
+        "layers": [layer.name for layer in layers],
+        "paths": [
+            {"color": path.color, "points": np.round(path.points[np.isfinite(path.points).all(axis=1)], 4).tolist()}
+            for path in paths
+        ],
+        "data": base64.b64encode(zlib.compress(b"".join(part.tobytes() for part in parts), 9)).decode(),
     }
 
 
-def _xyz(vector: Array) -> dict[str, float]:
-    return dict(zip("xyz", map(float, vector), strict=True))
+def _buttons(layers: list[Layer]) -> str:
+    names = layers if len(layers) > 1 else []
+    inner = "".join(f'<button type="button" data-layer>{escape(layer.name)}</button>' for layer in names)
+    return f'<div class="buttons">{inner}<button type="button" data-home>Start view</button></div>'
+
+
+def _switches(paths: tuple[Path3D, ...]) -> str:
+    inner = "".join(
+        f'<label><input type="checkbox" data-path><i style="background:{path.color}"></i>{escape(path.name)}</label>'
+        for path in paths
+    )
+    return f'<div class="paths">{inner}</div>' if inner else ""
+
+
+def _bars(layers: list[Layer]) -> str:
+    """The colour scales, each shown with its layer."""
+    return "".join(_bar(place, layer.scale) for place, layer in enumerate(layers) if layer.scale is not None)
+
+
+def _bar(place: int, scale: Scale) -> str:
+    stops = np.rint(scale_colors(np.linspace(scale.low, scale.high, 9), scale) * 255).astype(int)
+    colors = ", ".join(f"rgb({r},{g},{b})" for r, g, b in stops)
+    ends = f"<span>{scale.low:g}</span><span>{scale.high:g}</span>"
+    ramp = f'<i style="background:linear-gradient(to right, {colors})"></i>'
+    return f'<div class="bar" data-of="{place}" hidden>{ramp}<b>{ends}</b>{escape(scale.label)}</div>'

@@ -69,5 +69,5 @@ def worse_words(table: TableFacts) -> str:
         (np.rad2deg(table.gap_raw.angle), np.rad2deg(table.gap.angle), "deg"),
         (table.gap_raw.distance * 1e3, table.gap.distance * 1e3, "mm"),
     ]
-    worse = [f"{old:.2f} -> {new:.2f} {unit}" for old, new, unit in pairs if round(new, 2) > round(old, 2)]
+    worse = [f"{old:.2f} to {new:.2f} {unit}" for old, new, unit in pairs if round(new, 2) > round(old, 2)]
     return f"worse than before the post-pass: {', '.join(worse)}" if worse else ""

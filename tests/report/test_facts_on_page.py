@@ -17,14 +17,15 @@ FACTS = ScanFacts(shape_of(bumpy_sphere(3), UP), 25, 23, 0.00123, 0.9, TABLE)
 
 
 def test_terminal_and_page_print_the_same_numbers():
-    scan = SimpleNamespace(facts=FACTS, settings={"voxel_m": 0.002, "correction": {"text": "none"}}, warnings=())
+    settings = {"voxel_m": 0.002, "correction": {"text": "none"}}
+    scan = SimpleNamespace(facts=FACTS, settings=settings, judgement=SimpleNamespace(lines=list))
     said = "\n".join(turntable.lines(scan))
     tiles = {number.name: number for number in fact_numbers(FACTS)}
     for name in ("Smallest upright box", "Volume", "Surface", "Triangles", "Frames placed", "Turn a frame"):
         assert tiles[name].value in said, name
     assert tiles["Closing gap"].value == "2.49 mm, 0.93 deg" and tiles["Closing gap"].value in said
-    assert "worse than before the post-pass: 0.40 -> 0.93 deg" in said
-    assert "0.40 -> 0.93 deg" in tiles["Closing gap"].note
+    assert "worse than before the post-pass: 0.40 to 0.93 deg" in said
+    assert "0.40 to 0.93 deg" in tiles["Closing gap"].note
 
 
 def test_json_holds_what_is_printed():

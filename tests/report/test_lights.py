@@ -24,4 +24,9 @@ def test_the_worst_stands_first_and_each_warning_once():
 def test_warnings_beyond_the_first_few_are_folded():
     page = render(Page("t", warnings=[Light("warning", "", f"said {k}") for k in range(OPEN_WARNINGS + 3)]))
     assert "3 more warnings" in page and page.index(f"said {OPEN_WARNINGS - 1}") < page.index("<details>")
-    assert "<details>" not in render(Page("t", warnings=[Light("warning", "", "one")]))
+    assert "more warnings" not in render(Page("t", warnings=[Light("warning", "", "one")]))
+
+
+def test_notes_alone_make_no_section_of_warnings():
+    page = render(Page("t", summary=[Light("ok", "A", "fine")], warnings=[Light("ok", "", "usual")]))
+    assert "Warnings" not in page and page.index("fine") < page.index("<summary>1 note") < page.index("usual")

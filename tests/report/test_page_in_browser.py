@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(BINARY is None, reason="no Ch
 HOSTILE = '<script>document.title="taken"</script>" onmouseover=x $\\frac{ \u00fc\u6f22\U0001f40d</style>'
 
 
-DRAWN = "document.querySelector('.viewer canvas') !== null"
+DRAWN = "document.querySelector('.viewer').dataset.drawn === 'yes'"
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -75,6 +75,38 @@ def test_scan_page_is_calm_and_its_3d_view_is_drawn(browser, scan_page):
     assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
     ids = "[...document.querySelectorAll('section, svg.plot [id]')].map(e => e.id)"
     assert browser.evaluate(f"{ids}.length - new Set({ids}).size") == 0
+
+
+def test_the_3d_view_answers(browser, scan_page):
+    """Layers, camera paths, keys and the way back change what is drawn; a colour scale stands with its layer."""
+    visit(browser, scan_page)
+    assert browser.wait_for(DRAWN)
+    frame = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))"
+    state = "document.querySelector('.viewer .bar').hidden"
+
+    def after(action: str) -> bytes:
+        browser.evaluate(f"(() => {{ const v = document.querySelector('.viewer'); {action} }})()")
+        browser.evaluate(frame)
+        return browser.screenshot(".viewer canvas")
+
+    start = after("")
+    assert browser.evaluate(state)
+    coverage = after("v.querySelectorAll('[data-layer]')[2].click()")
+    assert not browser.evaluate(state)
+    paths = after("v.querySelectorAll('[data-layer]')[0].click(); v.querySelector('[data-path]').click()")
+    turned = after("v.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowLeft'}))")
+    assert len({start, coverage, turned}) == 3 and paths != turned
+    assert after("v.querySelector('[data-path]').click(); v.querySelector('[data-home]').click()") == start
+    assert calm(browser), browser.console
+
+
+def test_without_webgl_words_stand_in_its_place(browser, tmp_path, scan_page):
+    page = scan_page.read_text(encoding="utf-8").replace('getContext("webgl2"', 'getContext("nothing"')
+    (tmp_path / "old.html").write_text(page, encoding="utf-8")
+    visit(browser, tmp_path / "old.html")
+    assert browser.wait_for("document.querySelector('.viewer.failed') !== null")
+    assert "WebGL 2" in browser.evaluate("document.querySelector('.viewer').innerText")
+    assert browser.console == []
 
 
 def test_comparison_page_is_calm_and_its_3d_view_is_drawn(browser, tmp_path):

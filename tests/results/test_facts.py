@@ -20,8 +20,8 @@ def table(before: tuple[float, float], after: tuple[float, float]) -> TableFacts
 
 
 def test_a_gap_that_got_worse_is_said():
-    assert "worse than before the post-pass: 0.40 -> 0.90 deg" in closing_words(table((0.4, 3), (0.9, 2)))
-    assert "2.00 -> 3.00 mm" in closing_words(table((0.4, 2), (0.4, 3)))
+    assert "worse than before the post-pass: 0.40 to 0.90 deg" in closing_words(table((0.4, 3), (0.9, 2)))
+    assert "2.00 to 3.00 mm" in closing_words(table((0.4, 2), (0.4, 3)))
     assert "worse" not in closing_words(table((0.9, 3), (0.4, 2)))
     assert "worse" not in closing_words(table((0.400, 3), (0.4001, 3)))  # the printed digits say the same
     assert closing_words(TableFacts(0.1, 0.01)) == "no full turn"

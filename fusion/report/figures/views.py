@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shading import CLAY, picture, vertex_normals
-from fusion.mesh.sight import Side, look
+from fusion.mesh.sight import Side, Sight, look
 from fusion.report.page import Figure
 from fusion.report.palette import INK, SOFT, new_figure, styled, to_svg
 
@@ -44,7 +44,7 @@ def mesh_views(rows: Sequence[Row], sides: list[Side], text: Figure, scale: Scal
         scale: adds a colour bar.
     """
     pixel = _pixel([row.mesh for row in rows])
-    pictures = [[_picture(row, side, pixel) for side in sides] for row in rows]
+    pictures = _pictures(rows, sides, pixel)
     widths = [max(p.shape[1] for p in column) for column in zip(*pictures, strict=True)]
     heights = [max(p.shape[0] for p in line) for line in pictures]
     inch = 11.0 / max(sum(widths), 1)
@@ -63,7 +63,7 @@ def mesh_views(rows: Sequence[Row], sides: list[Side], text: Figure, scale: Scal
             ax.set_ylim(heights[-1] * 1.03 + 6, 0)
         if scale:
             _color_bar(figure, grid, scale)
-        return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
+        return Figure(text.title, to_svg(figure, text.svg, photos=True), text.alt, text.caption)
 
 
 def scale_colors(values: NDArray, scale: Scale) -> NDArray[np.float64]:
@@ -94,9 +94,18 @@ def _pixel(meshes: list[Mesh]) -> float:
     return longest / (2 * PIXELS) if longest > 0 else 1e-3
 
 
-def _picture(row: Row, side: Side, pixel: float) -> NDArray[np.uint8]:
+def _pictures(rows: Sequence[Row], sides: list[Side], pixel: float) -> list[list[NDArray[np.uint8]]]:
+    """A line of pictures for each row; what several rows show in different colours is looked at once."""
+    sights: dict[int, list[Sight]] = {}
+    for row in rows:
+        if id(row.mesh) not in sights:
+            sights[id(row.mesh)] = [look(row.mesh, side, pixel) for side in sides]
+    return [[_picture(row, sight) for sight in sights[id(row.mesh)]] for row in rows]
+
+
+def _picture(row: Row, sight: Sight) -> NDArray[np.uint8]:
     colors = np.broadcast_to(CLAY, (len(row.mesh.vertices), 3)) if row.colors is None else row.colors
-    return picture(look(row.mesh, side, pixel), vertex_normals(row.mesh), colors)
+    return picture(sight, vertex_normals(row.mesh), colors)
 
 
 def _show(ax, rgba: NDArray[np.uint8], label: str, room: int) -> None:
