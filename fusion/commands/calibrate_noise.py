@@ -65,17 +65,20 @@ def write(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | No
 
 def summary(found: "NoiseCalibration") -> dict[str, Any]:
     """The numbers that a caller wants first; lengths in metres."""
+    from fusion.sensor.effects.readout.axial_noise import AxialNoise
+    from fusion.sensor.effects.readout.lateral_noise import LateralNoise
+
     axial, lateral = found.axial, found.lateral
     numbers: dict[str, Any] = {
-        "axial": _fit(axial.best) | {"candidates": {fit.form.title: fit.score for fit in axial.fits}},
+        "axial": _fit(axial.best, AxialNoise) | {"candidates": {fit.form.title: fit.score for fit in axial.fits}},
         "lateral": None
         if lateral is None
-        else _fit(lateral.best)
+        else _fit(lateral.best, LateralNoise)
         | {
             "candidates": {fit.form.title: fit.score for fit in lateral.fits},
             "percentile_90_m": _number(lateral.percentile),
             "percentile_90_shadow_m": _number(lateral.percentile_shadow),
-            "shadow": None if lateral.shadow is None else _fit(lateral.shadow),
+            "shadow": None if lateral.shadow is None else _fit(lateral.shadow, LateralNoise),
         },
         "dropout": None
         if found.dropout is None
@@ -88,12 +91,14 @@ def summary(found: "NoiseCalibration") -> dict[str, Any]:
     return numbers
 
 
-def _fit(fit: "Fit") -> dict[str, Any]:
+def _fit(fit: "Fit", effect: Any) -> dict[str, Any]:
+    from fusion.sensor.quantity import fitted
+
     wide = fit.half_width()
     return {
         "law": fit.form.title,
         "parameters": {
-            name: {"value": float(value), "std": float(std), "interval_90": [value - wide * std, value + wide * std]}
+            name: {**fitted(effect, name, value, std), "interval_90": [value - wide * std, value + wide * std]}
             for name, value, std in zip(fit.form.names, fit.numbers, fit.std, strict=True)
         },
         "correlation": fit.correlation.tolist(),
@@ -127,10 +132,10 @@ def _number(value: float) -> float | None:
 def _lines(numbers: dict[str, Any]) -> list[str]:
     axial, lateral = numbers["axial"], numbers["lateral"]
     lines = [f"axial     {axial['law']}, of {len(axial['candidates'])}; {axial['rms'] * 1e3:.3f} mm rms left over"]
-    lines += [f"  {name:<15}{p['value']:>12.5g} +- {p['std']:.2g}" for name, p in axial["parameters"].items()]
+    lines += _rows(axial["parameters"])
     if lateral is not None:
         lines.append(f"lateral   {lateral['law']}")
-        lines += [f"  {name:<15}{p['value']:>12.5g} +- {p['std']:.2g}" for name, p in lateral["parameters"].items()]
+        lines += _rows(lateral["parameters"])
         for name, text in (
             ("percentile_90_m", "90 % of the edges below"),
             ("percentile_90_shadow_m", "beside a shadow"),
@@ -140,3 +145,10 @@ def _lines(numbers: dict[str, Any]) -> list[str]:
         *lines,
         *(f"note      {text}" for text in numbers["notes"]),
     ]
+
+
+def _rows(fitted_numbers: dict[str, Any]) -> list[str]:
+    from fusion.sensor.quantity import shown
+
+    known = {name: (p["value"], p["std"], p["unit"], p["determined"]) for name, p in fitted_numbers.items()}
+    return [f"  {name:<15} {shown(*one)}" for name, one in known.items()]

@@ -18,6 +18,7 @@ from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.results.light import Light, level
 from fusion.sensor.parameter import parameters
+from fusion.sensor.quantity import NOT_DETERMINED, fitted
 
 # where a line turns yellow, and red (guesses)
 WIDE_SHARE = (0.05, 0.2)  # half the 90 % interval over the noise, at the poses
@@ -94,8 +95,10 @@ def _parameters(found: NoiseCalibration) -> str:
             others = [f"{fit.form.names[k]} {fit.correlation[i, k]:+.2f}" for k in range(len(fit.numbers)) if k != i]
             least, most = (edge[i] for edge in fit.form.bounds())
             low, high = np.clip([value - wide * std, value + wide * std], least, most)
-            rows.append([f"{effect}.{name}", f"{value:.5g}", f"{std:.2g}", f"{low:.5g} to {high:.5g}", units[name],
-                         ", ".join(others)])  # fmt: skip
+            said = [f"{value:.5g}", f"{std:.2g}", f"{low:.5g} to {high:.5g}"]
+            if not fitted(model, name, value, std)["determined"]:
+                said = [NOT_DETERMINED, "", ""]
+            rows.append([f"{effect}.{name}", *said, units[name], ", ".join(others)])
     if found.dropout is not None:
         for name, value, std in zip(("ir_threshold", "width"), found.dropout.numbers, found.dropout.std, strict=True):
             rows.append([f"amplitude_dropout.{name}", f"{value:.4g}", f"{std:.2g}", "", "count", ""])

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fusion.sensor.forms import ANGLES
-from fusion.sensor.parameter import Parameter
+from fusion.sensor.parameter import Parameter, parameters
 
 USUAL = 10.0  # times a usual size, or the value itself: a spread of more leaves open what the number is (guess)
 ANY_ANGLE = np.pi / np.sqrt(3)  # [rad] standard deviation of an angle that may be anything
@@ -20,6 +20,13 @@ def is_determined(about: Parameter, value: float, std: float | None) -> bool:
         return bool(std < 0.9 * ANY_ANGLE)
     usual = max(abs(value), abs(about.typical))
     return bool(std < min(USUAL * usual, (about.high - about.low) / 2))
+
+
+def fitted(effect: Any, name: str, value: float, std: float) -> dict[str, Any]:
+    """A fitted number of an effect (class or instance) as files hold it; a number that no effect has has no unit."""
+    about = parameters(effect).get(name)
+    sure = about is None or is_determined(about, value, std)
+    return {"value": float(value), "std": float(std), "unit": about.unit if about else "", "determined": sure}
 
 
 def quantity(value: Any, std: float | None, unit: str) -> tuple[str, str, str]:
