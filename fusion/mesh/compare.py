@@ -118,12 +118,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
 
     >>> ball = fusion.read_mesh("ball.ply")
     >>> larger = fusion.Mesh(1.02 * ball.vertices, ball.faces)
-    >>> found = fusion.compare(larger, ball)
+    >>> found = fusion.compare(larger, ball, fusion.CompareSettings(align=False, samples=2000))
     >>> print(f"{1e3 * found.accuracy['mean_signed']:.1f} mm outside")
     1.0 mm outside
-    >>> found = fusion.compare(larger, ball, fusion.CompareSettings(scale=True))
-    >>> round(1 / found.scale, 3)
-    1.02
     """
     settings = settings or CompareSettings()
     _check(settings)
