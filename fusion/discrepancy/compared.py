@@ -16,11 +16,19 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
+NOISE_ALONE = 1.3  # chi2 per tile up to which a recording shows noise and nothing else (guess)
+
 
 def cleaned(gauge: Gauge, white: Vector) -> Vector:
     """(n,) native units: what stays of whitened tiles when the likeliest pose and known-parameter errors are undone."""
     inverse = solve_triangular(gauge.root, white, lower=True, trans="T", check_finite=False)
     return np.asarray(gauge.bare @ (gauge.bare.T @ inverse))
+
+
+def beyond_noise(white: Vector, metres: Vector) -> float:
+    """Mean square [m^2] of residuals that their noise does not explain; 0 where noise alone is that large."""
+    chi2 = float(np.mean(white**2))
+    return 0.0 if chi2 <= NOISE_ALONE else float(np.mean(metres**2)) * (1.0 - 1.0 / chi2)
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,12 @@ class Compared:
     def misfit(self) -> tuple[float, float]:
         """Chi2 per degree of freedom before and after; 1 is noise alone."""
         return float(np.mean(self.white[0] ** 2)), float(np.mean(self.white[1] ** 2))
+
+    @property
+    def beyond_noise(self) -> tuple[float, float]:
+        """Error of the depth [m], root mean square, before and after, beyond what its noise explains."""
+        before, after = (np.sqrt(beyond_noise(*part)) for part in zip(self.white, self.metres, strict=True))
+        return float(before), float(after)
 
     def recordings(self) -> list[tuple[str, float, float]]:
         """Name, chi2 per tile before and after, of each recording."""

@@ -4,11 +4,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from fusion.discrepancy.compared import Compared, recording_names
+from fusion.discrepancy.compared import NOISE_ALONE, Compared, recording_names
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.verdict.unexplained import NOISE_ALONE
 from fusion.discrepancy.verdict.words import how_sure, name_of, rivals_said, size_of, what_it_is
 from fusion.report.claim_sections import claim_sections
 from fusion.report.claims import questions
@@ -70,7 +67,7 @@ def _summary(verdict: dict[str, Any], seen: Compared) -> list[Light]:
     lines = [Light(open_, "Verdict", verdict["headline"])]
     for entry in (*missing, *likely):
         established = any(entry is claim for claim in missing)
-        lines.append(Light("warning", _title(entry), _told(entry, established), plain(entry["record_next"])))
+        lines.append(Light("warning", _title(entry), _told(entry, established), _next(entry)))
     for key, text in LOOSE.items():
         found = verdict["fit"][key]
         if found["value"]:
@@ -87,6 +84,10 @@ def _title(entry: dict[str, Any]) -> str:
     return name[:1].upper() + name[1:]
 
 
+def _next(entry: dict[str, Any]) -> str:
+    return f"Record next: {plain(entry['record_next']).rstrip('.')}." if entry["record_next"] else ""
+
+
 def _told(entry: dict[str, Any], established: bool) -> str:
     """What it is, how large, how sure, what else it could be."""
     happens = what_it_is(entry)
@@ -100,10 +101,9 @@ def _numbers(verdict: dict[str, Any], seen: Compared) -> list[Number]:
     """What is wrong with the depth before and after, in millimetres; the misfit is a number for those who fit."""
     whens = ("before", "after") if seen.changed else ("",)
     numbers = []
-    for when, metres in zip(whens, seen.metres, strict=False):
-        rms = float(np.sqrt(np.mean(metres**2)))
-        numbers.append(Number(f"Depth error {when}".strip(), f"{rms * 1e3:.2f}", "mm rms"))
-    numbers.append(Number("Unexplained beyond noise", f"{verdict['unexplained']['rms_m'] * 1e3:.2f}", "mm rms"))
+    for when, rms in zip(whens, seen.beyond_noise, strict=False):
+        numbers.append(Number(f"Depth error beyond noise {when}".strip(), f"{rms * 1e3:.2f}", "mm rms"))
+    numbers.append(Number("Unexplained", f"{verdict['unexplained']['rms_m'] * 1e3:.2f}", "mm rms"))
     for when in whens:
         stated = verdict["fit"]["heldout"][f"rms_{when or 'after'}_m"]
         if stated is not None:

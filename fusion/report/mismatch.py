@@ -38,8 +38,9 @@ def maps_section(seen: Compared, unit: Unit) -> Section:
             image = painted(patch, seen.clean[model][rows] / sizes[rows]) * unit.factor
             column.append((f"{names[patch.look.place]}: misfit {misfit}", image))
         columns.append(column)
-    rms = [1e3 * float(np.sqrt(np.mean(metres**2))) for metres in seen.metres]
-    finding = f"The error of the depth goes from {rms[0]:.2f} to {rms[1]:.2f} mm" if seen.changed else said_misfit(seen)
+    rms = [1e3 * size for size in seen.beyond_noise]
+    told = f"The error of the depth beyond noise goes from {rms[0]:.2f} to {rms[1]:.2f} mm"
+    finding = told if seen.changed else said_misfit(seen)
     measure = "White: as predicted" if seen.changed else "Colour: residual over the noise that is expected there"
     text = Figure(
         finding,

@@ -52,7 +52,7 @@ def _text(name: str, found: Next) -> str:
             "steps, patches and switches alike"
         )
     text = f"{found.proposal.choice.text}; it parts {name} from {', '.join(found.parted)} by about "
-    text += f"{found.proposal.sigma:.0f} standard deviations"
+    text += f"{found.proposal.sigma:.0f} times the noise"
     return text + (f"; {', '.join(found.left)} would still look the same" if found.left else "")
 
 
