@@ -57,6 +57,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.mesh.seen import read_seen
     from fusion.output import output_folder
     from fusion.report.comparison import Circumstances, comparison_report
+    from fusion.results.comparison import judge_comparison
 
     notes: list[str] = []
     mesh, reference = read_mesh(options.mesh, notes), read_mesh(options.reference, notes)
@@ -88,12 +89,19 @@ def run(options: argparse.Namespace) -> None:
         if options.report:
             with stage("report"):
                 comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)
+    judgement = judge_comparison(comparison)
     if options.json:
-        print(json.dumps(comparison.to_dict() | {"output": str(options.output)}, indent=1, allow_nan=False))
+        print(
+            json.dumps(
+                comparison.to_dict() | {"judgement": judgement.values()} | {"output": str(options.output)},
+                indent=1,
+                allow_nan=False,
+            )
+        )
         return
     if not options.quiet:
         sys.stderr.writelines(f"note: {note}\n" for note in notes)
-    print("\n".join([*_lines(comparison), *made(options, "report", width=14)]))
+    print("\n".join([*judgement.lines(), *_lines(comparison), *made(options, "report", width=14)]))
 
 
 def _lines(comparison: "Comparison") -> list[str]:

@@ -16,12 +16,8 @@ from fusion.report.figures.views import Row, mesh_views
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.report.viewer import Layer, script, value_layer, viewer
-from fusion.results.light import Light, level
-
-RMS_M = (0.002, 0.005)  # good up to, a problem above (guesses, for objects of some decimetres)
-BIAS_M = (0.001, 0.003)
-MISSING_SHARE = (0.1, 0.3)
-SCALE = (0.002, 0.01)
+from fusion.results.comparison import field_of, judge_comparison, millimetres, number_of, share_within
+from fusion.results.light import Light
 
 _ROWS = [
     ("mean_signed", "mean, signed"), ("mean", "mean of the size"), ("median", "median of the size"), ("rms", "rms"),
@@ -69,7 +65,7 @@ def comparison_report(
     page = Page(
         title=about.title,
         subtitle=about.subtitle,
-        summary=comparison_summary(comparison),
+        summary=judge_comparison(comparison).lights,
         numbers=_numbers(comparison),
         sections=[
             comparison_section(comparison, mesh, around),
@@ -99,50 +95,25 @@ def comparison_section(comparison: Any, mesh: Mesh, around: list[Side]) -> Secti
     return Section("Distances", figures=tuple(figures), html=_table(comparison))
 
 
-def comparison_summary(comparison: Any) -> list[Light]:
-    """Judged lines on accuracy, bias, completeness and scale."""
-    near, far = (_get(comparison, name) or {} for name in ("accuracy", "completeness"))
-    lines = []
-    if near:
-        rms, bias = _number(near, "rms"), _number(near, "mean_signed")
-        lines.append(Light(level(rms, RMS_M), "Accuracy", f"The mesh stands {_mm(rms)} (rms) off the reference."))
-        reason = f"On average it lies {_mm(abs(bias))} {'outside' if bias > 0 else 'inside'} the reference."
-        lines.append(Light(level(abs(bias), BIAS_M), "Bias", reason))
-    if far:
-        share = _limit(far, 0.005)
-        reason = f"{share:.1%} of the reference's surface has mesh within 5 mm."
-        lines.append(Light(level(1 - share, MISSING_SHARE), "Completeness", reason))
-    scale = _get(comparison, "scale")
-    if scale is not None:
-        same = float(scale) == 1.0
-        interval = _get(comparison, "scale_interval")
-        known = "" if interval is None or None in interval else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
-        reason = (
-            "The scale was kept as it is." if same else f"The mesh fits best when multiplied by {scale:.5f}{known}."
-        )
-        lines.append(Light(level(abs(float(scale) - 1), SCALE), "Scale", reason))
-    return lines
-
-
 def _numbers(comparison: Any) -> list[Number]:
-    near, far = (_get(comparison, name) or {} for name in ("accuracy", "completeness"))
+    near, far = (field_of(comparison, name) or {} for name in ("accuracy", "completeness"))
     numbers = []
     for name, block in (("accuracy", near), ("completeness", far)):
         if block:
-            numbers.append(Number(f"Rms, {name}", _mm(_number(block, "rms"))[:-3], "mm"))
-            numbers.append(Number(f"Within 2 mm, {name}", f"{_limit(block, 0.002) * 100:.1f}", "%"))
-    scores = _get(comparison, "fscore") or {}
+            numbers.append(Number(f"Rms, {name}", millimetres(number_of(block, "rms"))[:-3], "mm"))
+            numbers.append(Number(f"Within 2 mm, {name}", f"{share_within(block, 0.002) * 100:.1f}", "%"))
+    scores = field_of(comparison, "fscore") or {}
     numbers += [Number(f"F-score at {float(k) * 1000:g} mm", f"{float(v):.3f}") for k, v in scores.items()]
     return numbers
 
 
 def _table(comparison: Any) -> str:
-    blocks = [_get(comparison, name) or {} for name in ("accuracy", "completeness")]
+    blocks = [field_of(comparison, name) or {} for name in ("accuracy", "completeness")]
     if not any(blocks):
         return ""
-    rows = [[f"{label} [mm]", *(_mm(_number(block, key))[:-3] for block in blocks)] for key, label in _ROWS]
+    rows = [[f"{label} [mm]", *(millimetres(number_of(block, key))[:-3] for block in blocks)] for key, label in _ROWS]
     rows += [
-        [f"within {limit * 1000:g} mm [%]", *(f"{_limit(block, limit) * 100:.1f}" for block in blocks)]
+        [f"within {limit * 1000:g} mm [%]", *(f"{share_within(block, limit) * 100:.1f}" for block in blocks)]
         for limit in (0.001, 0.002, 0.005)
     ]
     return numbers_table(["distance", "mesh to reference", "reference to mesh"], rows)
@@ -170,9 +141,11 @@ def _distance(mesh: Mesh) -> NDArray | None:
 
 def _histogram(comparison: Any, distance: NDArray | None) -> tuple[NDArray, NDArray]:
     """(counts, edges [m]): the comparison's own, else from the vertices; the outermost bins hold what lies beyond."""
-    stated = _get(comparison, "histogram")
+    stated = field_of(comparison, "histogram")
     if stated is not None:
-        pair = [_get(stated, name) for name in ("counts", "edges")] if not isinstance(stated, tuple) else list(stated)
+        pair = (
+            [field_of(stated, name) for name in ("counts", "edges")] if not isinstance(stated, tuple) else list(stated)
+        )
         if len(pair) == 2 and all(part is not None for part in pair):
             return np.asarray(pair[0], float), np.asarray(pair[1], float)
     known = distance[np.isfinite(distance)] if distance is not None else np.zeros(0)
@@ -182,26 +155,7 @@ def _histogram(comparison: Any, distance: NDArray | None) -> tuple[NDArray, NDAr
     return np.histogram(np.clip(known, -half, half), bins=81, range=(-half, half))
 
 
-def _get(source: Any, name: str) -> Any:
-    return source.get(name) if isinstance(source, Mapping) else getattr(source, name, None)
-
-
-def _number(block: Any, name: str) -> float:
-    value = _get(block, name)
-    return float("nan") if value is None else float(value)
-
-
 def _within(comparison: Any) -> dict[float, float]:
     """Share by limit [m] of the mesh's distances, as the comparison states it."""
-    within = _get(_get(comparison, "accuracy") or {}, "within") or {}
+    within = field_of(field_of(comparison, "accuracy") or {}, "within") or {}
     return {float(limit): float("nan") if share is None else float(share) for limit, share in within.items()}
-
-
-def _limit(block: Any, limit: float) -> float:
-    """Share within a limit [m]; keys are numbers or texts."""
-    found = [share for key, share in (_get(block, "within") or {}).items() if abs(float(key) - limit) < 1e-9]
-    return float("nan") if not found or found[0] is None else float(found[0])
-
-
-def _mm(value: float) -> str:
-    return f"{value * 1000:.2f} mm" if np.isfinite(value) else "unknown mm"

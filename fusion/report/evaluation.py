@@ -14,9 +14,10 @@ from fusion.report.figures.pixel_maps import MOST, map_rows
 from fusion.report.figures.still_series import drift_figure, pixel_figure
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
-from fusion.results.light import Light
+from fusion.results.light import Light, level
 
 WARM = {"ready": "ok", "not warmed up": "bad"}
+OFFSET_NOISES = (1.0, 5.0)  # an offset below the noise of one value is good, far above it a problem (guess)
 SAME = 1e-5  # [m] a smaller correction is none
 LEVEL = 1.645  # standard deviations of a 90 % interval
 
@@ -32,6 +33,7 @@ def evaluation_report(path: Path, found: Evaluation, command: str = "", settings
         subtitle=f"{name}; {camera.principle}, {camera.width} x {camera.height} px",
         summary=[
             Light("ok", "Found", _sentence(summary(found))),
+            *_offset_light(found),
             Light(WARM.get(drift.verdict, "warning"), "Warm", drift.text),
             *light,
         ],
@@ -49,6 +51,18 @@ def evaluation_report(path: Path, found: Evaluation, command: str = "", settings
         command=command,
     )
     write_page(path, page)
+
+
+def _offset_light(found: Evaluation) -> list[Light]:
+    """The largest offset from the truth, where one is known: judged against the noise of a single depth."""
+    known = [look.bias for look in found.looks if look.bias is not None and np.isfinite(look.bias.offset)]
+    if not known:
+        return []
+    worst = max(known, key=lambda bias: abs(bias.offset) / bias.spread)
+    judged = level(abs(worst.offset) / worst.spread, OFFSET_NOISES)
+    said = f"Depth is off by {worst.offset * 1e3:+.1f} mm at {worst.distance:.2f} m, where one value scatters by "
+    do = "Calibrate it: fusion calibrate depth." if judged != "ok" else ""
+    return [Light(judged, "Offset", f"{said}{worst.spread * 1e3:.1f} mm.", do)]
 
 
 def _numbers(found: Evaluation) -> list[Number]:

@@ -72,8 +72,8 @@ def _summary(fit: CameraFit, search: Search, title: str) -> list[Light]:
         Light(_above(sway, SWAY), "Stability", f"Without {view} a parameter moves by {sway:.1f} standard deviations."),
     ]  # fmt: skip
     if fit.k3_held:
-        reason = f"The views do not establish it (+- {std['k3']:.2g}): held at 0. Boards near the corners would tell."
-        lines.append(Light("warning" if fit.coverage < COVERAGE[0] else "ok", "k3", reason))
+        reason = f"The views do not establish it (+- {std['k3']:.2g}): it is held at 0."
+        lines.append(Light("warning", "k3", reason, "Record views with the board in the corners of the picture."))
     if fit.judged.outliers:
         said = "; ".join(f"{o.name}: {o.reason}" for o in fit.judged.outliers[:6])
         lines.append(Light("warning", "Outliers", f"{len(fit.judged.outliers)} views do not fit: {said}."))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.results.judgement import Judgement
-from fusion.results.light import Light, level, worst_first
+from fusion.results.light import LEVELS, Light, level, worst_first
 from fusion.scan.camera_light import camera_light
 from fusion.scan.table_lights import table_lights
 
@@ -76,7 +76,7 @@ def _coverage(scan: "Scan") -> Light:
 
 def _surface(scan: "Scan") -> Light:
     shape, dropped = scan.facts.shape, 1 - scan.evidence.kept_share
-    worse = max(level(shape.open_share, OPEN_SHARE), level(dropped, DROPPED_SHARE), key=("ok", "warning", "bad").index)
+    worse = max(level(shape.open_share, OPEN_SHARE), level(dropped, DROPPED_SHARE), key=LEVELS.index)
     said = f"The surface is {'closed' if shape.openings() == 'closed' else 'open: ' + shape.openings()}"
     said += f"; {shape.open_share:.0%} of it is missing" if worse != "ok" and shape.open_share > OPEN_SHARE[0] else ""
     said += f"; {dropped:.0%} lay in loose pieces and was dropped" if dropped > DROPPED_SHARE[0] else ""

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fusion.results.light import Light, level
+from fusion.results.light import LEVELS, Light, level
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan
@@ -66,7 +66,7 @@ def _closing(scan: "Scan") -> Light | None:
     if gap is None:
         return None
     angle, distance = gap
-    judged = max(level(distance, GAP_M), level(angle, GAP_ANGLE), key=("ok", "warning", "bad").index)
+    judged = max(level(distance, GAP_M), level(angle, GAP_ANGLE), key=LEVELS.index)
     said = (
         f"Where the turn closes, two views miss each other by {distance * 1e3:.2f} mm and {np.rad2deg(angle):.2f} deg"
     )

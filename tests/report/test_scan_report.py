@@ -11,12 +11,13 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.sight import look, sides
-from fusion.report.comparison import comparison_report, comparison_summary
+from fusion.report.comparison import comparison_report
 from fusion.report.figures.distance import distance_scale, shares
 from fusion.report.figures.views import nice_length
 from fusion.report.scan import ScanReport, scan_report
 from fusion.report.seen import times_seen
 from fusion.report.thinning import thinned
+from fusion.results.comparison import judge_comparison
 
 EMPTY = Mesh(np.zeros((0, 3)))
 
@@ -96,16 +97,16 @@ def test_comparison_pages(tmp_path, mesh):
 
 def test_summary_judges_by_the_numbers():
     comparison = made_up_comparison()
-    assert {line.level for line in comparison_summary(comparison)} == {"ok"}
+    assert {line.level for line in judge_comparison(comparison).lights} == {"ok"}
     comparison["accuracy"] = comparison["accuracy"] | {"rms": 0.02}
-    assert next(line.level for line in comparison_summary(comparison) if line.subject == "Accuracy") == "bad"
+    assert next(line.level for line in judge_comparison(comparison).lights if line.subject == "Accuracy") == "bad"
 
 
 def test_summary_tells_how_well_the_scale_is_known():
     comparison = made_up_comparison() | {"scale": 1.01, "scale_interval": (1.005, 1.015)}
-    assert any("1.00500 to 1.01500" in line.reason for line in comparison_summary(comparison))
+    assert any("1.00500 to 1.01500" in line.reason for line in judge_comparison(comparison).lights)
     for unknown in (None, (0.0, None)):  # nothing was fitted; nothing is known (comparison.json has no infinity)
-        assert comparison_summary(comparison | {"scale_interval": unknown})
+        assert judge_comparison(comparison | {"scale_interval": unknown})
 
 
 def test_looking_keeps_lengths_and_nearness():

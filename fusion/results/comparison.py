@@ -1,0 +1,84 @@
+"""The judgement of a comparison with a reference, and how its numbers are read."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fusion.results.judgement import Judgement
+from fusion.results.light import LEVELS, Light, level, worst_first
+
+# good up to the first, a problem above the second (guesses, for objects of some decimetres)
+RMS_M = (0.002, 0.005)
+FAR_SHARE = (0.1, 0.5)  # of the mesh, farther than 2 mm from the reference
+BIAS_M = (0.001, 0.003)
+MISSING_SHARE = (0.1, 0.3)
+SCALE = (0.002, 0.01)
+
+
+def judge_comparison(comparison: Any) -> Judgement:
+    """Accuracy, bias, completeness and scale.
+
+    Args:
+        comparison: the fields of `comparison.json`, as a mapping or as attributes.
+    """
+    near, far = (field_of(comparison, name) or {} for name in ("accuracy", "completeness"))
+    lights = [_accuracy(near), _bias(near)] if near else []
+    if far:
+        share = share_within(far, 0.005)
+        judged = level(1 - share, MISSING_SHARE)
+        do = "Scan what is missing, or pass --seen with the points that the scan could see." if judged != "ok" else ""
+        reason = f"{share:.1%} of the reference's surface has mesh within 5 mm."
+        lights.append(Light(judged, "Completeness", reason, do))
+    if field_of(comparison, "scale") is not None:
+        lights.append(_scale(comparison))
+    return Judgement(worst_first(lights))
+
+
+def _accuracy(near: Any) -> Light:
+    rms, beyond = number_of(near, "rms"), 1 - share_within(near, 0.002)
+    far = "ok" if np.isnan(beyond) else level(beyond, FAR_SHARE)
+    judged = max(level(rms, RMS_M), far, key=LEVELS.index)
+    said = f"The mesh stands {millimetres(rms)} (rms) off the reference"
+    said += "" if np.isnan(beyond) else f", {beyond:.0%} of it more than 2 mm"
+    do = "Look where in the picture of the distances: an edge, one side, or all over?" if judged != "ok" else ""
+    return Light(judged, "Accuracy", said + ".", do)
+
+
+def _bias(near: Any) -> Light:
+    bias = number_of(near, "mean_signed")
+    judged = level(abs(bias), BIAS_M)
+    do = "Calibrate the depth (fusion calibrate depth), or compare with --scale." if judged != "ok" else ""
+    side = "outside" if bias > 0 else "inside"
+    return Light(judged, "Bias", f"On average it lies {millimetres(abs(bias))} {side} the reference.", do)
+
+
+def _scale(comparison: Any) -> Light:
+    scale, interval = float(field_of(comparison, "scale")), field_of(comparison, "scale_interval")
+    known = "" if interval is None or None in interval else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
+    said = f"The mesh fits best when multiplied by {scale:.5f}{known}."
+    judged = level(abs(scale - 1), SCALE)
+    do = "Check the focal length, the unit and the scale of the depth." if judged != "ok" else ""
+    return Light(judged, "Scale", "The scale was kept as it is." if scale == 1.0 else said, do)
+
+
+def field_of(source: Any, name: str) -> Any:
+    """An entry of a mapping, or an attribute; None where there is none."""
+    return source.get(name) if isinstance(source, Mapping) else getattr(source, name, None)
+
+
+def number_of(block: Any, name: str) -> float:
+    """A number of a block, NaN where it is not known."""
+    value = field_of(block, name)
+    return float("nan") if value is None else float(value)
+
+
+def share_within(block: Any, limit: float) -> float:
+    """Share within a limit [m], NaN where it is not known; keys are numbers or texts."""
+    found = [share for key, share in (field_of(block, "within") or {}).items() if abs(float(key) - limit) < 1e-9]
+    return float("nan") if not found or found[0] is None else float(found[0])
+
+
+def millimetres(value: float) -> str:
+    """ "1.23 mm"."""
+    return f"{value * 1000:.2f} mm" if np.isfinite(value) else "unknown mm"
