@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 from fusion.mesh.files import write_mesh
-from fusion.reconstruct import ReconstructSettings, reconstruct
+from fusion.reconstruction.pipeline import reconstruct
+from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.open import open_recording
 from fusion.sensor.file import read_sensor
 

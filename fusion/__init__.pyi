@@ -21,6 +21,9 @@ from fusion.mesh.compare import compare as compare
 from fusion.mesh.files import read_mesh as read_mesh
 from fusion.mesh.files import write_mesh as write_mesh
 from fusion.mesh.mesh import Mesh as Mesh
+from fusion.reconstruction.pipeline import reconstruct as reconstruct
+from fusion.reconstruction.result import Reconstruction as Reconstruction
+from fusion.reconstruction.settings import ReconstructSettings as ReconstructSettings
 from fusion.recording.camera_file import write_camera as write_camera
 from fusion.recording.camera_presets import find_camera as find_camera
 from fusion.recording.convert import convert_recording as convert_recording

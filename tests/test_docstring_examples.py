@@ -50,10 +50,11 @@ def small_data(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def more_data(small_data):
-    """`wall_0` to `wall_4` and `board` beside it."""
+    """`wall_0` to `wall_4`, `my_room` and `board` beside it."""
     sensor = fusion.read_sensor("kinect-v2-indoors")
     for i, distance in enumerate((0.6, 0.9, 1.2, 1.6, 2.0)):
         write(small_data / f"wall_{i}", "wall", {"distance_m": distance, "frames": 12}, sensor)
+    write(small_data / "my_room", "room", {"frames": 6, "sweep_deg": 5}, sensor)
     larger = replace(SMALL, width=320, height=240, fx=288.0, fy=288.0, cx=160.0, cy=120.0)
     write(small_data / "board", "checkerboard", {"frames": 12}, sensor, larger)
 

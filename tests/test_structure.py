@@ -15,7 +15,7 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 ROOMS = [
     "errors", "quantity", "progress", "output", "compute", "geometry", "recording", "devices", "mesh", "coloring",
     "sensor", "calibration", "evaluation", "tracking", "volume", "simulation", "turntable", "discrepancy", "results",
-    "report", "reconstruct", "scan", "commands",
+    "report", "reconstruction", "scan", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",

@@ -22,7 +22,9 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import exp, inverse, pose, transform
 from fusion.mesh.distances import Surface, surface_of
 from fusion.mesh.files import read_mesh
-from fusion.reconstruct import Reconstruction, ReconstructSettings, reconstruct
+from fusion.reconstruction.pipeline import reconstruct
+from fusion.reconstruction.result import Reconstruction
+from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.open import open_recording
 from fusion.tracking.pairs import robust_scale, tukey
 

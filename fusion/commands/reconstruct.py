@@ -14,7 +14,8 @@ from fusion.progress import seconds, stage
 from fusion.quantity import MAX_DEPTH
 
 if TYPE_CHECKING:
-    from fusion.reconstruct import Reconstruction, ReconstructSettings
+    from fusion.reconstruction.result import Reconstruction
+    from fusion.reconstruction.settings import ReconstructSettings
     from fusion.recording.recording import Recording
 
 EXAMPLE = "fusion reconstruct my_scan -o out --sensor kinect-v1"
@@ -26,12 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--poses", metavar="FILE", help="TUM trajectory to use instead of tracking; `stated`: the recording's own")
     add("--max-depth", type=number(MAX_DEPTH), metavar="M", help="leave out what is farther [m]")
-    add("--room", action="store_true", help="voxels of 5 to 20 mm for a room, instead of 1 to 2 mm for an object")
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument("--room", action="store_true", default=None, help="it is a room: voxels of 5 to 20 mm")
+    kind.add_argument("--object", action="store_false", dest="room", help="it is an object: voxels of 1 to 2 mm")
 
 
 def run(options: argparse.Namespace) -> None:
     """Reconstruct and write the results."""
-    from fusion.reconstruct import reconstruct
+    from fusion.reconstruction.pipeline import reconstruct
     from fusion.recording.open import open_recording
 
     recording = open_recording(options.recording, options.camera)
@@ -45,7 +48,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ReconstructSettings":
-    from fusion.reconstruct import ReconstructSettings
+    from fusion.reconstruction.settings import ReconstructSettings
 
     return ReconstructSettings(
         sensor=shown_sensor(options, recording.camera),
@@ -133,8 +136,18 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
         "voxel_m": result.settings["voxel_m"],
         "uncolored_share": result.settings["uncolored_share"],
         "truncation_m": result.settings["truncation_m"],
+        "kind": result.settings["kind"],
+        "kind_reason": result.settings["kind_reason"],
         "warnings": [text for level, text in result.warnings if level != "ok"],
     }
+
+
+def _kind(result: "Reconstruction") -> str:
+    """What it was taken for, and why."""
+    told = result.settings
+    other = "--object for voxels of 1 to 2 mm" if told["room"] else "--room for voxels of 5 mm and more"
+    hint = "" if told["kind_reason"] == "as told" else f"; pass {other}"
+    return f"{told['kind']:<9} {told['kind_reason']}{hint}"
 
 
 def _lines(result: "Reconstruction") -> list[str]:
@@ -148,6 +161,8 @@ def _lines(result: "Reconstruction") -> list[str]:
     return [
         f"frames    {facts.placed} of {facts.frames} placed{reason}",
         "residual  " + ("poses as given" if rms is None else f"{rms * 1e3:.2f} mm rms to the model"),
+        *([] if facts.off_course is None else [f"error     {facts.off_course.words()}"]),
+        _kind(result),
         f"mesh      {mesh_words(facts.shape)}, voxel {result.settings['voxel_m'] * 1e3:g} mm",
         f"corrected {result.settings['correction']['text']}",
         f"warnings  {warnings or 'none'}",

@@ -18,6 +18,19 @@ def largest_part(mesh: Mesh) -> Mesh:
     return vertices_kept(mesh, part == np.argmax(areas)) if len(mesh.faces) else mesh
 
 
+def without_crumbs(mesh: Mesh, size: float) -> Mesh:
+    """The connected parts whose bounding box has a diagonal of at least `size` [m], and always the largest of them."""
+    if not len(mesh.faces):
+        return mesh
+    part, areas = parts(mesh)
+    order = np.argsort(part, kind="stable")
+    start = np.searchsorted(part[order], np.arange(len(areas)))
+    low, high = (f.reduceat(mesh.vertices[order], start, axis=0) for f in (np.minimum, np.maximum))
+    keep = np.linalg.norm(high - low, axis=1) >= size
+    keep[np.argmax(areas)] = True
+    return vertices_kept(mesh, keep[part])
+
+
 def fill_small_holes(mesh: Mesh, max_perimeter: float) -> Mesh:
     """Close holes whose border is no longer than `max_perimeter` [m], each by a fan around its centre.
 

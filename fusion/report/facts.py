@@ -22,6 +22,10 @@ def fact_numbers(facts: ScanFacts) -> list[Number]:
         numbers.append(Number("Frames placed", f"{facts.placed} of {facts.frames}"))
     if facts.residual is not None:
         numbers.append(Number("Residual of the frames", f"{facts.residual * 1e3:.2f}", "mm rms"))
+    if facts.off_course is not None:
+        error, against = facts.off_course.error, facts.off_course.against
+        note = f"median {error.median * 1e3:.1f}, max {error.max * 1e3:.1f} mm, against {against}"
+        numbers.append(Number("Trajectory error", f"{error.rmse * 1e3:.1f}", "mm rms", note))
     if table is not None:
         mean, std = step_words(table)
         numbers.append(Number("Turn a frame", mean, "deg", f"std {std} deg"))

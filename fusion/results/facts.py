@@ -7,6 +7,7 @@ import numpy as np
 
 from fusion.geometry.pose import Array
 from fusion.mesh.shape import Shape
+from fusion.results.off_course import OffCourse
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class ScanFacts:
         residual: rms over the frames of their residual against the model [m]; None without tracking.
         inlier_share: median over the frames; None without tracking.
         table: None when nothing turned.
+        off_course: error of the trajectory against poses that the recording states; None without them.
     """
 
     shape: Shape
@@ -57,6 +59,7 @@ class ScanFacts:
     residual: float | None = None
     inlier_share: float | None = None
     table: TableFacts | None = None
+    off_course: OffCourse | None = None
 
     def values(self) -> dict[str, Any]:
         """Plain values for JSON, SI units but where a name says otherwise."""
@@ -87,6 +90,8 @@ class ScanFacts:
                     when: None if gap is None else float(np.rad2deg(gap.angle)) for when, gap in gaps.items()
                 },
             }
+        if self.off_course is not None:
+            out["trajectory_error"] = self.off_course.values()
         return out
 
 

@@ -5,7 +5,7 @@ import pytest
 from fusion.commands.main import main
 from fusion.errors import FusionError
 from fusion.quantity import STEP, VOXEL
-from fusion.reconstruct import ReconstructSettings
+from fusion.reconstruction.settings import ReconstructSettings
 from fusion.scan.settings import ScanSettings
 
 SCAN = ["turntable", "no-such-recording", "-o", "out"]

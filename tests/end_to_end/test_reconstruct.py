@@ -17,10 +17,14 @@ from fusion.geometry.pose import angle, exp, inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.distances import signed_distances
 from fusion.mesh.files import read_mesh
-from fusion.reconstruct import ReconstructSettings, reconstruct
+from fusion.reconstruction.pipeline import reconstruct
+from fusion.reconstruction.planning import plan
+from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.trajectory_file import read_trajectory
 from fusion.recording.write import write_recording
+from fusion.results.off_course import off_course
+from fusion.sensor.presets import default_sensor
 from fusion.simulation.render import RayCaster
 
 FRAMES = 10
@@ -124,6 +128,45 @@ def test_the_box_and_the_largest_depth_are_kept(depths):
     assert near[:, 2].max() < 1.7
 
 
+def test_the_trajectory_is_judged_by_the_recordings_own_poses(depths, truth):
+    made = replace(recording_of(depths, truth), scene={"poses": {"source": "surveyed", "sigma_m": 0.003}})
+    tracked = reconstruct(made, CHEAP)
+    values = tracked.facts.values()["trajectory_error"]
+    assert values["rmse_m"] < 0.005 and values["frames"] == FRAMES  # the bar of the poses above
+    assert values["against"] == "the recording's surveyed poses, +- 3 mm"
+    nominal = replace(made, scene={"poses": {"source": "nominal"}})
+    assert "as planned and not measured" in off_course(tracked.trajectory, nominal).words()
+    assert "trajectory_error" not in reconstruct(recording_of(depths[:3]), CHEAP).facts.values()
+    # with these poses given there is no error to tell
+    assert reconstruct(made, replace(CHEAP, poses=made.poses)).off_course is None
+
+
+@pytest.mark.parametrize(("told", "kind", "why"), [(None, "room", "1.53 m large"), (False, "object", "as told")])
+def test_object_or_room_is_decided_and_said(depths, told, kind, why):
+    chosen = plan(recording_of(depths), ReconstructSettings(room=told, color=False), default_sensor(CAMERA))
+    assert chosen.kind == kind and why in chosen.reason
+    assert (chosen.volume.voxel <= 0.002) == (kind == "object")
+
+
+def test_object_voxels_that_do_not_fit_make_it_a_room(depths):
+    low = ReconstructSettings(max_bytes=2 << 30, max_depth=1.4)
+    probes = recording_of(depths)
+    assert plan(probes, low, default_sensor(CAMERA)).kind == "object"
+    chosen = plan(probes, replace(low, max_bytes=16 << 20), default_sensor(CAMERA))
+    assert chosen.kind == "room" and "would take" in chosen.reason
+
+
+def test_an_object_that_turns_is_refused(room, truth):
+    still = room.depth(truth[0], 0)
+    turning = [still.copy() for _ in range(FRAMES)]
+    for i, depth in enumerate(turning):
+        half = 6 + int(5 * np.cos(i))
+        depth[50:80, 80 - half : 80 + half] = 0.6
+    with pytest.raises(RecordingError, match="fusion turntable"):
+        reconstruct(recording_of(turning), CHEAP)
+    assert reconstruct(recording_of(turning), replace(CHEAP, force=True)).warnings[0][0] == "bad"
+
+
 def test_the_voxel_is_chosen_for_an_object_or_a_room(depths):
     chosen = reconstruct(recording_of(depths[:1]), ReconstructSettings(room=True)).settings
     assert 0.005 <= chosen["voxel_m"] <= 0.02
@@ -182,13 +225,13 @@ def test_the_command_writes_all_that_the_contract_names(folder, tmp_path, capsys
     assert {p.name for p in tmp_path.iterdir()} == {"out"}
 
 
-def test_the_summary_has_seven_lines_and_poses_can_be_a_file(folder, tmp_path, capsys, monkeypatch):
+def test_the_summary_is_short_and_poses_can_be_a_file(folder, tmp_path, capsys, monkeypatch):
     # drawing takes seconds, and the test above has done it
     monkeypatch.setattr("fusion.report.scan.scan_report", lambda path, report: path.write_text("drawn"))
     poses = folder / "groundtruth.txt"
     assert main(["reconstruct", str(folder), "-o", str(tmp_path / "o"), *OPTIONS, "--poses", str(poses)]) == 0
     text = capsys.readouterr().out
-    assert len(text.splitlines()) == 7 and "corrected nothing to undo" in text
+    assert len(text.splitlines()) == 8 and "corrected nothing to undo" in text
     assert text.splitlines()[-1].startswith("took      ")
     assert "poses as given" in text
 

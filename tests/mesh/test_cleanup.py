@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fusion.mesh.cleanup import border_loops, fill_small_holes, largest_part
+from fusion.mesh.cleanup import border_loops, fill_small_holes, largest_part, without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 
@@ -74,3 +74,12 @@ def test_a_point_cloud_passes_through():
     cloud = Mesh(np.zeros((5, 3)))
     for cleaned in (largest_part(cloud), fill_small_holes(cloud, 1.0)):
         assert len(cleaned.vertices) == 5
+
+
+def test_crumbs_go_and_the_largest_part_stays():
+    sizes = [0.02, 0.1, 0.5]
+    boxes = [trimesh.creation.box([size] * 3).apply_translation([2.0 * i, 0, 0]) for i, size in enumerate(sizes)]
+    all_of_them = trimesh.util.concatenate(boxes)
+    mesh = Mesh(all_of_them.vertices, all_of_them.faces.astype(np.int32))
+    kept = [len(without_crumbs(mesh, size).vertices) // 8 for size in (0.01, 0.1, 0.5, 5.0)]
+    assert kept == [3, 2, 1, 1]  # the diagonal is 1.7 sides

@@ -5,7 +5,7 @@ from common import Clock, answer, load
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.reconstruct import MODEL_WIDTH
+from fusion.reconstruction.placing import MODEL_WIDTH
 from fusion.recording.recording import Frame
 from fusion.sensor.presets import default_sensor
 from fusion.tracking.tracker import Tracker

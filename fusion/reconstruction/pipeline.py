@@ -1,0 +1,143 @@
+"""The pipeline for a moving camera: correct, track, integrate; a recording becomes a mesh."""
+
+from collections import Counter
+
+import numpy as np
+
+from fusion.coloring.color_mesh import Colored, color_mesh
+from fusion.errors import RecordingError, TrackingError, VolumeError
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.cleanup import without_crumbs
+from fusion.mesh.mesh import Mesh
+from fusion.progress import each, stage
+from fusion.reconstruction.placing import Placer
+from fusion.reconstruction.planning import Plan, plan
+from fusion.reconstruction.result import Reconstruction
+from fusion.reconstruction.settings import ReconstructSettings
+from fusion.recording.checks.stillness import check_camera_moves
+from fusion.recording.doctor import quick_look, refuse_if_certain
+from fusion.recording.recording import Recording
+from fusion.results.off_course import off_course
+from fusion.sensor.corrected_recording import corrected_recording
+from fusion.sensor.moments import moments_of
+from fusion.sensor.presets import default_sensor
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.told import Told
+from fusion.tracking.tracker import Tracked
+from fusion.volume.prepared import fuse, prepare
+from fusion.volume.volume import Volume
+from fusion.volume.voxel_check import voxel_check
+
+CRUMB = 4.0  # truncations: a part smaller than twice the band in which noise is fused may be noise alone
+
+
+def reconstruct(recording: Recording, settings: ReconstructSettings | None = None) -> Reconstruction:
+    """Correct, track and fuse all frames of a recording.
+
+    Raises:
+        RecordingError: no frame, or none that can be read or shows a surface; or the doctor is certain that the result
+            will be wrong, and `settings.force` is not set.
+        TrackingError: fewer frames were placed than `settings.min_placed` asks for.
+        VolumeError: the voxel settings make no sense or do not fit into memory.
+
+    >>> result = fusion.reconstruct(fusion.open_recording("my_room"))
+    >>> result.settings["kind"], round(result.settings["voxel_m"], 3)
+    ('room', 0.019)
+    >>> fusion.write_mesh("room.ply", result.mesh)
+    """
+    settings = settings or ReconstructSettings()
+    sensor = settings.sensor or default_sensor(recording.camera)
+    with stage("looking"):
+        asked = _ask_doctor(recording, settings)
+    recording, told = corrected_recording(recording, sensor)
+    moments = moments_of(recording)
+    with stage("planning"):
+        chosen = plan(recording, settings, sensor)
+    volume = Volume(chosen.volume)
+    placed = Placer(recording, settings, volume)
+    results: list[Tracked] = []
+    for index in each(range(len(recording)), "tracking"):
+        try:
+            frame = prepare(recording[index], recording.camera, sensor, moments[index], settings.max_depth)
+        except RecordingError as error:  # one broken file is no reason to lose the others
+            results.append(placed.skip(str(error)))
+            continue
+        results.append(placed(index, frame))
+        if results[-1].ok:
+            fuse(volume, frame, results[-1].T_world_camera)
+    _check_enough(results, recording, settings)
+    with stage("mesh"):
+        mesh = without_crumbs(volume.surface(), CRUMB * chosen.volume.truncation)
+    if not len(mesh.faces):
+        raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
+    general = [("warning", text) for text in (*recording.warnings, *sensor.warnings)]
+    notes = [*asked, *chosen.warnings, *general, *told.notes, *_judge(results)]
+    return _result(recording, results, (mesh, volume, chosen), (settings, sensor, notes, told))
+
+
+def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
+    # with given poses nothing is tracked, and in a box only what is in it
+    free = settings.poses is None and settings.box is None
+    checks = (voxel_check(settings.voxel), *((check_camera_moves,) if free else ()))
+    return refuse_if_certain(quick_look(recording, checks, settings.max_depth), recording, settings.force)
+
+
+def _check_enough(results: list[Tracked], recording: Recording, settings: ReconstructSettings) -> None:
+    lost = [r.status for r in results if not r.ok]
+    placed = len(results) - len(lost)
+    if placed == 0 or placed < settings.min_placed * len(results):
+        raise TrackingError(
+            "too few frames could be placed",
+            recording.path,
+            f"{placed} of {len(results)}; most often: {Counter(lost).most_common(1)[0][0]}",
+            f"at least {settings.min_placed:.0%}",
+            "move slower, keep more relief in view, or give --poses; `fusion info` checks the recording",
+        )
+
+
+def _judge(results: list[Tracked]) -> list[tuple[str, str]]:
+    notes = []
+    lost = sum(not r.ok for r in results)
+    if lost:
+        notes.append(("warning", f"{lost} of {len(results)} frames are rejected"))
+    weak = Counter(name for r in results if r.ok for name in r.unconstrained)
+    for name, count in weak.most_common():
+        if count > 0.1 * len(results):
+            notes.append(("warning", f"{name} is not fixed by the surface in {count} of {len(results)} frames"))
+    return notes
+
+
+def _result(
+    recording: Recording, results: list[Tracked], made: tuple[Mesh, Volume, Plan],
+    how: tuple[ReconstructSettings, Sensor, list[tuple[str, str]], Told],
+) -> Reconstruction:  # fmt: skip
+    (mesh, volume, chosen), (settings, sensor, notes, told_of) = made, how
+    trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
+    colored = color_mesh(mesh, recording, trajectory) if settings.color else Colored(mesh)
+    told = {
+        "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
+        "correction": told_of.values(),
+        "voxel_m": volume.settings.voxel,
+        "truncation_m": volume.settings.truncation,
+        "room": chosen.subject.room,
+        "kind": chosen.kind,
+        "kind_reason": chosen.reason,
+        "max_depth_m": settings.max_depth,
+        "box_m": settings.box,
+        "sensor": sensor.name,
+        "poses": "tracked" if settings.poses is None else "given",
+        "volume_bytes": volume.bytes,
+    } | colored.values()
+    return Reconstruction(
+        mesh=colored.mesh,
+        trajectory=trajectory,
+        residual=np.array([r.residual for r in results]),
+        inlier_share=np.array([r.inlier_share for r in results]),
+        information=np.stack([r.information for r in results]),
+        unconstrained={i: r.unconstrained for i, r in enumerate(results) if r.ok and r.unconstrained},
+        rejected={i: r.status for i, r in enumerate(results) if not r.ok},
+        settings=told,
+        warnings=tuple(notes),
+        volume=volume,
+        off_course=off_course(trajectory, recording) if settings.poses is None else None,
+    )

@@ -1,0 +1,114 @@
+"""Before the start: object or room, and which voxels, truncation and memory that takes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fusion.errors import RecordingError, VolumeError
+from fusion.reconstruction.settings import ReconstructSettings
+from fusion.recording.recording import Recording
+from fusion.sensor.sensor import Sensor
+from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
+from fusion.volume.prepared import Prepared, fusible, prepare
+from fusion.volume.settings import VolumeSettings
+from fusion.volume.subject import Subject, subject_of
+
+PROBES = 9  # frames looked at before the start, to choose voxels and to forecast the memory
+MUCH = 0.25  # of the memory for one view alone: a scan shows several times as much (guess)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a recording is fused.
+
+    Attributes:
+        subject: what is scanned.
+        reason: why it is taken for an object or a room.
+        volume: voxels, truncation, limits.
+        warnings: (severity, sentence).
+    """
+
+    subject: Subject
+    reason: str
+    volume: VolumeSettings
+    warnings: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def kind(self) -> str:
+        return "room" if self.subject.room else "object"
+
+
+def plan(recording: Recording, settings: ReconstructSettings, sensor: Sensor) -> Plan:
+    """Voxel and truncation that suit a recording; what one view takes must fit into memory.
+
+    Raises:
+        RecordingError: no frame, or none that can be read or shows a surface.
+        VolumeError: the voxel settings make no sense or do not fit into memory.
+    """
+    probes = _probe(recording, settings, sensor)
+    subject = subject_of(probes, settings.room)
+    reason = subject.reason if settings.room is None else "as told"
+    volume = _volume(recording, settings, subject)
+    needed = _needed(volume, recording, probes)
+    free = settings.room is None and settings.voxel is None and not subject.room
+    if free and needed > MUCH * settings.max_bytes:
+        reason = f"voxels of {volume.voxel * 1e3:g} mm would take {needed / 2**20:.0f} MiB for one view"
+        subject = replace(subject, room=True)
+        volume = _volume(recording, settings, subject)
+        needed = _needed(volume, recording, probes)
+    return Plan(subject, reason, volume, _memory(needed, volume, recording))
+
+
+def _volume(recording: Recording, settings: ReconstructSettings, subject: Subject) -> VolumeSettings:
+    voxel = settings.voxel or choose_voxel(
+        subject.distance, recording.camera, subject.room
+    )  # 0 is refused in the settings
+    truncation = settings.truncation or choose_truncation(voxel, subject.sigma)
+    return VolumeSettings(voxel, truncation, bounds=settings.box, max_bytes=settings.max_bytes)
+
+
+def _needed(volume: VolumeSettings, recording: Recording, probes: list[Prepared]) -> int:
+    """Bytes that the view with most surface takes; 0 in a box, whose part of the view is not known yet."""
+    if volume.bounds is not None:
+        return 0
+    usable = [np.where(fusible(p, volume.truncation), p.depth, np.nan) for p in probes]
+    return max(forecast_bytes(volume, depth, recording.camera) for depth in usable)
+
+
+def _memory(needed: int, volume: VolumeSettings, recording: Recording) -> tuple[tuple[str, str], ...]:
+    if needed > volume.max_bytes:
+        fits = volume.voxel * np.sqrt(needed / volume.max_bytes)
+        raise VolumeError(
+            "the volume will not fit into its memory",
+            recording.path,
+            f"{needed / 2**20:.0f} MiB for one view with voxels of {volume.voxel * 1e3:g} mm",
+            f"at most {volume.max_bytes / 2**20:.0f} MiB",
+            f"pass --voxel {np.ceil(fits * 4000) / 4000:g} or more, --room, --box or --max-depth",
+        )
+    if needed > MUCH * volume.max_bytes:
+        text = f"one view alone takes {needed / 2**20:.0f} MiB of {volume.max_bytes / 2**20:.0f} MiB"
+        return (("warning", f"memory: {text}; --room, --box or --max-depth need less"),)
+    return ()
+
+
+def _probe(recording: Recording, settings: ReconstructSettings, sensor: Sensor) -> list[Prepared]:
+    """A few frames that show a surface, spread over the recording."""
+    if not len(recording):
+        raise RecordingError("the recording has no frames", recording.path)
+    found, broken = [], None
+    for index in np.unique(np.linspace(0, len(recording) - 1, PROBES).round().astype(int)):
+        try:
+            prepared = prepare(recording[int(index)], recording.camera, sensor, max_depth=settings.max_depth)
+        except RecordingError as error:
+            broken = error
+            continue
+        if np.isfinite(prepared.depth).any():
+            found.append(prepared)
+    if not found:
+        if broken is not None:
+            raise broken
+        raise RecordingError(
+            "no depth in the recording", recording.path, "only missing pixels",
+            do="check the depth files, depth_scale and --max-depth",
+        )  # fmt: skip
+    return found
