@@ -70,7 +70,7 @@ def check_volume(voxel: float | None, truncation: float | None, box: Corners | N
     for value in [] if box is None else [*box[0], *box[1]]:
         CORNER.check(value)
     if box is not None and not all(a < b for a, b in zip(*box, strict=True)):
-        expected = "the low corner X0 Y0 Z0 [m], then the high one X1 Y1 Z1, each value above that of the low one"
+        expected = "X0 < X1, Y0 < Y1, Z0 < Z1 [m], in the first camera's frame (x right, y down, z forward)"
         raise FusionError("the corners enclose no box", "--box", " and ".join(map(_words, box)), expected)
 
 

@@ -22,7 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("recording", type=Path, metavar="REC", help="recording with ir/ or rgb/, or a plain folder of pictures")
     add(
-        "--board", type=Path, required=True, metavar="FILE", help='{"columns": , "rows": , "square_m": }: INNER corners'
+        "--board",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help='board.json: {"columns": 7, "rows": 5, "square_m": 0.03}, which counts the INNER corners; a ChArUco board '
+        'has "marker_m": 0.022, "dictionary": "DICT_5X5_100" (OpenCV\'s name) besides',
     )
     add_output(parser, "folder for camera.json and report.html")
     add(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fusion.commands.numbers import number
 from fusion.commands.results import made
 from fusion.commands.screen import took
-from fusion.commands.shown import add_common, shown_box, shown_sensor
+from fusion.commands.shown import FIRST_CAMERA, add_common, shown_box, shown_sensor
 from fusion.progress import seconds, stage
 from fusion.quantity import MAX_DEPTH
 
@@ -23,7 +23,7 @@ EXAMPLE = "fusion reconstruct my_scan -o out --sensor kinect-v1"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    add_common(parser)
+    add_common(parser, f"the world, which is {FIRST_CAMERA} unless --poses say another")
     add = parser.add_argument
     add("--poses", metavar="FILE", help="TUM trajectory to use instead of tracking; `stated`: the recording's own")
     add("--max-depth", type=number(MAX_DEPTH), metavar="M", help="leave out what is farther [m]")

@@ -19,12 +19,16 @@ if TYPE_CHECKING:
     from fusion.scan.result import Scan
     from fusion.scan.settings import ScanSettings
 
+FRAMES = """frames: mesh.ply and trajectory.txt stand in the object's frame: z up along the axis, plate at z = 0.
+The axis in turntable.json and --box stand in the first camera's frame: x right, y down, z forward."""
+FRAME_LINE = "frame     mesh.ply: z up, plate at z = 0; turntable.json: the first camera's (x right, y down, z forward)"
 EXAMPLE = "fusion turntable my_scan -o out --sensor kinect-v1"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add_common(parser)
+    parser.epilog = f"{FRAMES}\n\n{parser.epilog}"
     add = parser.add_argument
     add("--mask", type=Path, metavar="PNG", help="nonzero on the object: one PNG, or a folder with one per depth frame")
     add(
@@ -46,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     camera.add_argument(
         "--keep-camera", action="store_false", dest="refine_camera", help="leave the focal length as it is stated"
     )
-    add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh")
+    add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh, cut round about the axis")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -61,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
-        print("\n".join([*lines(scan), *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
+        print("\n".join([*lines(scan), FRAME_LINE, *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSettings":

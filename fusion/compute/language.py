@@ -10,6 +10,7 @@ import gc
 import inspect
 import io
 import linecache
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from functools import cache
@@ -40,6 +41,7 @@ def reading() -> Iterator[None]:
             gc.enable()
 
 
+os.environ.setdefault("TI_ENABLE_PYBUF", "0")  # else it takes the next line for a notebook, and says so
 with reading(), redirect_stdout(io.StringIO()):  # it prints there where it fails, beside what it raises
     import taichi as ti
     from taichi.lang import kernel_impl

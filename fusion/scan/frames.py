@@ -20,6 +20,7 @@ from fusion.turntable.views import Region, crop
 from fusion.volume.prepared import Prepared, prepare
 
 Array = NDArray[np.float64]
+LARGEST_ANGLE = 1e6  # [deg] that a table can count: 2800 turns (guess)
 LOOKED_AT = 30  # frames that show what turns
 
 
@@ -116,4 +117,10 @@ def told_angles(recording: Recording, settings: ScanSettings) -> Array | None:
     logged = recording.telemetry_at_frames("turntable_deg")
     if logged is None or np.ptp(logged) < 1.0:
         return None
+    absurd = logged[np.abs(logged) > LARGEST_ANGLE]
+    if len(absurd):
+        do = "mend the log, pass --step, or --ignore-log to do without"
+        found, expected = f"turntable_deg {absurd[0]:g}", f"degrees, up to {LARGEST_ANGLE:g}"
+        where = recording.path / "telemetry.csv"
+        raise RecordingError("the table's log is not possible", where, found, expected, do)
     return np.asarray(np.unwrap(np.deg2rad(logged)), float)

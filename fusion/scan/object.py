@@ -17,6 +17,7 @@ from fusion.volume.prepared import Prepared
 from fusion.volume.volume import VolumeSettings
 
 Array = NDArray[np.float64]
+MARGIN = 0.015  # [m] around what turns
 CLEAR_OF_PLATE = 0.004  # [m] the plate is cut away up to here
 
 
@@ -30,10 +31,9 @@ def choose_volume(
     sigma = typical_noise(frames, region)
     voxel = choose_voxel(distance, camera) if settings.voxel is None else settings.voxel
     truncation = choose_truncation(voxel, sigma) if settings.truncation is None else settings.truncation
-    margin = 0.015
-    radius = motion.radius + margin
-    bottom = (motion.bottom if motion.plate is None else motion.plate) - margin
-    low, high = (-radius, -radius, bottom), (radius, radius, motion.top + margin)
+    radius = motion.radius + MARGIN
+    bottom = (motion.bottom if motion.plate is None else motion.plate) - MARGIN
+    low, high = (-radius, -radius, bottom), (radius, radius, motion.top + MARGIN)
     return VolumeSettings(voxel, truncation, bounds=(low, high))
 
 
@@ -47,6 +47,8 @@ def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> tuple[Mesh, flo
     """The object alone, no plate, no flying parts, no small holes; and the share of the surface that this keeps."""
     if motion.plate is not None and not settings.keep_plate and mesh.normals is not None:
         mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE))
+    if settings.keep_plate:  # the volume is square, what turns is not
+        mesh = vertices_kept(mesh, np.hypot(*mesh.vertices[:, :2].T) <= motion.radius + MARGIN)
     if not len(mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")
     areas = parts(mesh)[1]

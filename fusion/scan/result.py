@@ -96,6 +96,7 @@ class Scan:
 
         axis = self.motion.axis
         return {
+            "frame": "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0",
             "axis_point": axis.point.tolist(),
             "axis_direction": axis.direction.tolist(),
             "radius": float(axis.distance(np.zeros((1, 3)))[0][0]),

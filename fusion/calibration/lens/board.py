@@ -14,6 +14,9 @@ from fusion.recording.text_files import read_json
 
 FEWEST, MOST = 3, 60  # inner corners a side: OpenCV's detectors want 3; more than 60 do not fit 4000 px
 SMALLEST_M, LARGEST_M = 0.002, 0.5  # sides of squares that a camera calibration can use
+CHARUCO = (
+    'a ChArUco board has "marker_m" [m] and "dictionary" beside "columns", "rows", "square_m"; a checkerboard neither'
+)
 ONE_PITCH = ("square_x_m", "square_y_m", "square_width_m", "square_height_m")
 
 
@@ -117,4 +120,5 @@ def _length(fields: dict[str, Any], name: str, where: object) -> float:
 
 
 def _wrong(name: str, where: object, found: object, expected: str) -> RecordingError:
-    return RecordingError(f'"{name}" of the board cannot be right', where, str(found)[:80], expected)
+    do = CHARUCO if name in ("marker_m", "dictionary") else ""
+    return RecordingError(f'"{name}" of the board cannot be right', where, str(found)[:80], expected, do)

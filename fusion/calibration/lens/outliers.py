@@ -77,6 +77,8 @@ def judge(views: Sequence[View], size: tuple[int, int], keep: bool = False) -> J
 
 def _not_plane(views: list[View]) -> dict[int, str]:
     """Views whose corners lie on no plane, while those of the others do."""
+    if not views:  # told when they are solved
+        return {}
     misfit = np.array([plane_misfit(view.points[:, :2], view.pixels)[0] for view in views])
     usual = float(np.median(misfit))
     bad = np.flatnonzero(~(misfit <= np.maximum(GROSS * usual, 1.0)))

@@ -14,6 +14,7 @@ from fusion.errors import RecordingError
 from fusion.progress import each
 
 EARLY = 4  # misses without a find, after which it is asked whether the board is another one
+FEWEST = 3  # views that a camera needs
 ASKED = 4  # pictures that are searched for a board of any size
 
 
@@ -72,12 +73,26 @@ def search(pictures: dict[str, Path], board: Board) -> Search:
     result = Search(kept, size, [k for k in missed if k not in other], unread | other, pictures)
     if not board.is_charuco:
         _check_counts(result, board)
+    elif len(result.views) < FEWEST:
+        raise _hardly_seen(result, board)
     return result
+
+
+def _hardly_seen(result: Search, board: Board) -> RecordingError:
+    total = len(result.views) + len(result.missed)
+    found = f"{len(result.views)} of {total} pictures that show it"
+    expected, do = f"{board.columns} x {board.rows} inner corners", "check columns and rows (inner corners)"
+    if board.is_charuco:
+        expected += f" with markers of {board.dictionary}, {board.marker_m:g} m in squares of {board.square_m:g} m"
+        do += ", dictionary and marker_m"
+    do += ", light and focus" if board.is_charuco else ", light and focus; the whole board must be in view"
+    where = next(iter(result.pictures.values())).parent
+    return RecordingError("the board is hardly seen", where, found, f"{expected}, in {FEWEST} pictures or more", do)
 
 
 def _check_counts(result: Search, board: Board, final: bool = True) -> None:
     """Refuse a board with other numbers of corners than stated: part of a larger one, or one that is never found."""
-    few = len(result.views) < 3
+    few = len(result.views) < FEWEST
     keys = result.missed if few else [view.name for view in result.views]
     asked = [keys[i] for i in np.unique(np.linspace(0, len(keys) - 1, min(ASKED, len(keys))).astype(int))]
     seen = [largest_board(read_picture(result.pictures[key])) for key in asked]
@@ -93,8 +108,4 @@ def _check_counts(result: Search, board: Board, final: bool = True) -> None:
             "another board is in the pictures", "board.json", found, f"{board.columns} x {board.rows}", do
         )
     if few and final:
-        total = len(result.views) + len(result.missed)
-        found = f"{len(result.views)} of {total} pictures that show it"
-        do = "check columns and rows (inner corners), light and focus; the whole board must be in view"
-        raise RecordingError("the board is hardly seen", next(iter(result.pictures.values())).parent, found,
-                             f"{board.columns} x {board.rows} inner corners in 3 pictures or more", do)  # fmt: skip
+        raise _hardly_seen(result, board)

@@ -200,3 +200,41 @@ def test_no_pictures_is_told(tmp_path):
         find_pictures(tmp_path)
     with pytest.raises(FusionError, match="no folder"):
         find_pictures(tmp_path / "none")
+
+
+CHARUCO = {"columns": 8, "rows": 5, "square_m": 0.04, "marker_m": 0.03, "dictionary": "DICT_5X5_100"}
+
+
+@pytest.mark.parametrize("missing", ["marker_m", "dictionary"])
+def test_a_charuco_board_without_its_keys_is_told_them(tmp_path, capsys, missing):
+    (tmp_path / "board.json").write_text(json.dumps({k: v for k, v in CHARUCO.items() if k != missing}))
+    out = str(tmp_path / "out")
+    assert main(["calibrate", "intrinsics", str(tmp_path), "--board", str(tmp_path / "board.json"), "-o", out]) == 1
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert f'"{missing}" of the board cannot be right' in told
+    assert 'a ChArUco board has "marker_m" [m] and "dictionary"' in told
+
+
+def test_a_charuco_board_that_is_not_in_the_pictures_is_one_line(tmp_path, capsys):
+    """NumPy warned of an empty mean; pytest makes an error of that."""
+    (tmp_path / "pictures").mkdir()
+    grey = np.random.default_rng(1).integers(0, 255, (240, 320), np.uint8)
+    for k in range(4):
+        cv2.imwrite(str(tmp_path / "pictures" / f"{k}.png"), grey)
+    (tmp_path / "board.json").write_text(json.dumps(CHARUCO))
+    arguments = ["--board", str(tmp_path / "board.json"), "-o", str(tmp_path / "out")]
+    assert main(["calibrate", "intrinsics", str(tmp_path / "pictures"), *arguments]) == 1
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "hardly seen" in told
+    assert "DICT_5X5_100" in told
+    assert "check columns and rows (inner corners), dictionary and marker_m" in told
+
+
+def test_help_says_what_a_charuco_board_has(capsys):
+    with pytest.raises(SystemExit):
+        main(["calibrate", "intrinsics", "--help"])
+    told = " ".join(capsys.readouterr().out.split())
+    assert '"marker_m": 0.022' in told
+    assert '"dictionary": "DICT_5X5_100"' in told
