@@ -23,7 +23,7 @@ def logged(angles: list[float]) -> Recording:
     return Recording(Path("scan"), "native", camera, stamps, unread, telemetry=telemetry)
 
 
-@pytest.mark.parametrize("worst", [1e7, -1e300, float("inf")])
+@pytest.mark.parametrize("worst", [1e7, -1e300])
 def test_angles_that_no_table_counts_are_told_before_any_frame_is_read(worst):
     with pytest.raises(FusionError, match=r"log is not possible.*turntable_deg.*--ignore-log"):
         told_angles(logged([0, 15, worst, 45]), ScanSettings())
