@@ -66,7 +66,7 @@ def _fault(name: str, planted: str, expected: Expected, **other: object) -> Case
     return replace(_BASE, name=name, planted=planted, expected=expected, **other)  # type: ignore[arg-type]
 
 
-FOCAL = r"focal|\bfx\b|intrinsic"
+FOCAL = r"focal|\bfx\b|intrinsic|\bscale\b"
 FAULTS = (
     _fault(
         "focal-nominal", "focal length stated 8 % wrong, no calibration",
