@@ -24,7 +24,7 @@ def main(recording: str, mesh: str, sensor: str = "") -> None:
         free = ", ".join(result.unconstrained.get(frame, ()))
         status = result.rejected.get(frame, "ok")
         print(f"{frame:4d} {residual * 1e3:6.2f} mm {share:5.0%}  {status}" + (f"  not fixed: {free}" if free else ""))
-    for _, text in result.warnings:
+    for text in result.judgement.warnings:
         print("note:", text)
 
 

@@ -92,7 +92,9 @@ def write(folder: Path, recording: "Recording", result: "Reconstruction", page: 
             "frames": len(recording),
             "result": result.facts.values(),
             "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
-            "warnings": [text for level, text in result.warnings if level != "ok"],
+            "judgement": result.judgement.values(),
+            "warnings": result.judgement.warnings,
+            "footnotes": result.judgement.footnotes,
             "seconds": seconds(),
         }
         (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -122,7 +124,8 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
         rejected=result.rejected,
         times_seen=step * times_seen(result.mesh, seen, recording.camera),
         settings=result.settings,
-        warnings=result.warnings,
+        summary=result.judgement.lights,
+        warnings=[("ok", text) for text in result.judgement.footnotes],
         fingerprint=fingerprint(recording),
         command="fusion " + " ".join(sys.argv[1:]),
     )
@@ -138,7 +141,8 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
         "truncation_m": result.settings["truncation_m"],
         "kind": result.settings["kind"],
         "kind_reason": result.settings["kind_reason"],
-        "warnings": [text for level, text in result.warnings if level != "ok"],
+        "judgement": result.judgement.values(),
+        "warnings": result.judgement.warnings,
     }
 
 
@@ -157,13 +161,12 @@ def _lines(result: "Reconstruction") -> list[str]:
     rms = facts.residual
     first = next(iter(result.rejected.items()), None)
     reason = "" if first is None else f"; frame {first[0]}: {first[1]}"
-    warnings = "; ".join(text for level, text in result.warnings if level != "ok")
     return [
+        *result.judgement.lines(),
         f"frames    {facts.placed} of {facts.frames} placed{reason}",
         "residual  " + ("poses as given" if rms is None else f"{rms * 1e3:.2f} mm rms to the model"),
         *([] if facts.off_course is None else [f"error     {facts.off_course.words()}"]),
         _kind(result),
         f"mesh      {mesh_words(facts.shape)}, voxel {result.settings['voxel_m'] * 1e3:g} mm",
         f"corrected {result.settings['correction']['text']}",
-        f"warnings  {warnings or 'none'}",
     ]

@@ -10,6 +10,7 @@ from fusion.mesh.cleanup import parts
 from fusion.mesh.holes import Hole, holes
 from fusion.mesh.mesh import Mesh
 
+CRUMB = 0.05  # of the whole surface: a smaller part of it is a fragment, a larger one a thing of its own (guess)
 OPEN = 0.1  # share of the surface missing elsewhere than at the bottom from which there is no volume (guess)
 
 
@@ -27,6 +28,7 @@ class Shape:
         holes: the longest border first.
         fragments: connected parts.
         largest_share: share of the surface in the largest part.
+        crumb_share: share of the surface in parts that hold less than `CRUMB` of it each.
     """
 
     vertices: int
@@ -37,6 +39,7 @@ class Shape:
     holes: tuple[Hole, ...]
     fragments: int
     largest_share: float
+    crumb_share: float = 0.0
 
     @property
     def bottom_open(self) -> bool:
@@ -85,6 +88,7 @@ def shape_of(mesh: Mesh, up: Array) -> Shape:
         holes=holes(body, up),
         fragments=len(np.unique(part[faces[:, 0]])),
         largest_share=float(areas.max()) / total if total > 0 else 0.0,
+        crumb_share=float(areas[areas < CRUMB * total].sum()) / total if total > 0 else 0.0,
     )
     return _with_volume(found, body)
 

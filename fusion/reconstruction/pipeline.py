@@ -17,6 +17,7 @@ from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
+from fusion.results.light import Light, note
 from fusion.results.off_course import off_course
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.moments import moments_of
@@ -70,8 +71,8 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         mesh = without_crumbs(volume.surface(), CRUMB * chosen.volume.truncation)
     if not len(mesh.faces):
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
-    general = [("warning", text) for text in (*recording.warnings, *sensor.warnings)]
-    notes = [*asked, *chosen.warnings, *general, *told.notes, *_judge(results)]
+    said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
+    notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
     return _result(recording, results, (mesh, volume, chosen), (settings, sensor, notes, told))
 
 
@@ -95,21 +96,9 @@ def _check_enough(results: list[Tracked], recording: Recording, settings: Recons
         )
 
 
-def _judge(results: list[Tracked]) -> list[tuple[str, str]]:
-    notes = []
-    lost = sum(not r.ok for r in results)
-    if lost:
-        notes.append(("warning", f"{lost} of {len(results)} frames are rejected"))
-    weak = Counter(name for r in results if r.ok for name in r.unconstrained)
-    for name, count in weak.most_common():
-        if count > 0.1 * len(results):
-            notes.append(("warning", f"{name} is not fixed by the surface in {count} of {len(results)} frames"))
-    return notes
-
-
 def _result(
     recording: Recording, results: list[Tracked], made: tuple[Mesh, Volume, Plan],
-    how: tuple[ReconstructSettings, Sensor, list[tuple[str, str]], Told],
+    how: tuple[ReconstructSettings, Sensor, list[Light], Told],
 ) -> Reconstruction:  # fmt: skip
     (mesh, volume, chosen), (settings, sensor, notes, told_of) = made, how
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
@@ -137,7 +126,8 @@ def _result(
         unconstrained={i: r.unconstrained for i, r in enumerate(results) if r.ok and r.unconstrained},
         rejected={i: r.status for i, r in enumerate(results) if not r.ok},
         settings=told,
-        warnings=tuple(notes),
         volume=volume,
+        notes=tuple(notes),
+        footnotes=(*sensor.warnings, *told_of.left),
         off_course=off_course(trajectory, recording) if settings.poses is None else None,
     )

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
+from fusion.reconstruction.judgement import judge
 from fusion.results.facts import ScanFacts, median_of, rms_of
+from fusion.results.judgement import Judgement
+from fusion.results.light import Light
 from fusion.results.off_course import OffCourse
 from fusion.volume.volume import Volume
 
@@ -27,7 +30,8 @@ class Reconstruction:
         unconstrained: frame to the directions that its surface does not fix.
         rejected: frame to reason.
         settings: what was asked for and chosen, plain values.
-        warnings: ("warning" or "bad", sentence).
+        notes: of the recording's doctor, of readers and of the correction.
+        footnotes: sentences that come with nearly every reconstruction of such a sensor.
         volume: what was fused.
         off_course: the trajectory's error against poses that the recording states; None without them.
     """
@@ -40,14 +44,15 @@ class Reconstruction:
     unconstrained: dict[int, tuple[str, ...]]
     rejected: dict[int, str]
     settings: dict[str, Any]
-    warnings: tuple[tuple[str, str], ...]
     volume: Volume
+    notes: tuple[Light, ...] = ()
+    footnotes: tuple[str, ...] = ()
     off_course: OffCourse | None = None
 
     def __repr__(self) -> str:
         placed = f"{int(self.trajectory.valid.sum())} of {len(self.trajectory)} frames placed"
         error = "" if self.off_course is None else f", {self.off_course.error.rmse * 1e3:.1f} mm off its stated poses"
-        looks = sum(level != "ok" for level, _ in self.warnings)
+        looks = len(self.judgement.warnings)
         return f"<Reconstruction: {self.settings['kind']}, {placed}{error}, {looks} warnings;\n {self.mesh!r}>"
 
     def _repr_png_(self) -> bytes | None:
@@ -65,3 +70,8 @@ class Reconstruction:
             inlier_share=median_of(self.inlier_share),
             off_course=self.off_course,
         )
+
+    @cached_property
+    def judgement(self) -> Judgement:
+        """What is good, doubtful or wrong about it, the worst first."""
+        return judge(self)

@@ -20,7 +20,6 @@ from fusion.report.figures.frames import frames_figure
 from fusion.report.figures.turning import steps_figure
 from fusion.report.figures.views import Row, mesh_views
 from fusion.report.figures.wobble import wobble_figure
-from fusion.report.judgement import scan_summary
 from fusion.report.page import Figure, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
 from fusion.report.tables import settings_table
@@ -47,7 +46,7 @@ class ScanReport:
         mesh_raw: the mesh before the turntable correction, for before and after.
         up, front: (3,) in the mesh's frame; None: from the turntable's axis and the first camera, else -y and -z,
             which is up and towards the viewer in a camera's frame.
-        summary: judged lines; empty: judged here from the rest.
+        summary: judged lines, the worst first.
         settings: nested, as in `settings.json`.
         warnings: (severity "ok", "warning" or "bad", sentence).
         fingerprint: what identifies the input.
@@ -86,7 +85,7 @@ def scan_report(path: Path, report: ScanReport) -> None:
     page = Page(
         title=report.title,
         subtitle=report.subtitle,
-        summary=report.summary or scan_summary(report),
+        summary=report.summary,
         numbers=fact_numbers(facts),
         sections=[
             _mesh_section(report, facts, around),

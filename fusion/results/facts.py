@@ -78,6 +78,7 @@ class ScanFacts:
             "open_share": shape.open_share,
             "fragments": shape.fragments,
             "largest_share": shape.largest_share,
+            "crumb_share": shape.crumb_share,
         }
         table = self.table
         if table is not None:

@@ -23,6 +23,11 @@ class Light:
     do: str = ""
 
 
+def note(subject: str, level: str, text: str) -> Light:
+    """A light of a sentence that others wrote."""
+    return Light(level, subject, f"{text[:1].upper()}{text[1:].rstrip('.')}.")
+
+
 def worst_first(lights: Iterable[Light]) -> tuple[Light, ...]:
     """Each light once, the worst first; equals keep their order."""
     return tuple(sorted(dict.fromkeys(lights), key=lambda light: -LEVELS.index(light.level)))

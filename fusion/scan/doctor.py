@@ -6,7 +6,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.recording.checks.stillness import check_object_turns
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
-from fusion.results.light import Light
+from fusion.results.light import Light, note
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.told import Told
 from fusion.turntable.motion import Motion
@@ -23,21 +23,17 @@ def ask_doctor(recording: Recording, settings: ScanSettings) -> list[Light]:
     free = settings.box is None and settings.mask is None
     checks = (voxel_check(settings.voxel), *((check_object_turns,) if free else ()))
     said = refuse_if_certain(quick_look(recording, checks), recording, settings.force)
-    return [_light(level, "Recording", text) for level, text in said]
+    return [note("Recording", level, text) for level, text in said]
 
 
 def notes_of(recording: Recording, told: Told, motion: Motion, raw: Trajectory) -> list[Light]:
     """What readers and the correction say, and what went missing on the way."""
-    notes = [_light("warning", "Recording", text) for text in recording.warnings]
-    notes += [_light("warning", "Correction", text) for text in told.doubtful]
+    notes = [note("Recording", "warning", text) for text in recording.warnings]
+    notes += [note("Correction", "warning", text) for text in told.doubtful]
     if motion.plate is None:
-        notes.append(_light("warning", "Plate", "no plate was seen: nothing was cut off below the object"))
+        notes.append(note("Plate", "warning", "no plate was seen: nothing was cut off below the object"))
     lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())
     if lost:
         text = f"{lost} frames could not be tracked freely and stand by the axis alone"
-        notes.append(_light("warning", "Tracking", text))
+        notes.append(note("Tracking", "warning", text))
     return notes
-
-
-def _light(level: str, subject: str, text: str) -> Light:
-    return Light(level, subject, f"{text[:1].upper()}{text[1:].rstrip('.')}.")

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fusion.results.frames_light import frames_light
 from fusion.results.judgement import Judgement
 from fusion.results.light import LEVELS, Light, level, worst_first
 from fusion.scan.camera_light import camera_light
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     from fusion.scan.result import Scan
 
 # up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
-LOST_SHARE = (0.05, 0.3)
 NOISES = (2.0, 4.0)  # residual over what noise and voxel let expect
 SMALL = 0.001  # [m] a residual below is good whatever was expected
 DEPTH_M = (0.001, 0.004)
@@ -24,20 +24,16 @@ DROPPED_SHARE = (0.05, 0.25)
 
 def judge(scan: "Scan") -> Judgement:
     """All lights of a scan, the worst first."""
-    lights = [camera_light(scan), _depth(scan), *table_lights(scan), _frames(scan), _fit(scan), _coverage(scan)]
+    lights = [
+        camera_light(scan),
+        _depth(scan),
+        *table_lights(scan),
+        frames_light(len(scan.motion.angles), scan.motion.rejected),
+        _fit(scan),
+        _coverage(scan),
+    ]
     lights += [_surface(scan), *scan.evidence.notes]
     return Judgement(worst_first(lights), scan.evidence.footnotes)
-
-
-def _frames(scan: "Scan") -> Light:
-    total, lost = len(scan.motion.angles), scan.motion.rejected
-    said = f"{total - len(lost)} of {total} frames were used"
-    if lost:
-        reasons = [reason.rstrip(".") for reason in lost.values()]
-        common = max(sorted(set(reasons)), key=reasons.count)
-        said += f"; rejected: {_listed(sorted(lost))}, most often as {common}"
-    do = "Keep hands and people out of the picture, and the object in it." if lost else ""
-    return Light(level(len(lost) / total, LOST_SHARE), "Frames", said + ".", do)
 
 
 def _fit(scan: "Scan") -> Light:
@@ -82,7 +78,3 @@ def _surface(scan: "Scan") -> Light:
     said += f"; {dropped:.0%} lay in loose pieces and was dropped" if dropped > DROPPED_SHARE[0] else ""
     do = "Black, shiny and hidden parts give no depth: dull them, or scan again from another height."
     return Light(worse, "Surface", said + ".", do if worse != "ok" else "")
-
-
-def _listed(frames: list[int]) -> str:
-    return ", ".join(map(str, frames[:8])) + (", ..." if len(frames) > 8 else "")

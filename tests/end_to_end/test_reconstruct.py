@@ -164,7 +164,7 @@ def test_an_object_that_turns_is_refused(room, truth):
         depth[50:80, 80 - half : 80 + half] = 0.6
     with pytest.raises(RecordingError, match="fusion turntable"):
         reconstruct(recording_of(turning), CHEAP)
-    assert reconstruct(recording_of(turning), replace(CHEAP, force=True)).warnings[0][0] == "bad"
+    assert reconstruct(recording_of(turning), replace(CHEAP, force=True)).judgement.level == "bad"
 
 
 def test_the_voxel_is_chosen_for_an_object_or_a_room(depths):

@@ -1,0 +1,65 @@
+"""What a reconstruction knows of its own faults, as lights for terminal, page and JSON."""
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fusion.results.frames_light import frames_light
+from fusion.results.judgement import Judgement
+from fusion.results.light import Light, level, worst_first
+
+if TYPE_CHECKING:
+    from fusion.reconstruction.result import Reconstruction
+
+# good up to the first, a problem above the second (guesses); a truncation is the band in which noise is fused
+FIT_BANDS = (0.5, 1.0)
+COURSE_BANDS = (1.0, 3.0)
+WEAK_SHARE = (0.1, 0.6)
+CRUMB_SHARE = (0.05, 0.2)
+RELIEF = "Keep more relief in view: corners, furniture, things at several depths."
+
+
+def judge(result: "Reconstruction") -> Judgement:
+    """All lights of a reconstruction, the worst first."""
+    lights = [frames_light(len(result.trajectory), result.rejected), _surface(result), *result.notes]
+    lights += [light for light in (_fit(result), _directions(result), _course(result)) if light is not None]
+    return Judgement(worst_first(lights), result.footnotes)
+
+
+def _fit(result: "Reconstruction") -> Light | None:
+    known = result.residual[np.isfinite(result.residual)]
+    if not len(known):  # poses were given
+        return None
+    found = float(np.median(known))
+    judged = level(found / result.settings["truncation_m"], FIT_BANDS)
+    do = "Calibrate the depth, and move slower." if judged != "ok" else ""
+    return Light(judged, "Fit", f"Frames lie {found * 1e3:.2f} mm (median) off the model.", do)
+
+
+def _directions(result: "Reconstruction") -> Light | None:
+    weak = Counter(name for names in result.unconstrained.values() for name in names)
+    if not weak:
+        return None
+    name, count = weak.most_common(1)[0]
+    judged = level(count / len(result.trajectory), WEAK_SHARE)
+    others = f", {', '.join(other for other, _ in weak.most_common()[1:])} in fewer" if len(weak) > 1 else ""
+    said = f"{name} is not fixed by the surface in {count} of {len(result.trajectory)} frames{others}."
+    return Light(judged, "Directions", said[:1].upper() + said[1:], RELIEF if judged != "ok" else "")
+
+
+def _surface(result: "Reconstruction") -> Light:
+    shape = result.facts.shape
+    judged = level(shape.crumb_share, CRUMB_SHARE)
+    said = f"The surface is in {shape.fragments:,} parts" if shape.fragments > 1 else "The surface hangs together"
+    said += f", {shape.crumb_share:.0%} of it in small ones" if shape.crumb_share > 0 else ""
+    do = "Larger voxels (--voxel, --room), a nearer --max-depth, or more frames join them." if judged != "ok" else ""
+    return Light(judged, "Surface", f"{said}.", do)
+
+
+def _course(result: "Reconstruction") -> Light | None:
+    if result.off_course is None:
+        return None
+    judged = level(result.off_course.error.rmse / result.settings["truncation_m"], COURSE_BANDS)
+    do = "Use the stated poses (--poses stated), or move slower with more relief in view." if judged != "ok" else ""
+    return Light(judged, "Course", f"The tracked camera is off by {result.off_course.words()}.", do)

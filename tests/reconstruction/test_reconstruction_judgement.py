@@ -1,0 +1,77 @@
+"""Every fault that a reconstruction knows of turns on its own light; a good one has none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from fusion.geometry.trajectory import Trajectory
+from fusion.geometry.trajectory_error import trajectory_error
+from fusion.mesh.mesh import Mesh
+from fusion.reconstruction.result import Reconstruction
+from fusion.results.light import Light
+from fusion.results.off_course import OffCourse
+from fusion.volume.volume import Volume, VolumeSettings
+
+COUNT = 20
+SETTINGS = {"truncation_m": 0.03, "kind": "room"}
+
+
+def crumbled(parts: int) -> Mesh:
+    """One box, and boxes a sixth as large beside it."""
+    boxes = [trimesh.creation.box((1, 1, 1))]
+    boxes += [trimesh.creation.box((1 / 6,) * 3).apply_translation((2.0 + k, 0, 0)) for k in range(parts)]
+    whole = trimesh.util.concatenate(boxes)
+    return Mesh(np.asarray(whole.vertices, float), np.asarray(whole.faces, np.int32))
+
+
+def good() -> Reconstruction:
+    poses = np.tile(np.eye(4), (COUNT, 1, 1))
+    poses[:, 0, 3] = 0.02 * np.arange(COUNT)
+    poses[:, 1, 3] = 0.1 * np.sin(np.arange(COUNT))
+    return Reconstruction(
+        mesh=crumbled(0), trajectory=Trajectory(np.arange(COUNT) / 10, poses), residual=np.full(COUNT, 0.005),
+        inlier_share=np.full(COUNT, 0.9), information=np.zeros((COUNT, 6, 6)), unconstrained={}, rejected={},
+        settings=SETTINGS, volume=Volume(VolumeSettings(0.01, 0.03)),
+    )  # fmt: skip
+
+
+def off_by(size: float) -> OffCourse:
+    moved = good().trajectory.poses.copy()
+    moved[::2, 2, 3] += 2 * size
+    error = trajectory_error(Trajectory(good().trajectory.timestamps, moved), good().trajectory)
+    assert error is not None
+    return OffCourse(error, "its own poses")
+
+
+PLANTED = {
+    "Frames": [("bad", lambda r: replace(r, rejected=dict.fromkeys(range(10), "too little overlap")))],
+    "Fit": [("bad", lambda r: replace(r, residual=np.full(COUNT, 0.05)))],
+    "Directions": [
+        ("warning", lambda r: replace(r, unconstrained=dict.fromkeys(range(4), ("shift along x",)))),
+        ("bad", lambda r: replace(r, unconstrained=dict.fromkeys(range(16), ("shift along x",)))),
+    ],
+    "Surface": [
+        ("warning", lambda r: replace(r, mesh=crumbled(3))),
+        ("bad", lambda r: replace(r, mesh=crumbled(12))),
+    ],
+    "Course": [("bad", lambda r: replace(r, off_course=off_by(0.2)))],
+}
+
+
+def test_a_good_one_has_only_good_lights():
+    assert good().judgement.level == "ok" and good().judgement.warnings == ()
+
+
+@pytest.mark.parametrize(("subject", "level", "plant"), [(n, *rest) for n, cases in PLANTED.items() for rest in cases])
+def test_a_planted_fault_turns_on_its_own_light(subject, level, plant):
+    first, *others = plant(good()).judgement.lights
+    assert (first.subject, first.level) == (subject, level) and first.do
+    assert all(light.level == "ok" for light in others)
+
+
+def test_what_the_doctor_said_stands_among_them():
+    told = Light("warning", "Recording", "Odd.")
+    assert replace(good(), notes=(told,)).judgement.lights[0] == told
+    assert replace(good(), footnotes=("usual",)).judgement.footnotes == ("usual",)
