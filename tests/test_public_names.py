@@ -42,6 +42,16 @@ def test_no_module_takes_the_place_of_a_name():
     assert not modules & set(fusion.__all__)
 
 
+def test_reconstruct_is_the_function_though_modules_are_imported_first():
+    program = (
+        "import fusion.reconstruction.pipeline as pipeline, fusion.commands.reconstruct\n"
+        "from fusion import reconstruct\n"
+        "import fusion\n"
+        "print(reconstruct is fusion.reconstruct is pipeline.reconstruct)"
+    )
+    assert run(program).strip() == "True"
+
+
 def test_type_checkers_are_told_the_same():
     told = {}
     for node in ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8")).body:

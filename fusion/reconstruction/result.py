@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.picture import png
 from fusion.mesh.shape import shape_of
 from fusion.reconstruction.judgement import judge
 from fusion.results.facts import ScanFacts, median_of, rms_of
@@ -56,8 +57,8 @@ class Reconstruction:
         return f"<Reconstruction: {self.settings['kind']}, {placed}{error}, {looks} warnings;\n {self.mesh!r}>"
 
     def _repr_png_(self) -> bytes | None:
-        """A picture for notebooks."""
-        return self.mesh._repr_png_()
+        """A picture for notebooks, up and front as the first camera has them."""
+        return png(self.mesh, up=(0, -1, 0), front=(0, 0, -1))
 
     @cached_property
     def facts(self) -> ScanFacts:
