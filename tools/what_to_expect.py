@@ -54,6 +54,8 @@ def scans() -> Iterator[str]:
     """A line for each sensor and distance: rms [mm] of the owl's scan to the truth."""
     for distance in SCANNED:
         for name, camera in CAMERAS.items():
+            if name.endswith("sunlight"):  # nobody scans in it
+                continue
             try:
                 yield f"{name} {distance} m: {_scan(name, camera, distance)}"
             except fusion.FusionError as error:
