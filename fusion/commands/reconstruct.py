@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fusion.commands.numbers import number
 from fusion.commands.results import made
 from fusion.commands.screen import took
-from fusion.commands.shown import FIRST_CAMERA, add_common, shown_box, shown_sensor
+from fusion.commands.shown import FIRST_CAMERA, add_common, shown_box, shown_name, shown_sensor
 from fusion.progress import seconds, stage
 from fusion.quantity import MAX_DEPTH
 
@@ -116,7 +116,7 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
     return ScanReport(
         result.mesh,
         facts=result.facts,
-        title=f"Reconstruction of {recording.path.name}",
+        title=f"Reconstruction of {shown_name(recording.path)}",
         subtitle=f"{len(recording)} frames, {recording.format}",
         trajectory=result.trajectory,
         residual=result.residual if tracked else None,

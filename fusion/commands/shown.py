@@ -57,3 +57,10 @@ def shown_sensor(options: argparse.Namespace, camera: "Camera") -> "Sensor | Non
 def shown_box(values: list[float] | None) -> Corners | None:
     """Two corners of `--box`."""
     return None if values is None else ((values[0], values[1], values[2]), (values[3], values[4], values[5]))
+
+
+def shown_name(path: Path) -> str:
+    """A recording's name for a title: the folder's, with the one above it where that alone says nothing."""
+    path = path.resolve()
+    general = path.name.lower() in ("scan", "recording", "rec", "depth", "data")
+    return f"{path.parent.name}/{path.name}" if general and path.parent.name else path.name

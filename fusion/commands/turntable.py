@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fusion.commands.numbers import number
 from fusion.commands.results import made
 from fusion.commands.screen import took
-from fusion.commands.shown import add_common, shown_box, shown_sensor
+from fusion.commands.shown import add_common, shown_box, shown_name, shown_sensor
 from fusion.progress import seconds, stage
 from fusion.quantity import STEP
 
@@ -134,7 +134,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
     return ScanReport(
         scan.mesh,
         facts=scan.facts,
-        title=f"Turntable scan {recording.path.name}",
+        title=f"Turntable scan of {shown_name(recording.path)}",
         subtitle=f"{len(recording)} frames, {recording.format}",
         trajectory_raw=scan.trajectory_raw,
         trajectory=scan.trajectory,

@@ -30,6 +30,12 @@ def limits_section(found: Explanation, verdict: dict[str, Any]) -> Section:
     return Section("What could still be there", lead, html=_folded(f"All {len(rows)} effects", head, rows))
 
 
+def advised(text: str) -> str:
+    """A recording of the plans, "rail: a flat wall from ...", as a sentence."""
+    name, _, what = text.partition(": ")
+    return f"What would show it: {what} ({name})." if what else f"What would show it: {text}."
+
+
 def visibility_section(verdict: dict[str, Any]) -> Section:
     """Of every effect: how much of its trace is not swallowed by errors of poses, and what would stand out."""
     rows = []
@@ -58,7 +64,7 @@ def invisible_section(verdict: dict[str, Any]) -> Section:
     said = []
     for text, names in sorted(groups.items(), key=lambda item: (not item[0], -len(item[1]))):
         sigmas = [would[name]["sigma"] for name in names if name in would and would[name]["sigma"]]
-        advice = f"Record {text}." if text else "Nothing on the menu of simple recordings shows it."
+        advice = advised(text) if text else "Nothing on the menu of simple recordings shows it."
         if sigmas:
             advice += f" At its usual size it would stand out by {min(sigmas):.0f} times the noise."
         said.append(f"<h3>{escape(', '.join(map(plain, names)))}</h3><p>{escape(advice)}</p>")

@@ -72,6 +72,13 @@ def millimetres(poses):
     return np.concatenate([poses[:, :3] * [1, 1, 1, 1000], poses[:, 3:]], axis=1)
 
 
+def scattered(poses):
+    """Off by 10 cm each: more than what agrees at 2 m."""
+    off = poses.copy()
+    off[:, :3, 3] += np.random.default_rng(3).normal(0, 0.1, (len(poses), 3))
+    return off
+
+
 def shuffled(lines):
     return lines[:4] + lines[4:7][::-1] + lines[7:]
 
@@ -84,6 +91,7 @@ DEFECTS = {
     "millimetres times five": (lambda f: recount(f, lambda c: 5 * c), "warning", "depth", "multiples of 5", "5000"),
     "range": (as_range, "error", "range or z", "bow", "along the ray"),
     "inverted poses": (lambda f: poses_with(f, inverse), "error", "poses", "inverted", "world to camera"),
+    "poses roughly known": (lambda f: poses_with(f, scattered), "warning", "poses", "both see agrees", "few percent"),
     "poses in millimetres": (lambda f: poses_with(f, millimetres), "error", "poses", "1000", "millimetres"),
     "poses on another clock": (
         lambda f: write_trajectory(f / "groundtruth.txt", Trajectory(np.arange(12.0) * 99, synthetic.poses(12))),

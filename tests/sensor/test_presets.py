@@ -79,3 +79,18 @@ def test_the_default_of_an_unknown_camera_calls_itself_a_guess():
 def test_an_unknown_name_lists_the_known_ones():
     with pytest.raises(SensorError, match="kinect-v2-indoors"):
         preset("kinect-v3")
+
+
+@pytest.mark.parametrize(
+    ("principle", "kind"),
+    [
+        ("structured_light", "a structured-light sensor is assumed (that of the preset kinect-v1)"),
+        ("itof", "a time-of-flight sensor"),
+        ("active_stereo", "a stereo sensor"),
+        ("unknown", "a depth sensor"),
+    ],
+)
+def test_what_is_assumed_is_a_kind_of_sensor_and_no_maker(principle, kind):
+    """An Xtion is no Kinect, though its noise is about the same."""
+    (warning,) = default_sensor(Camera(8, 6, 585.0, 585.0, 3.5, 2.5, principle=principle)).warnings
+    assert f"the usual noise of {kind}" in warning

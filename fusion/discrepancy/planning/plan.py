@@ -19,15 +19,15 @@ from fusion.sensor.sensor import Sensor
 SHOWN = 5.0  # standard deviations
 # what the tiles of the menu do not show, by what an effect depends on
 OTHERWISE = (
-    ("velocity", "move the camera or the target at two known speeds, once each way"),
-    ("table_angle", "an object on the turntable, a full turn each way, then put down at another place of the plate"),
+    ("velocity", "two speeds: the camera or the target moving at two known speeds, once each way"),
     (
-        "edge",
-        "a straight board before a wall, its edge slanted by a few degrees, many frames: edges",
+        "table_angle",
+        "turntable: an object on the turntable, a full turn each way, then put down at another place of the plate",
     ),
+    ("edge", "edges: a straight board before a wall, its edge slanted by a few degrees, many frames"),
     ("ambient", "lamp switch: the same scene with the room dark and with a lamp or the sun on it"),
     ("temperature", "warm-up switch: the same scene cold and warm, with the temperature in telemetry.csv"),
-    ("amplitude", "patches of black, grey and white paper, with infrared images recorded"),
+    ("amplitude", "infrared: patches of black, grey and white paper, with infrared images recorded"),
 )
 
 

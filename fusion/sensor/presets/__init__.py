@@ -20,6 +20,10 @@ PRESETS: dict[str, Callable[[], Sensor]] = {
 }
 # what a sensor of that principle is taken for when nothing else is known
 _USUAL = {"structured_light": "kinect-v1", "itof": "kinect-v2-indoors", "active_stereo": "realsense-d435"}
+_KINDS = {
+    "structured_light": "structured-light sensor", "itof": "time-of-flight sensor",
+    "active_stereo": "stereo sensor with a projector",
+}  # fmt: skip
 # a unit's own errors and the light it needs are not known from its principle; its noise is about right
 _NOISE = ("lateral_noise", "axial_noise")
 
@@ -40,7 +44,8 @@ def default_sensor(camera: Camera) -> Sensor:
     wanted = (*_NOISE, "depth_quantization") if camera.principle in _USUAL else _NOISE
     effects = tuple(effect for effect in known.effects if effect.name in wanted)
     sources = {effect.name: known.sources[effect.name] for effect in effects}
-    warning = f"no sensor model given: the noise of {known.name} is assumed"
+    kind = _KINDS.get(camera.principle, "depth sensor")
+    warning = f"no sensor model given: the usual noise of a {kind} is assumed (that of the preset {known.name})"
     if camera.principle not in _USUAL:
         sources = dict.fromkeys(sources, "guess: the sensor's principle is not known")
         return Sensor("guess", "unknown", effects, sources=sources, warnings=(warning,))
