@@ -1,6 +1,8 @@
 """What of a mesh is seen from one side, in parallel projection: rays through Open3D's ray-casting scene."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,36 +72,60 @@ def sides(up: Array, front: Array) -> list[Side]:
 
 def look(mesh: Mesh, side: Side, pixel: float) -> Sight:
     """Look at a mesh, or at a point cloud, from one side with pixels of the given size [m]."""
+    return look_around(mesh, [side], pixel)[0]
+
+
+def look_around(mesh: Mesh, sides: Sequence[Side], pixel: float) -> list[Sight]:
+    """Look from several sides: the tree that the rays ask is made once."""
     points = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
     if len(points) == 0:
-        return _nothing(side, pixel)
+        return [_nothing(side, pixel) for side in sides]
+    body = _Body(mesh) if len(mesh.faces) else None
+    return [_look(mesh, body, side, points, pixel) for side in sides]
+
+
+def _look(mesh: Mesh, body: "_Body | None", side: Side, points: Array, pixel: float) -> Sight:
     frame = np.stack([side.right, side.up, side.towards])
     low, high = (points @ frame.T).min(axis=0), (points @ frame.T).max(axis=0)
     pixel = max(pixel, 1e-9)
     width, height = (np.ceil((high - low)[:2] / pixel).astype(int) + 4).tolist()
     corner = np.array([low[0] - 1.5 * pixel, high[1] + 1.5 * pixel, high[2]])
     shape = (min(height, 4096), min(width, 4096))
-    return (_rays if len(mesh.faces) else _splats)(mesh, side, corner, shape, pixel)
+    return _splats(mesh, side, corner, shape, pixel) if body is None else _rays(body, side, corner, shape, pixel)
 
 
-def _rays(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
-    import open3d as o3d
+class _Body:
+    """A mesh as rays ask for it, about its middle: that keeps single precision exact enough."""
 
-    finite = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
-    faces = mesh.faces[finite[mesh.faces].all(axis=1)]
-    # the eye's frame with its corner as origin keeps single precision exact enough
-    frame = np.stack([side.right, side.up, side.towards])
-    local = np.nan_to_num(mesh.vertices @ frame.T - corner).astype(np.float32)
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(o3d.core.Tensor.from_numpy(local), o3d.core.Tensor.from_numpy(faces.astype(np.uint32)))
-    v, u = np.mgrid[0 : shape[0], 0 : shape[1]].astype(np.float32) * np.float32(pixel)
-    rays = np.zeros((*shape, 6), np.float32)
-    rays[..., 0], rays[..., 1], rays[..., 2], rays[..., 5] = u, -v, pixel, -1
-    answer = scene.cast_rays(o3d.core.Tensor.from_numpy(rays))
+    def __init__(self, mesh: Mesh) -> None:
+        import open3d as o3d
+
+        finite = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
+        self.faces = mesh.faces[finite[mesh.faces].all(axis=1)]
+        self.middle = mesh.vertices[finite].mean(axis=0)
+        local = np.nan_to_num(mesh.vertices - self.middle).astype(np.float32)
+        faces = o3d.core.Tensor.from_numpy(self.faces.astype(np.uint32))
+        self.scene = o3d.t.geometry.RaycastingScene()
+        self.scene.add_triangles(o3d.core.Tensor.from_numpy(local), faces)
+
+    def cast(self, rays: NDArray[np.float32]) -> Any:
+        import open3d as o3d
+
+        return self.scene.cast_rays(o3d.core.Tensor.from_numpy(rays))
+
+
+def _rays(body: _Body, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
+    right, up = side.right * pixel, side.up * pixel
+    # a pixel before the nearest point
+    first = corner @ np.stack([side.right, side.up, side.towards]) + pixel * side.towards - body.middle
+    v, u = np.mgrid[0 : shape[0], 0 : shape[1]][..., None]
+    rays = np.empty((*shape, 6), np.float32)
+    rays[..., :3], rays[..., 3:] = first + u * right - v * up, -side.towards
+    answer = body.cast(rays)
     depth, triangle, uv = (answer[k].numpy() for k in ("t_hit", "primitive_ids", "primitive_uvs"))
     hit = np.isfinite(depth)
     corners = np.full((*shape, 3), -1, np.int64)
-    corners[hit] = faces[triangle[hit]]
+    corners[hit] = body.faces[triangle[hit]]
     weights = np.concatenate([1 - uv.sum(axis=-1, keepdims=True), uv], axis=-1)
     return Sight(side, corners, weights, depth, pixel)
 

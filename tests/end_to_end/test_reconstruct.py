@@ -17,6 +17,7 @@ from fusion.geometry.pose import angle, exp, inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.distances import signed_distances
 from fusion.mesh.files import read_mesh
+from fusion.output import MARK
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.planning import plan
 from fusion.reconstruction.settings import ReconstructSettings
@@ -214,7 +215,7 @@ def test_the_command_writes_all_that_the_contract_names(folder, tmp_path, capsys
     told = json.loads(capsys.readouterr().out)
     assert told["placed"] == FRAMES
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
-        "mesh.ply", "trajectory.txt", "settings.json", "report.html"
+        "mesh.ply", "trajectory.txt", "settings.json", "report.html", MARK
     }  # fmt: skip
     assert len(read_mesh(tmp_path / "out/mesh.ply").faces) == told["triangles"]
     written = read_trajectory(tmp_path / "out/trajectory.txt")

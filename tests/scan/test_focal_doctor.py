@@ -160,7 +160,7 @@ def test_the_real_box_is_told_to_refine(shared, capsys):
     (finding,) = findings(capsys, shared / "data/kleenex_turntable")
     # 525 px stated; the box's own corners are right at 572 px, which is 9 %
     assert finding["severity"] == "warning" and "about +9 %" in finding["seen"]
-    assert "--refine-camera" in finding["do"]
+    assert "corrects it by itself" in finding["do"]
     assert findings(capsys, shared / "data/kleenex_turntable", "--quick") == []
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shading import CLAY, picture, vertex_normals
-from fusion.mesh.sight import Side, Sight, look
+from fusion.mesh.sight import Side, Sight, look_around
 from fusion.report.page import Figure
 from fusion.report.palette import INK, SOFT, new_figure, styled, to_svg
 
@@ -99,7 +99,7 @@ def _pictures(rows: Sequence[Row], sides: list[Side], pixel: float) -> list[list
     sights: dict[int, list[Sight]] = {}
     for row in rows:
         if id(row.mesh) not in sights:
-            sights[id(row.mesh)] = [look(row.mesh, side, pixel) for side in sides]
+            sights[id(row.mesh)] = look_around(row.mesh, sides, pixel)
     return [[_picture(row, sight) for sight in sights[id(row.mesh)]] for row in rows]
 
 
