@@ -18,6 +18,18 @@ def largest_part(mesh: Mesh) -> Mesh:
     return vertices_kept(mesh, part == np.argmax(areas)) if len(mesh.faces) else mesh
 
 
+def large_parts(mesh: Mesh, share: float) -> tuple[Mesh, float]:
+    """The connected parts that hold at least this share of the surface, or the largest; and the share that they hold.
+
+    Vertices without a face are left out.
+    """
+    if not len(mesh.faces):
+        return mesh, 0.0
+    part, areas = parts(mesh)
+    keep = areas >= min(share * float(areas.sum()), float(areas.max()))
+    return vertices_kept(mesh, keep[part]), float(areas[keep].sum() / areas.sum())
+
+
 def without_crumbs(mesh: Mesh, size: float) -> Mesh:
     """The connected parts whose bounding box has a diagonal of at least `size` [m], and always the largest of them."""
     if not len(mesh.faces):

@@ -75,6 +75,6 @@ def _surface(scan: "Scan") -> Light:
     worse = max(level(shape.open_share, OPEN_SHARE), level(dropped, DROPPED_SHARE), key=LEVELS.index)
     said = f"The surface is {'closed' if shape.openings() == 'closed' else 'open: ' + shape.openings()}"
     said += f"; {shape.open_share:.0%} of it is missing" if worse != "ok" and shape.open_share > OPEN_SHARE[0] else ""
-    said += f"; {dropped:.0%} lay in loose pieces and was dropped" if dropped > DROPPED_SHARE[0] else ""
+    said += f"; {dropped:.0%} lay in small loose pieces and was dropped" if dropped > DROPPED_SHARE[0] else ""
     do = "Black, shiny and hidden parts give no depth: dull them, or scan again from another height."
     return Light(worse, "Surface", said + ".", do if worse != "ok" else "")

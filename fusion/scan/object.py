@@ -5,8 +5,9 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.mesh.cleanup import fill_small_holes, largest_part, parts
+from fusion.mesh.cleanup import fill_small_holes, large_parts
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.shape import CRUMB
 from fusion.mesh.vertices import vertices_kept
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.motion import Motion
@@ -51,7 +52,5 @@ def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> tuple[Mesh, flo
         mesh = vertices_kept(mesh, np.hypot(*mesh.vertices[:, :2].T) <= motion.radius + MARGIN)
     if not len(mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")
-    areas = parts(mesh)[1]
-    kept = float(areas.max() / areas.sum())
-    mesh = largest_part(mesh)
+    mesh, kept = large_parts(mesh, CRUMB)
     return (fill_small_holes(mesh, settings.fill_holes) if settings.fill_holes > 0 else mesh), kept

@@ -13,10 +13,10 @@ from fusion.progress import each, stage
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.results.light import Light
+from fusion.scan.attempt import Attempt, attempt, settle_camera
 from fusion.scan.doctor import ask_doctor, notes_of
 from fusion.scan.evidence import Evidence
-from fusion.scan.frames import find_region, load, told_angles
-from fusion.scan.motion import find_motion
+from fusion.scan.frames import load
 from fusion.scan.object import choose_volume, clean, typical_noise
 from fusion.scan.poses import align_directly, confirmed, constrained, gap_of, track_freely, wobble
 from fusion.scan.result import Scan
@@ -26,12 +26,11 @@ from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.told import Told
 from fusion.turntable.circle import fit_circle, onto_circle
-from fusion.turntable.focal import SURE, FocalCheck, focal_of
+from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import find_jump
-from fusion.turntable.motion import Motion
 from fusion.turntable.steps import closing_pair, judge_steps
 from fusion.turntable.views import Region
-from fusion.volume.prepared import Prepared, fuse
+from fusion.volume.prepared import fuse
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -55,47 +54,14 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     with stage("looking"):
         asked = ask_doctor(recording, settings)
     recording, told = corrected_recording(recording, sensor)
-    camera = recording.camera
-    masks = None if settings.mask is None else open_masks(settings.mask, recording)
-    region = find_region(recording, sensor, settings, masks)
-    frames, broken = load(recording, sensor, region, masks)
-    commanded = told_angles(recording, settings)
-    motion = find_motion(frames, (camera, settings), region, commanded)
-    focal = focal_of(motion)
-    if refines(settings, camera, focal):
-        recording = replace(recording, camera=_refined(camera, motion))
-        region = find_region(recording, sensor, settings, masks)
-        frames, broken = load(recording, sensor, region, masks)
-        motion = find_motion(frames, (recording.camera, settings), region, commanded)
-    motion = replace(motion, rejected={**motion.rejected, **broken})
-    return _finish(recording, settings, (sensor, told, camera, focal, asked), (frames, region, motion, commanded))
+    stated = recording.camera
+    found, focal = settle_camera(attempt(recording, sensor, settings), sensor, settings)
+    return _finish(found, settings, (sensor, told, stated, focal, asked))
 
 
-def refines(settings: ScanSettings, camera: Camera, focal: FocalCheck) -> bool:
-    """Whether the scan's own focal length is taken: as asked, else where it contradicts one that is only nominal."""
-    if settings.refine_camera is not None:
-        return settings.refine_camera
-    return "fx" not in camera.std and focal.deviations(camera) > SURE
-
-
-def _refined(camera: Camera, motion: Motion) -> Camera:
-    """The camera with the focal length that the scan asks for.
-
-    The principal point is free in that fit, or its error would pull the focal length along; but it is not taken over:
-    depth errors imitate it, and what it is wrong by turns the whole scan, nearly, and bends nothing. Measured on the
-    statue of the open challenges, nominal camera: distance std 0.60 mm with the focal length alone, 1.47 mm with both.
-    """
-    return motion.focal_check.only("focal").camera(camera)
-
-
-def _finish(
-    recording: Recording,
-    settings: ScanSettings,
-    how: tuple[Sensor, Told, Camera, FocalCheck, list[Light]],
-    found: tuple[list[Prepared | None], Region, Motion, Array | None],
-) -> Scan:
+def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Camera, FocalCheck, list[Light]]) -> Scan:
     """Volumes, trajectories and closure from a known motion."""
-    frames, region, motion, commanded = found
+    recording, frames, region, motion, commanded = found.recording, found.frames, found.region, found.motion, found.told
     sensor, told, stated, focal, asked = how
     volume_settings = choose_volume(settings, recording.camera, (frames, region, motion))
     corrected = constrained(recording, motion)

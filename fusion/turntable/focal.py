@@ -1,7 +1,7 @@
 """What a turning object says of the focal length, without the rest of the motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,10 @@ class FocalCheck:
         """How far the stated focal length is off, in standard deviations of this check and of the camera's own."""
         own = camera.std.get("fx", 0.0) / camera.fx
         return abs(self.relative) / float(np.linalg.norm([self.std, SYSTEMATIC, own]))
+
+    def withdrawn(self) -> "FocalCheck":
+        """As good as nothing: the scan fits no better with the focal length that it asked for."""
+        return replace(self, std=max(self.std, abs(self.relative)))
 
     def said(self) -> str:
         """ "+9.0 +- 0.8 %"."""

@@ -8,39 +8,48 @@ from numpy.typing import NDArray
 
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.level import is_plate
+from fusion.turntable.level import THICK, is_plate
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
+THICKEST = 0.06  # [m] a plate may stand above the table, where what turns seems to end (guess)
+CARRIED = 0.2  # least share of what turns that stands above a plate (guess)
 NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
 def plate_height(views: Sequence[View], axis: Axis) -> float | None:
     """Height of the plate along the axis [m], measured from the axis' point; None when no plate is seen.
 
-    The plate is the largest level surface near the foot of what turns that is seen all round and does not turn itself:
-    an object without a plate may have a level part there.
+    The plate is a large level surface near the foot of what turns that is seen all round and does not turn itself: an
+    object without a plate may have a level part there. The table below it is such a surface too, so it is the highest
+    on which much of what turns stands; the lid of a can has nothing above it.
     """
     some = views[:: max(1, len(views) // 25)]
-    foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in some]), 1))
+    turning = np.concatenate([axis.distance(v.points.astype(float))[1] for v in some])
+    foot = float(np.percentile(turning, 1))
     heights = []
     for v in some:
         level = np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.97
         heights.append(axis.distance(v.map.points[level].astype(float))[1])
     height = np.concatenate(heights)
-    height = height[np.abs(height - foot) < NEAR_PLATE]
+    height = height[(height > foot - NEAR_PLATE) & (height < foot + THICKEST)]
     if len(height) < max(200, 0.02 * sum(len(v.points) for v in some)):
         return None
+    found = [h for h in _levels(height, (foot - NEAR_PLATE, foot + THICKEST)) if is_plate(some, axis, h)]
+    carrying = [h for h in found if np.mean(turning > h + THICK) > CARRIED]
+    return max(carrying) if carrying else next(iter(found), None)
+
+
+def _levels(height: Array, limits: tuple[float, float]) -> list[float]:
+    """Heights at which much level surface lies [m], the largest first."""
     cell = 0.004
-    counts, borders = np.histogram(height, np.arange(foot - NEAR_PLATE, foot + NEAR_PLATE + cell, cell))
-    least = 0.2 * float(np.max(counts))
-    while float(np.max(counts)) > least:
+    counts, borders = np.histogram(height, np.arange(*limits, cell))
+    least, levels = 0.2 * float(np.max(counts)), []
+    while float(np.max(counts)) > max(least, 0):
         best = int(np.argmax(counts))
-        found = float(np.median(height[np.abs(height - borders[best] - cell / 2) < 1.5 * cell]))
-        if is_plate(some, axis, found):
-            return found
+        levels.append(float(np.median(height[np.abs(height - borders[best] - cell / 2) < 1.5 * cell])))
         counts[max(0, best - 2) : best + 3] = 0
-    return None
+    return levels
 
 
 def above_plate(vertices: Array, normals: NDArray[np.float32], clear: float) -> NDArray[np.bool_]:

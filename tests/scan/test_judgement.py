@@ -8,8 +8,6 @@ import pytest
 from made_up_scan import CAMERA, COUNT, good_scan, with_evidence, with_motion
 
 from fusion.mesh.mesh import Mesh
-from fusion.scan.pipeline import refines
-from fusion.scan.settings import ScanSettings
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
 from fusion.turntable.selfcheck import NAMES
@@ -111,22 +109,3 @@ def test_a_closing_angle_that_got_worse_is_said_so():
 
 def test_a_log_in_radians_is_called_that():
     assert "radians" in light(replace(good_scan(), told=good_scan().motion.angles / 57.3), "Log").do
-
-
-@pytest.mark.parametrize(
-    ("camera", "focal", "asked", "taken"),
-    [
-        (CAMERA, WRONG, None, True),
-        (CAMERA, UNSURE, None, False),
-        (CALIBRATED, WRONG, None, False),
-        (CAMERA, WRONG, False, False),
-        (CALIBRATED, UNSURE, True, True),
-    ],
-)
-def test_a_focal_length_is_replaced_only_where_it_is_nominal_and_contradicted(camera, focal, asked, taken):
-    assert refines(ScanSettings(refine_camera=asked), camera, focal) == taken
-
-
-def test_what_the_camera_itself_may_be_wrong_by_counts():
-    vague = replace(CAMERA, std={"fx": 0.05 * CAMERA.fx})
-    assert WRONG.deviations(vague) < 2 < 5 < WRONG.deviations(CALIBRATED)

@@ -1,0 +1,78 @@
+"""A focal length is replaced only where it is nominal, contradicted, and the scan fits better with the other."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_scan import CAMERA, good_scan
+
+from fusion.recording.recording import Recording
+from fusion.scan import attempt as module
+from fusion.scan.attempt import Attempt, settle_camera
+from fusion.scan.settings import ScanSettings
+from fusion.sensor.presets import default_sensor
+from fusion.turntable.selfcheck import NAMES
+from fusion.turntable.views import Region
+
+CALIBRATED = replace(CAMERA, std={"fx": 0.6})
+RIGHT = 620.0
+BETTER, WORSE = 0.7, 1.3
+
+
+def found(camera, residual, share=1.0) -> Attempt:
+    """An attempt that asks for `share` of the way to the right focal length, known to 0.5 %."""
+    good = good_scan().motion
+    values = np.zeros(len(NAMES))
+    values[0] = share * np.log(RIGHT / camera.fx)
+    motion = replace(
+        good, residual=np.full(36, residual), focal_check=replace(good.focal_check, values=values), focal_std=0.005
+    )
+    recording = Recording("native", None, camera, np.arange(36) / 10, lambda i: None)
+    return Attempt(recording, Region(np.zeros(3), np.ones(3)), [None] * 36, motion, None)
+
+
+def settled(monkeypatch, camera, asked, then, share=1.0):
+    """What is settled where the other focal length changes the residual by a factor `then`."""
+    monkeypatch.setattr(module, "attempt", lambda recording, *_: found(recording.camera, 0.002 * then, share))
+    settings = ScanSettings(refine_camera=asked)
+    return settle_camera(found(camera, 0.002, share), default_sensor(camera), settings)
+
+
+@pytest.mark.parametrize(
+    ("camera", "asked", "then", "taken"),
+    [
+        (CAMERA, None, BETTER, True),
+        (CAMERA, None, WORSE, False),
+        (CALIBRATED, None, BETTER, False),
+        (CAMERA, False, BETTER, False),
+        (CALIBRATED, True, WORSE, True),
+        (replace(CAMERA, fx=RIGHT * 1.01), None, BETTER, False),
+    ],
+)
+def test_when_it_is_taken(monkeypatch, camera, asked, then, taken):
+    final, focal = settled(monkeypatch, camera, asked, then)
+    assert (final.recording.camera.fx != camera.fx) == taken
+    if taken:
+        assert final.recording.camera.fx == pytest.approx(RIGHT, rel=1e-6)
+        assert focal.relative == pytest.approx(RIGHT / camera.fx - 1, rel=1e-6)
+
+
+def test_a_claim_that_helps_nothing_is_withdrawn(monkeypatch):
+    _, focal = settled(monkeypatch, CALIBRATED, None, WORSE)
+    assert focal.deviations(CALIBRATED) <= 1
+
+
+def test_a_claim_against_a_calibrated_camera_stands_where_it_fits_better(monkeypatch):
+    _, focal = settled(monkeypatch, CALIBRATED, None, BETTER)
+    assert focal.deviations(CALIBRATED) > 5
+
+
+def test_what_a_first_round_leaves_a_second_takes(monkeypatch):
+    final, _ = settled(monkeypatch, CAMERA, None, BETTER, share=0.9)
+    assert final.recording.camera.fx == pytest.approx(RIGHT, rel=0.001)
+
+
+def test_what_the_camera_itself_may_be_wrong_by_counts():
+    vague = replace(CAMERA, std={"fx": 0.05 * CAMERA.fx})
+    claim = module.focal_of(found(CAMERA, 0.002).motion)
+    assert claim.deviations(vague) < 2 < 5 < claim.deviations(CALIBRATED)
