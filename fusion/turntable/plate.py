@@ -13,7 +13,7 @@ from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 THICKEST = 0.06  # [m] a plate may stand above the table, where what turns seems to end (guess)
-CARRIED = 0.2  # least share of what turns that stands above a plate (guess)
+CARRIED = 0.2  # least share of what stands above the lowest such surface that stands above a plate too (guess)
 NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
@@ -36,7 +36,8 @@ def plate_height(views: Sequence[View], axis: Axis) -> float | None:
     if len(height) < max(200, 0.02 * sum(len(v.points) for v in some)):
         return None
     found = [h for h in _levels(height, (foot - NEAR_PLATE, foot + THICKEST)) if is_plate(some, axis, h)]
-    carrying = [h for h in found if np.mean(turning > h + THICK) > CARRIED]
+    standing = np.sum(turning > min(found, default=0.0) + THICK)
+    carrying = [h for h in found if np.sum(turning > h + THICK) > CARRIED * standing]
     return max(carrying) if carrying else next(iter(found), None)
 
 
