@@ -25,6 +25,8 @@ STEADY = 0.8  # share of these frames in which a cell of a plate is there
 MEASURED = 0.6  # the same, missing depth counted as not there
 SIDES = 0.5  # of all sectors: the far side may be hidden (real plates show 0.75 to 0.9)
 LEAST_RINGS = 3
+LEAST_SECTORS = SECTORS // 6  # that make a ring
+RIM = 4  # rings beyond the outermost in which a rim shows itself
 UNSTEADY = 0.3  # largest area that comes and goes, over the steady one: 0.5 for a square that turns, 0.02 for plates
 
 
@@ -39,20 +41,39 @@ class Seen:
 
 def is_plate(views: Sequence[View], axis: Axis, height: float) -> bool:
     """True when the level surface at a height [m] along the axis is seen on most sides and does not turn."""
-    turning = np.concatenate([v.points for v in views]).astype(float)
-    if not len(turning):
+    if not any(len(v.points) for v in views):
         return False
-    reach = BEYOND * float(np.percentile(axis.distance(turning)[0], 95))
+    turning = np.concatenate([v.points for v in views]).astype(float)
+    told, share, steady = _steady(views, axis, height, BEYOND * float(np.percentile(axis.distance(turning)[0], 95)))
+    unsteady = told & ~steady & (share > 0.2)
+    area = np.arange(RINGS)[:, None] + 0.5
+    rings = steady.sum(axis=1) >= LEAST_SECTORS
+    around = steady.any(axis=0).mean() >= SIDES
+    return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * steady).sum())
+
+
+def has_a_rim(views: Sequence[View], axis: Axis, height: float) -> bool:
+    """True when one looks past the level surface at a height [m] outside of it, as beyond a plate; a table goes on."""
+    shown = np.concatenate([v.map.points[np.isfinite(v.map.points[..., 2])] for v in views]).astype(float)
+    radius, above = axis.distance(shown)
+    here = radius[np.abs(above - height) < THICK]
+    if not len(here):
+        return False
+    told, share, steady = _steady(views, axis, height, BEYOND * float(np.percentile(here, 95)))
+    outermost = int(np.flatnonzero(steady.sum(axis=1) >= LEAST_SECTORS).max(initial=-1))
+    beyond = (told & (share < 0.2))[outermost + 1 : outermost + 1 + RIM]
+    return bool(beyond.any(axis=0).sum() >= LEAST_SECTORS)
+
+
+def _steady(
+    views: Sequence[View], axis: Axis, height: float, reach: float
+) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
+    """Cells (RINGS, SECTORS) of which something is known, the share of frames in which they are there, steady ones."""
     seen = look_at(views, axis, _plane(views, axis, height), reach)
     shown = seen.there + seen.through
     share = seen.there / np.maximum(shown + seen.missing, 1)
     told = shown + seen.missing >= LEAST_FRAMES
-    steady = told & (seen.there > STEADY * shown) & (share > MEASURED)
-    unsteady = told & ~steady & (share > 0.2)
-    area = np.arange(RINGS)[:, None] + 0.5
-    rings = steady.sum(axis=1) >= SECTORS // 6
-    around = steady.any(axis=0).mean() >= SIDES
-    return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * steady).sum())
+    return told, share, told & (seen.there > STEADY * shown) & (share > MEASURED)
 
 
 def look_at(views: Sequence[View], axis: Axis, plane: Array, reach: float) -> Seen:

@@ -11,7 +11,7 @@ from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Stack, stack
 from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
 from fusion.turntable.misfit import misfits
-from fusion.turntable.plate import above, plate_height
+from fusion.turntable.plate import above, ground_height, plate_height
 from fusion.turntable.selfcheck import SelfCheck
 from fusion.turntable.start import axis_guesses, find_turns, search_range
 from fusion.turntable.together import DEPTH_ERRORS, REACH, WIDEST, WORTH, fit_camera, misfit, together
@@ -123,8 +123,8 @@ def begin(
         raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
     centre = (region.low + region.high) / 2
     stride, steps, axis = _first_axis(seen, centre, None if commanded is None else commanded[used])
-    plate = plate_height(seen, axis)
-    floor = -np.inf if plate is None else plate + 0.008
+    ground = ground_height(seen, axis)
+    floor = -np.inf if ground is None else ground + 0.008
     shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
     if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
         shown, floor = [_thinned(v, POINTS_FIRST) for v in seen], -np.inf

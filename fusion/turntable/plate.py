@@ -8,43 +8,55 @@ from numpy.typing import NDArray
 
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.level import THICK, is_plate
+from fusion.turntable.level import has_a_rim, is_plate
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 THICKEST = 0.06  # [m] a plate may stand above the table, where what turns seems to end (guess)
-CARRIED = 0.2  # least share of what stands above the lowest such surface that stands above a plate too (guess)
 NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
 def plate_height(views: Sequence[View], axis: Axis) -> float | None:
     """Height of the plate along the axis [m], measured from the axis' point; None when no plate is seen.
 
-    The plate is a large level surface near the foot of what turns that is seen all round and does not turn itself: an
-    object without a plate may have a level part there. The table below it is such a surface too, so it is the highest
-    on which much of what turns stands; the lid of a can has nothing above it.
+    The plate is the largest level surface near the foot of what turns that is seen all round and does not turn itself:
+    an object without a plate may have a level part there. The table below is such a surface too, but goes on where a
+    plate has its rim.
     """
     some = views[:: max(1, len(views) // 25)]
-    turning = np.concatenate([axis.distance(v.points.astype(float))[1] for v in some])
-    foot = float(np.percentile(turning, 1))
+    found = [h for h in level_heights(some, axis, THICKEST) if is_plate(some, axis, h)]
+    plates = [h for h in found if has_a_rim(some, axis, h)]
+    return next(iter(plates or found), None)
+
+
+def ground_height(views: Sequence[View], axis: Axis) -> float | None:
+    """The same for the largest level surface, plate or table; None when there is none.
+
+    What lies above it shows how the object turns. Where that is the table, the plate and its rim serve too: they say
+    nothing of the angle, but hold the axis where an object is nearly round.
+    """
+    some = views[:: max(1, len(views) // 25)]
+    return next((h for h in level_heights(some, axis, NEAR_PLATE) if is_plate(some, axis, h)), None)
+
+
+def level_heights(views: Sequence[View], axis: Axis, above: float) -> list[float]:
+    """Where much level surface lies [m], from `NEAR_PLATE` below the foot to `above` it, the largest first."""
+    foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in views]), 1))
     heights = []
-    for v in some:
+    for v in views:
         level = np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.97
         heights.append(axis.distance(v.map.points[level].astype(float))[1])
     height = np.concatenate(heights)
-    height = height[(height > foot - NEAR_PLATE) & (height < foot + THICKEST)]
-    if len(height) < max(200, 0.02 * sum(len(v.points) for v in some)):
-        return None
-    found = [h for h in _levels(height, (foot - NEAR_PLATE, foot + THICKEST)) if is_plate(some, axis, h)]
-    standing = np.sum(turning > min(found, default=0.0) + THICK)
-    carrying = [h for h in found if np.sum(turning > h + THICK) > CARRIED * standing]
-    return max(carrying) if carrying else next(iter(found), None)
+    height = height[(height > foot - NEAR_PLATE) & (height < foot + above)]
+    if len(height) < max(200, 0.02 * sum(len(v.points) for v in views)):
+        return []
+    return _largest(height, (foot - NEAR_PLATE, foot + above))
 
 
-def _levels(height: Array, limits: tuple[float, float]) -> list[float]:
-    """Heights at which much level surface lies [m], the largest first."""
+def _largest(height: Array, limits: tuple[float, float]) -> list[float]:
+    """The medians of the fullest cells [m], the fullest first."""
     cell = 0.004
-    counts, borders = np.histogram(height, np.arange(*limits, cell))
+    counts, borders = np.histogram(height, np.arange(limits[0], limits[1] + cell, cell))
     least, levels = 0.2 * float(np.max(counts)), []
     while float(np.max(counts)) > max(least, 0):
         best = int(np.argmax(counts))
