@@ -3,6 +3,7 @@
 import numpy as np
 
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.checks.bumped import check_camera_bumped
 from fusion.recording.checks.stillness import check_object_turns
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
@@ -21,7 +22,7 @@ def ask_doctor(recording: Recording, settings: ScanSettings) -> list[Light]:
     """
     # in a box, or behind masks, only what they hold has to turn
     free = settings.box is None and settings.mask is None
-    checks = (voxel_check(settings.voxel), *((check_object_turns,) if free else ()))
+    checks = (voxel_check(settings.voxel), *((check_object_turns,) if free else ()), check_camera_bumped)
     said = refuse_if_certain(quick_look(recording, checks), recording, settings.force)
     return [note("Recording", level, text) for level, text in said]
 

@@ -16,6 +16,7 @@ from fusion.turntable.finish import finish
 from fusion.turntable.log import with_log
 from fusion.turntable.motion import Motion, estimate_motion
 from fusion.turntable.rays import Rays, rays_of
+from fusion.turntable.told_step import refuse_contradicted_step
 from fusion.turntable.views import Region, View, usable, view
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
@@ -35,6 +36,7 @@ def find_motion(
         commanded: (n,) angles [rad] as told, or None.
 
     Raises:
+        RecordingError: the images contradict the step that was told.
         TrackingError: no frame can be read, or nothing turns about one axis.
     """
     camera = how[0]
@@ -44,6 +46,8 @@ def find_motion(
     both = list(zip(frames, pixels, strict=True))
     views = [_nothing(frames) if f is None or p is None else view(f.surface, p) for f, p in both]
     with stage("motion"):
+        if how[1].step is not None and not how[1].force:
+            refuse_contradicted_step(views, region, how[1].step)
         motion = estimate_motion(views, region, commanded)
     if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]

@@ -1,0 +1,50 @@
+"""A step that was told and that the images contradict is refused: everything after would follow it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError, TrackingError
+from fusion.turntable.edges import stack
+from fusion.turntable.misfit import misfits
+from fusion.turntable.motion import begin
+from fusion.turntable.views import Region, View
+
+FRAMES = 12  # looked at
+CLEARLY = 0.7  # the images' own step must lower the misfit of neighbours to this share of what the told one leaves
+OTHER = (0.2, np.deg2rad(2))  # share of the step, and least difference, that make it another step
+REACH = 0.02  # [m]
+
+
+def refuse_contradicted_step(views: Sequence[View], region: Region, step: float) -> None:
+    """Compare the told step with what neighbouring views say by themselves.
+
+    Args:
+        views: of frames in a row.
+        region: where the object is.
+        step: as told [rad], of either sign.
+
+    Raises:
+        RecordingError: another step brings neighbouring views together clearly better.
+    """
+    try:
+        used, _, shown, _, (axis, angles) = begin(list(views[:FRAMES]), region, None)
+    except TrackingError:  # larger steps than it finds by itself: the told one is all that is known
+        return
+    seen, turns, gaps = stack(shown), np.diff(angles), np.diff(used)
+    pairs = [(k, k + 1) for k in range(len(turns))]
+
+    def misfit(tried: NDArray[np.float64]) -> float:
+        return float(np.mean(misfits(seen, pairs, (axis, tried), REACH)))
+
+    own = abs(float(np.median(turns / gaps)))
+    differs = abs(own - abs(step)) > max(OTHER[0] * abs(step), OTHER[1])
+    if differs and misfit(turns) < CLEARLY * min(misfit(sign * step * gaps) for sign in (-1.0, 1.0)):
+        raise RecordingError(
+            "the images contradict the step",
+            "--step",
+            f"about {np.rad2deg(own):.1f} deg between frames",
+            f"{np.rad2deg(step):g} deg, as told",
+            "leave --step out or correct it (--force goes on all the same)",
+        )

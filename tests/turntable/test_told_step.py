@@ -1,0 +1,22 @@
+"""A step that the images contradict is refused; the right one, of either sign, and one near it are not."""
+
+import numpy as np
+import pytest
+
+from fusion.errors import RecordingError
+from fusion.turntable.told_step import refuse_contradicted_step
+from fusion.turntable.views import Region
+
+EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0, 1.1])
+def test_the_right_step_passes(owl_scene, factor):
+    refuse_contradicted_step(owl_scene.views(), EVERYWHERE, factor * float(owl_scene.angles[1]))
+
+
+@pytest.mark.parametrize("degrees", [8.0, 45.0, -45.0])
+def test_another_step_is_refused_with_both_numbers(owl_scene, degrees):
+    with pytest.raises(RecordingError, match="--step") as caught:
+        refuse_contradicted_step(owl_scene.views(), EVERYWHERE, float(np.deg2rad(degrees)))
+    assert f"{degrees:g} deg, as told" in str(caught.value)
