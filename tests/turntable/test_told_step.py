@@ -7,16 +7,25 @@ from fusion.errors import RecordingError
 from fusion.turntable.told_step import refuse_contradicted_step
 from fusion.turntable.views import Region
 
-EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
+
+def around(views):
+    """The box that holds what is seen."""
+    points = np.concatenate([v.points for v in views])
+    return Region(points.min(axis=0), points.max(axis=0))
 
 
 @pytest.mark.parametrize("factor", [1.0, -1.0, 1.1])
 def test_the_right_step_passes(owl_scene, factor):
-    refuse_contradicted_step(owl_scene.views(), EVERYWHERE, factor * float(owl_scene.angles[1]))
+    refuse_contradicted_step(owl_scene.views(), around(owl_scene.views()), factor * float(owl_scene.angles[1]))
 
 
 @pytest.mark.parametrize("degrees", [8.0, 45.0, -45.0])
 def test_another_step_is_refused_with_both_numbers(owl_scene, degrees):
     with pytest.raises(RecordingError, match="--step") as caught:
-        refuse_contradicted_step(owl_scene.views(), EVERYWHERE, float(np.deg2rad(degrees)))
+        refuse_contradicted_step(owl_scene.views(), around(owl_scene.views()), float(np.deg2rad(degrees)))
     assert f"{degrees:g} deg, as told" in str(caught.value)
+
+
+def test_where_the_images_show_no_step_by_themselves_the_told_one_stands(owl_scene):
+    lost = Region(np.full(3, -9.0), np.full(3, 9.0))  # its middle is the camera: no axis is found from there
+    refuse_contradicted_step(owl_scene.views(), lost, float(np.deg2rad(45)))
