@@ -12,9 +12,9 @@ from fusion.recording.sample import Sample
 PLAUSIBLE = (0.15, 12.0)
 # and where it most likely lies, to choose between scales
 LIKELY = (0.3, 6.0)
-# [m] nearer no camera of its kind measures: Kinect v1 0.4, TrueDepth 0.15; Azure Kinect 0.25, Kinect v2 0.5, telephones
-# 0.1 (makers' data, from memory)
-NEAREST = {"structured_light": 0.14, "itof": 0.1}
+# [m] nearer no camera of its kind measures (Kinect v1 0.4, TrueDepth 0.15; Azure Kinect 0.25, Kinect v2 0.5, telephones
+# 0.1), and farther hardly one does (Kinects 8): makers' data, from memory
+MEASURABLE = {"structured_light": (0.14, 8.0), "itof": (0.1, 8.0)}
 # counts per metre in use: Kinect mm, TUM, YCB-Video, Redwood and RealSense variants, centimetres
 SCALES = (1000.0, 5000.0, 10000.0, 4000.0, 8000.0, 100.0)
 
@@ -93,9 +93,10 @@ def _scale(sample: Sample) -> list[Finding]:
         do = f"if these are millimetres times {step}, pass --camera with depth_scale {1000 * step}"
         severity = "warning" if PLAUSIBLE[0] <= median <= PLAUSIBLE[1] else "error"
         return [Finding("depth", severity, seen, do)]
+    low, high = MEASURABLE.get(camera.principle, (0.0, PLAUSIBLE[1]))
     nearest = range_m(sample)
-    too_near = camera.principle in NEAREST and nearest is not None and nearest[0] < NEAREST[camera.principle]
-    if too_near or not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
+    too_near = nearest is not None and nearest[0] < low
+    if too_near or not PLAUSIBLE[0] <= median <= min(high, PLAUSIBLE[1]):
         fitting = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
         others = ", ".join(f"{s:g} (median {median * camera.depth_scale / s:.3g} m)" for s in fitting)
         seen = f"median depth {median:.3g} m with depth_scale {camera.depth_scale:g}: not plausible indoors"

@@ -1,0 +1,41 @@
+"""Depth nearer or farther than a camera of its kind can measure is a wrong unit."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fusion.geometry.camera import Camera
+from fusion.recording.checks.depth_values import check_depth_values
+from fusion.recording.recording import Frame, Recording
+from fusion.recording.sample import draw
+
+CAMERA = Camera(40, 30, 35.0, 35.0, 19.5, 14.5, depth_scale=1000.0, principle="structured_light")
+SCENE = np.tile(np.linspace(0.7, 2.1, 40, dtype=np.float32), (30, 1))  # what stands on a table, and the wall behind
+
+
+def errors(times, principle="structured_light"):
+    camera = replace(CAMERA, principle=principle)
+    recording = Recording(
+        Path("made_up"), "native", camera, np.arange(8) / 10, lambda i: Frame(i, i / 10, SCENE * np.float32(times))
+    )
+    return [f.seen for f in check_depth_values(draw(recording, 8, 8)) if f.severity == "error"]
+
+
+@pytest.mark.parametrize("principle", ["structured_light", "itof"])
+@pytest.mark.parametrize("times", [0.1, 10.0])
+def test_ten_times_too_small_or_large_is_told(times, principle):
+    (seen,) = errors(times, principle)
+    assert "depth_scale" in seen
+
+
+def test_a_fifth_is_nearer_than_a_projector_lets_see():
+    (seen,) = errors(0.19)
+    assert "nearer than such cameras measure" in seen
+    assert errors(0.19, "active_stereo") == []  # some of these see from 7 cm on
+
+
+@pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
+def test_what_cameras_measure_passes(times):
+    assert errors(times) == []
