@@ -11,7 +11,7 @@ pytestmark = [pytest.mark.real, pytest.mark.slow]
 
 @pytest.fixture(scope="module")
 def measured(shared):
-    """Figures of the tool with the camera refined and as stated."""
+    """Figures of the tool without any option, and with the camera as stated."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(TOOLS))
         from kleenex_turntable import measure
@@ -56,8 +56,17 @@ def test_angles_within_one_degree_of_the_stickers(measured, refine):
     assert measured[refine]["off_stickers_max_deg"] < 1.0
 
 
-def test_the_wrong_focal_length_is_told(measured):
-    assert any("calibrate the camera" in text for text in measured[False]["warnings"])
-    assert measured[False]["focal_length_check"] > 0.05  # 525 px stated; the stickers alone say some 585 px
-    assert not any("calibrate the camera" in text for text in measured[True]["warnings"])
-    assert abs(measured[True]["focal_length_check"]) < 0.01
+def test_the_wrong_focal_length_is_told_first(measured):
+    """525 px are stated; the stickers alone say some 585 px."""
+    assert measured[False]["focal_length_check"] > 0.05
+    assert measured[False]["warnings"][0].startswith("Camera: The object keeps its shape only with")
+    assert measured[False]["fx_px"] == 525.0
+
+
+def test_it_is_corrected_by_itself_as_the_camera_is_only_nominal(measured):
+    assert measured[True]["warnings"][0].startswith("Camera: The focal length is corrected")
+    assert measured[True]["fx_px"] == pytest.approx(572, abs=10)  # 1.7 %: two standard deviations of the scan's own
+    # the extents along the object's axes of a box that stands turned on its plate; its sides are 116 to 118 mm apart
+    assert measured[True]["size_mm"][:2] == pytest.approx([133, 134], rel=0.01)
+    assert max(measured[True]["plane_rms_mm"]) < 0.6
+    assert measured[True]["neighbours_deg"] == pytest.approx([90] * 4, abs=1.0)
