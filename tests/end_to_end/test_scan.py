@@ -36,7 +36,10 @@ BROKEN = 7
 VOXEL = 0.004
 SENSOR = "kinect-v2-indoors"
 CHEAP = ScanSettings(sensor=preset(SENSOR), voxel=VOXEL, truncation=0.015, color=False)
-FILES = {"mesh.ply", "trajectory.txt", "trajectory_raw.txt", "turntable.json", "settings.json", "report.html"}
+# .fusion.json: the mark by which a later run knows its own result
+FILES = {
+    "mesh.ply", "trajectory.txt", "trajectory_raw.txt", "turntable.json", "settings.json", "report.html", ".fusion.json",
+}  # fmt: skip
 
 
 def simulated(step_deg, seed=0):
@@ -83,7 +86,7 @@ def written(left, scan, tmp_path_factory):
     out = tmp_path_factory.mktemp("command") / "out"
     given = f"--voxel {VOXEL} --truncation 0.015 --no-color --strength circle --sensor {SENSOR} --ignore-log".split()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fusion.scan.pipeline.find_motion", lambda *_: scan.motion)
+        patch.setattr("fusion.scan.attempt.find_motion", lambda *_: scan.motion)
         status = main(["turntable", str(left[1].path), "-o", str(out), *given])
     assert not status
     return out
@@ -181,6 +184,7 @@ def test_the_command_writes_the_contract(written, left):
     assert table["radius"] == pytest.approx(np.hypot(0.66, 0.06), abs=0.02)  # of the camera about the axis
     settings = json.loads((written / "settings.json").read_text())
     assert settings["strength"] == "circle" and settings["frames"] == FRAMES
+    assert settings["judgement"][0].keys() == {"level", "subject", "reason", "do"}
     assert "<html" in (written / "report.html").read_text(encoding="utf-8")[:2000].lower()
     stamps = read_trajectory(written / "trajectory.txt").timestamps
     kept = np.delete(left[1].timestamps, BROKEN)
@@ -206,7 +210,7 @@ def test_masks_keep_the_plate_out(left, scan, tmp_path, monkeypatch):
         index = int(Path(name).stem)
         moving = depths.get(index, background) < background - 0.015
         cv2.imwrite(str(tmp_path / Path(name).name), moving.astype(np.uint8))
-    monkeypatch.setattr("fusion.scan.pipeline.find_motion", lambda *_: scan.motion)
+    monkeypatch.setattr("fusion.scan.attempt.find_motion", lambda *_: scan.motion)
     found = scan_turntable(left[1], replace(CHEAP, use_log=False, keep_plate=True, mask=tmp_path))
     d = distances(found.mesh, found.trajectory.poses[0], left[0])
     # the plate of 30 cm would be some 9 cm off the owl; a pixel of 4 mm in the mask's border may see it
@@ -219,7 +223,7 @@ def test_an_interruption_leaves_nothing(left, tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     out = tmp_path / "out"
-    monkeypatch.setattr("fusion.scan.pipeline.find_motion", interrupted)
+    monkeypatch.setattr("fusion.scan.attempt.find_motion", interrupted)
     with pytest.raises((KeyboardInterrupt, SystemExit)):
         raise SystemExit(main(["turntable", str(left[1].path), "-o", str(out), "--sensor", SENSOR]))
     assert not list(tmp_path.iterdir())

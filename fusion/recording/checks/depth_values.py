@@ -100,7 +100,7 @@ def _scale(sample: Sample) -> list[Finding]:
         fitting = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
         others = ", ".join(f"{s:g} (median {median * camera.depth_scale / s:.3g} m)" for s in fitting)
         seen = f"median depth {median:.3g} m with depth_scale {camera.depth_scale:g}: not plausible indoors"
-        if too_near and nearest is not None:
+        if median >= PLAUSIBLE[0] and too_near and nearest is not None:
             near = f"depth from {nearest[0]:.2g} m on with depth_scale {camera.depth_scale:g}"
             seen = f"{near}: nearer than such cameras measure"
         do = f"pass --camera with depth_scale {others}" if fitting else "pass --camera with the right depth_scale"

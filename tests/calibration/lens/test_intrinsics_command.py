@@ -139,12 +139,13 @@ def test_a_wrong_board_is_told_in_one_line(folder, tmp_path, capsys, change, sai
 
 
 def test_blank_pictures_are_told_in_one_line(tmp_path, capsys):
+    (tmp_path / "pictures").mkdir()
     for i in range(3):
-        cv2.imwrite(str(tmp_path / f"{i}.png"), np.full((100, 120), 7, np.uint8))
+        cv2.imwrite(str(tmp_path / "pictures" / f"{i}.png"), np.full((100, 120), 7, np.uint8))
     arguments = [
         "calibrate",
         "intrinsics",
-        str(tmp_path),
+        str(tmp_path / "pictures"),
         "--board",
         str(board_file(tmp_path)),
         "-o",
@@ -207,9 +208,11 @@ CHARUCO = {"columns": 8, "rows": 5, "square_m": 0.04, "marker_m": 0.03, "diction
 
 @pytest.mark.parametrize("missing", ["marker_m", "dictionary"])
 def test_a_charuco_board_without_its_keys_is_told_them(tmp_path, capsys, missing):
-    (tmp_path / "board.json").write_text(json.dumps({k: v for k, v in CHARUCO.items() if k != missing}))
+    pictures, board = tmp_path / "pictures", tmp_path / "board.json"
+    pictures.mkdir()
+    board.write_text(json.dumps({k: v for k, v in CHARUCO.items() if k != missing}))
     out = str(tmp_path / "out")
-    assert main(["calibrate", "intrinsics", str(tmp_path), "--board", str(tmp_path / "board.json"), "-o", out]) == 1
+    assert main(["calibrate", "intrinsics", str(pictures), "--board", str(board), "-o", out]) == 1
     told = capsys.readouterr().err
     assert told.count("\n") == 1
     assert f'"{missing}" of the board cannot be right' in told
