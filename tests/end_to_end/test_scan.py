@@ -38,8 +38,14 @@ SENSOR = "kinect-v2-indoors"
 CHEAP = ScanSettings(sensor=preset(SENSOR), voxel=VOXEL, truncation=0.015, color=False)
 # .fusion.json: the mark by which a later run knows its own result
 FILES = {
-    "mesh.ply", "trajectory.txt", "trajectory_raw.txt", "turntable.json", "settings.json", "report.html", ".fusion.json",
-}  # fmt: skip
+    "mesh.ply",
+    "trajectory.txt",
+    "trajectory_raw.txt",
+    "turntable.json",
+    "settings.json",
+    "report.html",
+    ".fusion.json",
+}
 
 
 def simulated(step_deg, seed=0):
