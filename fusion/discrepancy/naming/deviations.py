@@ -42,6 +42,8 @@ def deviation_of(about: Parameter, step: Step) -> float | None:
     if about.name in step.shapes_std:
         return step.shapes_std[about.name]
     atoms = step.candidate.form.atoms
+    if len(atoms) != len(step.weights_std):  # a map's weights belong to places of the image, to no parameter
+        return None
     for atom, spread in zip(atoms, step.weights_std, strict=True):
         if about.name in atom and about.name not in ANGLES:
             return float(spread) * float(np.max(np.abs(atom[about.name])))
