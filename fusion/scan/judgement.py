@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fusion.geometry import pose
 from fusion.results.frames_light import frames_light
 from fusion.results.judgement import Judgement
 from fusion.results.light import LEVELS, Light, level, worst_first
@@ -50,11 +51,9 @@ def _fit(scan: "Scan") -> Light:
 
 def _depth(scan: "Scan") -> Light:
     """Errors of depth that bend the object, as the joint fit needed them; a constant one shows in no scan."""
-    T_camera_object = np.linalg.inv(scan.trajectory.poses[scan.trajectory.valid][0])
+    T_camera_object = pose.inverse(scan.trajectory.poses[scan.trajectory.valid][0])
     points = scan.mesh.vertices[:: max(1, len(scan.mesh.vertices) // 5000)]
-    size = float(
-        np.std(scan.motion.camera_check.depth_change(points @ T_camera_object[:3, :3].T + T_camera_object[:3, 3]))
-    )
+    size = float(np.std(scan.motion.camera_check.depth_change(pose.transform(T_camera_object, points))))
     judged = level(size, DEPTH_M)
     if judged == "ok":
         return Light("ok", "Depth", "No error of depth that bends the object was found.")

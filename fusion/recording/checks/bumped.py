@@ -8,9 +8,7 @@ from fusion.recording.sample import Sample
 
 SIDE = 3  # frames on either side that must agree
 STEADY = 0.02  # of the depth: what differs by less from its side's median stands still on that side
-ELSEWHERE = (
-    0.007  # of the depth: medians of two sides agree better than single values, within a count of a Kinect at 2 m
-)
+ELSEWHERE = 0.007  # of the depth: medians of both sides agree within a count of a Kinect at 2 m (guess)
 SHARE = 0.3  # least share of what stands still on both sides that lies elsewhere (guess)
 KNOWN = 0.1  # least share of the image that stands still, to judge by it
 
