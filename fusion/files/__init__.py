@@ -1,0 +1,1 @@
+"""Files as they come from outside: regular ones only, of a bounded size, inside their folder."""

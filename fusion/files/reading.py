@@ -1,0 +1,64 @@
+"""The one place where a file from outside is opened."""
+
+import codecs
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+from fusion.errors import FusionError
+from fusion.files.limits import check_size
+
+KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
+MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}  # what begins a text that is not UTF-8
+
+
+def open_regular(path: Path | str, error: type[FusionError] = FusionError, what: str = "the file") -> BinaryIO:
+    """A regular file of a size that is allowed, opened for reading; a pipe or a device is refused without a wait.
+
+    Raises:
+        FusionError: of the kind `error`: no such file, no permission, not a regular file, too large.
+    """
+    try:
+        # without O_NONBLOCK a pipe that nobody writes to would be waited for
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except (OSError, ValueError) as problem:  # ValueError: a null byte in the name
+        found = getattr(problem, "strerror", None) or problem
+        raise error(f"{what} cannot be read", path, found, "a file", "check the path") from problem
+    try:
+        state = os.fstat(handle)
+        if not stat.S_ISREG(state.st_mode):
+            found = KINDS.get(stat.S_IFMT(state.st_mode), "something else")
+            raise error(f"{what} is not a regular file", path, found, "a file")
+        check_size(state.st_size, path, error, what)
+    except BaseException:
+        os.close(handle)
+        raise
+    return os.fdopen(handle, "rb")
+
+
+def read_bytes(
+    path: Path | str, error: type[FusionError] = FusionError, what: str = "the file", most: int = -1
+) -> bytes:
+    """The first `most` bytes of a regular file (-1: all). Raises as `open_regular`."""
+    with open_regular(path, error, what) as file:
+        try:
+            return file.read(most)
+        except OSError as problem:
+            raise error(f"{what} cannot be read", path, problem.strerror or problem) from problem
+
+
+def read_text(path: Path | str, error: type[FusionError] = FusionError, what: str = "the file") -> str:
+    """The text of a UTF-8 file, or of a UTF-16 one that begins with its mark; line ends become `\\n`.
+
+    Raises:
+        FusionError: of the kind `error`: as `open_regular`, or the file is not text.
+    """
+    data = read_bytes(path, error, what)
+    encoding = MARKS.get(data[:2], "utf-8-sig")
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as problem:
+        found = f"byte {data[problem.start]} at {problem.start}"
+        raise error(f"{what} is not text", path, found, "UTF-8 text") from problem
+    return text.replace("\r\n", "\n").replace("\r", "\n")
