@@ -12,13 +12,13 @@ from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
-from fusion.mesh.sight import Side, sides
+from fusion.mesh.sight import Side, Sight, sides
 from fusion.report.facts import fact_numbers
 from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
 from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale
 from fusion.report.figures.frames import frames_figure
 from fusion.report.figures.turning import steps_figure
-from fusion.report.figures.views import Row, mesh_views
+from fusion.report.figures.views import Row, mesh_views, seen_alone
 from fusion.report.figures.wobble import wobble_figure
 from fusion.report.page import Figure, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
@@ -80,6 +80,7 @@ def scan_report(path: Path, report: ScanReport) -> None:
     """Write `report.html` of a scan."""
     up, front = orientation(report)
     around = sides(up, front)
+    sights = seen_alone(report.mesh, around)
     facts = report.facts or ScanFacts(shape_of(report.mesh, around[0].up))
     print_ = report.fingerprint
     page = Page(
@@ -88,11 +89,11 @@ def scan_report(path: Path, report: ScanReport) -> None:
         summary=report.summary,
         numbers=fact_numbers(facts),
         sections=[
-            _mesh_section(report, facts, around),
+            _mesh_section(report, facts, sights),
             _viewer_section(report, up, front),
             _turntable_section(report, facts, around),
             _frames_section(report),
-            _coverage_section(report, around),
+            _coverage_section(report, sights),
             *_comparison_sections(report, around),
         ],
         warnings=[Light(level, "", sentence) for level, sentence in report.warnings],
@@ -123,14 +124,15 @@ def _poses(report: ScanReport) -> Trajectory | None:
     return next((t for t in (report.trajectory, report.trajectory_raw) if t is not None and t.valid.any()), None)
 
 
-def _mesh_section(report: ScanReport, facts: ScanFacts, around: list[Side]) -> Section:
+def _mesh_section(report: ScanReport, facts: ScanFacts, sights: Sequence[Sight]) -> Section:
     mesh = report.mesh
     title = mesh_words(facts.shape)
     alt = f"The mesh from front, left, back, right and top: {title}."
-    rows = [Row(mesh, name="shape")]
+    rows = [Row(mesh, name="shape", sights=sights)]
     if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
-        rows.insert(0, Row(mesh, mesh.colors / 255.0, "colour"))
+        rows.insert(0, Row(mesh, mesh.colors / 255.0, "colour", sights))
     caption = "Parallel projection, all views at one scale. Dark: the inside, seen through a hole."
+    around = [sight.side for sight in sights]
     return Section("The mesh", figures=(mesh_views(rows, around, Figure(title, "views", alt, caption)),))
 
 
@@ -188,11 +190,11 @@ def _seen(report: ScanReport) -> NDArray | None:
     return np.asarray(report.times_seen, float)
 
 
-def _coverage_section(report: ScanReport, around: list[Side]) -> Section:
+def _coverage_section(report: ScanReport, sights: Sequence[Sight]) -> Section:
     figures = []
     seen = _seen(report)
     if seen is not None:
-        figures.append(coverage_figure(report.mesh, seen, around))
+        figures.append(coverage_figure(report.mesh, seen, sights))
     best = _poses(report)
     if best is not None and report.turntable and has_axis(report.turntable):
         (_, _, centres), *_ = Paths(None, best, report.turntable).named()

@@ -1,12 +1,13 @@
 """How often each part of the surface was seen, and from which directions around the axis."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Side
+from fusion.mesh.sight import Sight
 from fusion.report.figures.circle import Cylinder
 from fusion.report.figures.views import Row, Scale, mesh_views, scale_colors
 from fusion.report.page import Figure
@@ -22,15 +23,16 @@ def coverage_scale(times_seen: Array) -> Scale:
     return Scale(SEQUENTIAL, 0.0, max(high, 1.0), "frames that saw the surface")
 
 
-def coverage_figure(mesh: Mesh, times_seen: Array, sides: list[Side]) -> Figure:
-    """The mesh coloured by the number of frames (n,) that saw each vertex."""
+def coverage_figure(mesh: Mesh, times_seen: Array, sights: Sequence[Sight]) -> Figure:
+    """The mesh, seen from several sides, coloured by the number of frames (n,) that saw each vertex."""
     known = times_seen[np.isfinite(times_seen)]
     thin = float(np.mean(known < THIN)) if len(known) else float("nan")
     middle = float(np.median(known)) if len(known) else float("nan")
     title = f"Half of the surface was seen in {middle:.0f} frames or more; {thin:.0%} in fewer than {THIN}"
     scale = coverage_scale(times_seen)
     text = Figure(title, "coverage", title + ".", "Dark: seldom seen. Grey: unknown.")
-    return mesh_views([Row(mesh, scale_colors(times_seen, scale))], sides, text, scale)
+    row = Row(mesh, scale_colors(times_seen, scale), sights=sights)
+    return mesh_views([row], [sight.side for sight in sights], text, scale)
 
 
 def azimuth_figure(centres: Cylinder) -> Figure:

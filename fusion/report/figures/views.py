@@ -27,11 +27,13 @@ class Scale:
 
 @dataclass(frozen=True)
 class Row:
-    """One row of views: the mesh, its vertex colours (n, 3) 0 to 1 (None: clay), and what it is called."""
+    """One row of views: the mesh, its vertex colours (n, 3) 0 to 1 (None: clay), what it is called, and what `seen_alone`
+    gave for it, where it is shown again."""
 
     mesh: Mesh
     colors: NDArray | None = None
     name: str = ""
+    sights: Sequence[Sight] | None = None
 
 
 def mesh_views(rows: Sequence[Row], sides: list[Side], text: Figure, scale: Scale | None = None) -> Figure:
@@ -66,6 +68,11 @@ def mesh_views(rows: Sequence[Row], sides: list[Side], text: Figure, scale: Scal
         return Figure(text.title, to_svg(figure, text.svg, photos=True), text.alt, text.caption)
 
 
+def seen_alone(mesh: Mesh, sides: list[Side]) -> list[Sight]:
+    """What `mesh_views` looks at for this mesh alone: several figures of it share the work."""
+    return look_around(mesh, sides, _pixel([mesh]))
+
+
 def scale_colors(values: NDArray, scale: Scale) -> NDArray[np.float64]:
     """Colours (n, 3) of values (n,); clay where a value is missing."""
     import matplotlib
@@ -96,10 +103,10 @@ def _pixel(meshes: list[Mesh]) -> float:
 
 def _pictures(rows: Sequence[Row], sides: list[Side], pixel: float) -> list[list[NDArray[np.uint8]]]:
     """A line of pictures for each row; what several rows show in different colours is looked at once."""
-    sights: dict[int, list[Sight]] = {}
+    sights: dict[int, Sequence[Sight]] = {}
     for row in rows:
         if id(row.mesh) not in sights:
-            sights[id(row.mesh)] = look_around(row.mesh, sides, pixel)
+            sights[id(row.mesh)] = row.sights or look_around(row.mesh, sides, pixel)
     return [[_picture(row, sight) for sight in sights[id(row.mesh)]] for row in rows]
 
 
