@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channels import Channels, channels_of
 from fusion.discrepancy.compared import Compared, compared
+from fusion.discrepancy.copies import Prints, refuse_copies
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after, held_out_of
 from fusion.discrepancy.likely_pose import at_likely_poses
@@ -110,7 +112,8 @@ def explain(
         simulated: what any simulator made of the same scenes, in the same order: it stands for the prediction, and
             no mesh is needed. The sensor model counts as in it.
     Raises:
-        FusionError: a scene or pose is not known, cameras differ, frames do not match, or no tile is left.
+        FusionError: a scene or pose is not known, cameras differ, frames do not match, a recording is given
+            twice, or no tile is left.
 
     >>> walls = [fusion.open_recording(f"wall_{i}") for i in range(5)]
     >>> found = fusion.explain(walls, fusion.read_sensor("kinect-v2-indoors"))
@@ -120,10 +123,14 @@ def explain(
     _same_cameras(recordings, sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
     looks: list[Look] = []
+    prints: list[tuple[Path, Prints]] = []
     matches = matched(recordings, simulated) if simulated else []
     for place, recording in enumerate(each(recordings, "looking")):
         set_up = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
-        looks += looks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
+        seen = looks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
+        prints.append((recording.path, frozenset().union(*(look.prints for look in seen))))
+        refuse_copies(prints)
+        looks += seen
     return explained_looks(looks, sensor)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.copies import Prints, print_of
 from fusion.discrepancy.frames import FrameSeries
 from fusion.discrepancy.given import Given
 from fusion.discrepancy.simulated import seen_in
@@ -41,6 +42,7 @@ class Look:
         succession: (h, w) half the mean square of the change from a frame to the next [m^2]; None where not known.
         alike: (2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None where not known.
         given: what another simulator predicts; None where the sensor model alone does.
+        prints: what tells its frames, and those held out, from all others.
         moved: likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear
             in errors about this one. Empty where it is too small to matter.
     """
@@ -56,6 +58,7 @@ class Look:
     succession: Image | None = None
     alike: NDArray[np.float64] | None = None
     given: Given | None = None
+    prints: Prints = frozenset()
     moved: tuple[float, ...] = ()
 
     @property
@@ -122,7 +125,8 @@ def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
     look = replace(_measured(stage, frames[:kept], view, T_world_camera), given=given)
     if kept == len(frames):
         return look
-    return replace(look, held=replace(_measured(stage, frames[kept:], view, T_world_camera), given=given))
+    held = replace(_measured(stage, frames[kept:], view, T_world_camera), given=given)
+    return replace(look, held=held, prints=look.prints | held.prints)
 
 
 def _seen(
@@ -147,9 +151,11 @@ def _seen(
 
 
 def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera: Array) -> Look:
-    series = FrameSeries(view.camera.shape)
+    series, prints = FrameSeries(view.camera.shape), set()
     for i in frames:
-        series.add(stage.recording[i].depth)
+        depth = stage.recording[i].depth
+        series.add(depth)
+        prints.add(print_of(depth))
     pixels = series.pixels
     return Look(
         stage,
@@ -161,6 +167,7 @@ def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera:
         T_world_camera,
         succession=series.succession if len(frames) > 1 else None,
         alike=series.alike,
+        prints=frozenset(prints - {b""}),
     )
 
 

@@ -27,8 +27,8 @@ class Scale:
 
 @dataclass(frozen=True)
 class Row:
-    """One row of views: the mesh, its vertex colours (n, 3) 0 to 1 (None: clay), what it is called, and what `seen_alone`
-    gave for it, where it is shown again."""
+    """One row of views: the mesh, its vertex colours (n, 3) 0 to 1 (None: clay), what it is called, and, where it is
+    shown again, what `seen_alone` gave for it."""
 
     mesh: Mesh
     colors: NDArray | None = None

@@ -1,0 +1,40 @@
+"""A recording given twice is no evidence: its noise would be taken for something that comes again."""
+
+from collections.abc import Sequence
+from hashlib import blake2b
+from pathlib import Path
+
+import numpy as np
+
+from fusion.errors import RecordingError
+from fusion.sensor.view import Image
+
+Prints = frozenset[bytes]
+FEW = 100  # values whose noise might come twice by chance (guess)
+
+
+def print_of(depth: Image) -> bytes:
+    """What tells a depth frame [m] from every other; empty where it holds too few values to do so."""
+    told = np.count_nonzero(np.isfinite(depth)) >= FEW
+    return blake2b(np.ascontiguousarray(depth).data, digest_size=16).digest() if told else b""
+
+
+def refuse_copies(recordings: Sequence[tuple[Path, Prints]]) -> None:
+    """Two recordings that share a frame, value for value, are one: noise never comes twice, whatever the files are.
+
+    Args:
+        recordings: folder and prints of the frames of each.
+
+    Raises:
+        RecordingError: the first two that share one.
+    """
+    for place, (path, prints) in enumerate(recordings):
+        for earlier, others in recordings[:place]:
+            if shared := len(prints & others):
+                raise RecordingError(
+                    "a recording is given twice, and a copy is no second measurement",
+                    path,
+                    f"{shared} frames of {len(prints)} that are those of {earlier}",
+                    "recordings of their own",
+                    "leave it out, or record again",
+                )

@@ -1,0 +1,46 @@
+"""The same recording twice is refused, whatever its files are called."""
+
+from dataclasses import replace
+from pathlib import Path
+from shutil import copytree
+
+import numpy as np
+import pytest
+
+import fusion
+from fusion.discrepancy.copies import print_of, refuse_copies
+from fusion.errors import RecordingError
+from fusion.simulation.scenes.wall import wall
+
+CAMERA = replace(fusion.find_camera("kinect-v1"), width=80, height=60, fx=73.0, fy=73.0, cx=39.5, cy=29.5)
+
+
+def made(folder, seed):
+    """A recording of a wall, small."""
+    sensor = fusion.read_sensor("kinect-v1")
+    simulation = fusion.simulate(replace(wall(frames=7), camera=CAMERA), sensor, seed)
+    fusion.write_simulation(folder, simulation)
+    return fusion.open_recording(folder)
+
+
+def test_a_copy_is_refused_under_any_name_and_in_any_part(tmp_path):
+    one, other = made(tmp_path / "one", 1), made(tmp_path / "other", 2)
+    sensor = fusion.read_sensor("kinect-v1")
+    copytree(tmp_path / "one", tmp_path / "copy")
+    for twice in ([one, one], [one, other, fusion.open_recording(tmp_path / "copy")]):
+        with pytest.raises(RecordingError, match=r"given twice.*7 frames of 7 that are those of .*one"):
+            fusion.explain(twice, sensor)
+
+
+def test_one_shared_frame_is_enough():
+    shared = (Path("a"), frozenset([b"1", b"2"])), (Path("b"), frozenset([b"3", b"2"]))
+    with pytest.raises(RecordingError, match="in b; found 1 frames of 2"):
+        refuse_copies(shared)
+    refuse_copies([shared[0], (Path("c"), frozenset([b"3"])), (Path("d"), frozenset())])
+
+
+def test_a_frame_with_hardly_a_value_tells_nothing():
+    depth = np.full((20, 20), np.nan, np.float32)
+    depth[0] = 1.0
+    assert print_of(depth) == b""
+    assert print_of(np.ones((20, 20), np.float32)) == print_of(np.ones((20, 20), np.float32)) != b""
