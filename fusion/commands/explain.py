@@ -5,9 +5,9 @@ import json
 import shutil
 from pathlib import Path
 
-from fusion.commands.results import add_output
+from fusion.commands.results import add_output, made
 from fusion.commands.screen import took
-from fusion.commands.verdict_lines import verdict_lines
+from fusion.commands.verdict_lines import LABEL, verdict_lines
 
 WIDEST = 110  # columns: longer lines are hard to read
 EXAMPLE = "fusion explain case/rec_* --sensor case/sensor.json -o out"
@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="recordings of known scenes: scene.json with mesh, poses",
     )
     add("--sensor", required=True, metavar="S", help="what is known of the sensor: sensor.json or a preset's name")
-    add_output(parser, "folder for verdict.json, sensor.json and report.html", report=False)
+    add_output(parser, "folder for verdict.json, sensor.json and report.html")
     add(
         "--simulated",
         type=Path,
@@ -53,9 +53,10 @@ def run(options: argparse.Namespace) -> None:
     simulated = [open_recording(path, options.camera) for path in options.simulated]
     found = explain(recordings, sensor, simulated)
     with output_folder(options.output) as partial:
-        with stage("report"):
-            verdict = with_masks(partial, found, verdict_of(found))
-            explanation_report(partial, found, verdict)
+        verdict = with_masks(partial, found, verdict_of(found))
+        if options.report:
+            with stage("report"):
+                explanation_report(partial, found, verdict)
         verdict = {**verdict, "seconds": seconds()}
         (partial / "verdict.json").write_text(json.dumps(verdict, indent=1) + "\n")
         write_sensor(partial / "sensor.json", found.sensor)
@@ -63,5 +64,5 @@ def run(options: argparse.Namespace) -> None:
         print(json.dumps(verdict))
     else:
         width = min(WIDEST, shutil.get_terminal_size((100, 24)).columns)
-        last = f"{options.output / 'report.html'}\ntook {took(verdict['seconds'])}"
-        print("\n".join([*verdict_lines(verdict, width), last]))
+        last = [*made(options, "sensor", "report", width=LABEL), f"{'took':<{LABEL}}{took(verdict['seconds'])}"]
+        print("\n".join([*verdict_lines(verdict, width), *last]))

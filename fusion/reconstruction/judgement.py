@@ -53,7 +53,8 @@ def _surface(result: "Reconstruction") -> Light:
     judged = level(shape.crumb_share, CRUMB_SHARE)
     said = f"The surface is in {shape.fragments:,} parts" if shape.fragments > 1 else "The surface hangs together"
     said += f", {shape.crumb_share:.0%} of it in small ones" if shape.crumb_share > 0 else ""
-    do = "Larger voxels (--voxel, --room), a nearer --max-depth, or more frames join them." if judged != "ok" else ""
+    larger = "--voxel" if result.settings["kind"] == "room" else "--voxel, --room"
+    do = f"Larger voxels ({larger}), a nearer --max-depth, or more frames join them." if judged != "ok" else ""
     return Light(judged, "Surface", f"{said}.", do)
 
 

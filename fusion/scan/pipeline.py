@@ -80,17 +80,7 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
     pair = closing_pair(motion.angles)
     direct = None if pair is None else align_directly(frames, region, corrected, pair)
     gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]
-    chosen: dict[str, Any] = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
-    chosen |= {
-        "sensor": sensor.name,
-        "correction": told.values(),
-        "mask": None if settings.mask is None else str(settings.mask),
-        "voxel_m": volume_settings.voxel,
-        "truncation_m": volume_settings.truncation,
-        "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
-        "region": {"low": region.low.tolist(), "high": region.high.tolist()},
-        "volume_bytes": volume.bytes,
-    } | colored.values()
+    chosen = _chosen(settings, found, (sensor, told), volume) | colored.values()
     jump = find_jump(raw.poses, corrected.poses, mesh.vertices.mean(axis=0))
     return Scan(
         mesh=colored.mesh,
@@ -119,6 +109,22 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
             footnotes=(*sensor.warnings, *told.left),
         ),
     )
+
+
+def _chosen(settings: ScanSettings, found: Attempt, how: tuple[Sensor, Told], volume: Volume) -> dict[str, Any]:
+    """What was asked for and what was chosen, as plain values."""
+    (sensor, told), camera, region = how, found.recording.camera, found.region
+    asked = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
+    return asked | {
+        "sensor": sensor.name,
+        "correction": told.values(),
+        "mask": None if settings.mask is None else str(settings.mask),
+        "voxel_m": volume.settings.voxel,
+        "truncation_m": volume.settings.truncation,
+        "camera": {k: getattr(camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
+        "region": {"low": region.low.tolist(), "high": region.high.tolist()},
+        "volume_bytes": volume.bytes,
+    }
 
 
 def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_camera: Array) -> Mesh:

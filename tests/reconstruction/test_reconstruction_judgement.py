@@ -71,6 +71,12 @@ def test_a_planted_fault_turns_on_its_own_light(subject, level, plant):
     assert all(light.level == "ok" for light in others)
 
 
+@pytest.mark.parametrize("kind", ["room", "object"])
+def test_a_room_is_not_told_to_be_taken_for_a_room(kind):
+    first = replace(good(), mesh=crumbled(12), settings=SETTINGS | {"kind": kind}).judgement.lights[0]
+    assert ("--room" in first.do) == (kind == "object")
+
+
 def test_what_the_doctor_said_stands_among_them():
     told = Light("warning", "Recording", "Odd.")
     assert replace(good(), notes=(told,)).judgement.lights[0] == told
