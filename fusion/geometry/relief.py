@@ -5,13 +5,13 @@ Normals come from a smoothed copy: averages along rows, then along columns, over
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32
 from fusion.compute.language import ti
+from fusion.compute.spare import Spare
 from fusion.compute.start import start
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import LANES, eight, high, low, put
@@ -46,15 +46,16 @@ class _Planes:
     across: int
 
 
-@lru_cache(maxsize=4)
 def _planes(camera: Camera) -> _Planes:
-    """Kept for the next frame: fresh memory would cost more than filling it."""
     across = -(-camera.width // LANES) + 2
     planes = np.empty((6, camera.height + 2 * RADIUS, across * LANES), np.float32)
     planes[:] = np.array([0, 0, np.nan, NOTHING, np.nan, np.nan], np.float32)[:, None, None]
     images = planes[:, RADIUS:-RADIUS, LANES : LANES + camera.width]
     images[X], images[Y] = camera.rays()[..., 0], camera.rays()[..., 1]
     return _Planes(planes.reshape(-1), images, across)
+
+
+_spare = Spare(_planes, most=4)  # for the next frame
 
 
 def relief(
@@ -72,13 +73,14 @@ def relief(
         step: differences of depth above about this are steps, not noise [m].
     """
     start()
-    planes = _planes(camera)
-    planes.images[DEPTH] = depth
-    planes.images[ANGLE] = np.nan
     both = np.full((2, *camera.shape, 3), np.nan, np.float32)
-    _smooth(planes.flat, planes.across, camera.height, 1 / (NEIGHBOURS * step))
-    _differentiate(planes.flat, planes.across, *camera.shape, STEEP / camera.fx, sigma.reshape(-1), both.reshape(-1))
-    return both[0], both[1], planes.images[ANGLE].copy()
+    with _spare.taken(camera) as planes:
+        planes.images[DEPTH] = depth
+        planes.images[ANGLE] = np.nan
+        flat, across = planes.flat, planes.across
+        _smooth(flat, across, camera.height, 1 / (NEIGHBOURS * step))
+        _differentiate(flat, across, *camera.shape, STEEP / camera.fx, sigma.reshape(-1), both.reshape(-1))
+        return both[0], both[1], planes.images[ANGLE].copy()
 
 
 @ti.func

@@ -34,7 +34,9 @@ def lens(camera: Camera) -> NDArray[np.float32]:
     bad = np.flatnonzero(~(slope > 0))
     end = int(bad[0]) if len(bad) else len(slope)
     gain = max(1.0, float(slope[:end].max(initial=1.0))) * 1.1  # a tenth for the tangential part
-    return np.array([*camera.parameters, r[end] ** 2, gain], np.float32)
+    known = np.array([*camera.parameters, r[end] ** 2, gain], np.float32)
+    known.flags.writeable = False
+    return known
 
 
 def rows(T: Array) -> NDArray[np.float32]:

@@ -17,6 +17,7 @@ from fusion.volume.extraction.surface import surface
 from fusion.volume.integration.integrate import integrate
 from fusion.volume.raycasting.raycast import Raycast, raycast
 from fusion.volume.sample import sample
+from fusion.volume.scratch import Scratch
 from fusion.volume.settings import VolumeSettings
 
 __all__ = ["Raycast", "Volume", "VolumeSettings"]
@@ -24,6 +25,8 @@ __all__ = ["Raycast", "Volume", "VolumeSettings"]
 
 class Volume:
     """Fused depth. Voxels hold sum(weight * distance) and sum(weight), so volumes add up exactly.
+
+    Several threads may use one volume: what they ask for is done one after the other.
 
     Attributes:
         settings: voxel size, truncation and limits.
@@ -34,6 +37,7 @@ class Volume:
         start()
         self.settings = settings
         self.blocks = Blocks(settings)
+        self._scratch = Scratch()
 
     def __repr__(self) -> str:
         s = self.settings
@@ -81,7 +85,8 @@ class Volume:
             _check_shape("colour", color, (*camera.shape, 3))
             color = np.asarray(color, np.uint8)
         images = (np.ascontiguousarray(depth, np.float32), weight, color)
-        integrate(self.blocks, images, camera, np.asarray(T_world_camera, float))
+        with self._scratch.turn, self._scratch.frames.taken(camera) as frame:
+            integrate(self.blocks, images, camera, np.asarray(T_world_camera, float), frame)
 
     def raycast(self, camera: Camera, T_world_camera: Array, near: float = 0.1, far: float = 10.0) -> Raycast:
         """The surface as a camera at a pose (4, 4) sees it between the depths near and far [m].
@@ -90,14 +95,19 @@ class Volume:
             VolumeError: the pose is not rigid.
         """
         _check_pose(T_world_camera)
-        return raycast(self.blocks, camera, np.asarray(T_world_camera, float), (near, far))
+        with self._scratch.turn:
+            canvas = self._scratch.canvases.take(*camera.shape)
+            seen = raycast(self.blocks, camera, np.asarray(T_world_camera, float), (near, far), canvas)
+            self._scratch.canvases.give_back(canvas)
+        return seen
 
     def sample(self, points: Array) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
         """Trilinear distance (n,) [m], its gradient (n, 3) and weight (n,) at world points (n, 3) [m].
 
         NaN, NaN and 0 where one of the eight voxels around was never seen.
         """
-        distance, gradient, weight = sample(self.blocks, points)
+        with self._scratch.turn:
+            distance, gradient, weight = sample(self.blocks, points)
         return distance, gradient, weight
 
     def to_numpy(self, box: Box | None = None) -> DenseField:
@@ -114,11 +124,13 @@ class Volume:
         >>> print(field.distance[6, 6, 8:13].round(2))  # from 2 cm before a wall at 1 m to 2 cm behind it
         [ 0.02  0.01  0.   -0.01 -0.02]
         """
-        return dense(self.blocks, box)
+        with self._scratch.turn:
+            return dense(self.blocks, box)
 
     def surface(self, min_weight: float = 1e-6) -> Mesh:
         """The zero surface as a welded mesh with outward normals; cells with a corner below min_weight are left out."""
-        return surface(self.blocks, min_weight)
+        with self._scratch.turn:
+            return surface(self.blocks, min_weight)
 
     def add(self, other: "Volume") -> None:
         """Add what another volume of the same voxel size and truncation has seen.
@@ -133,17 +145,23 @@ class Volume:
                 found=f"voxel {theirs.voxel} m, truncation {theirs.truncation} m, colour {theirs.color}",
                 expected=f"voxel {ours.voxel} m, truncation {ours.truncation} m, colour {ours.color}",
             )
-        coordinates = other.blocks.coordinates[: other.blocks.count]
+        first, second = sorted((self, other), key=id)  # two threads may add two volumes to each other
+        with first._scratch.turn, second._scratch.turn:
+            self._add(other.blocks)
+
+    def _add(self, others: Blocks) -> None:
+        coordinates = others.coordinates[: others.count]
         self.blocks.insert(coordinates[self.blocks.find(coordinates) < 0])
         ids = self.blocks.find(coordinates)
-        self.blocks.voxels[ids] += other.blocks.voxels[: other.blocks.count]
+        self.blocks.voxels[ids] += others.voxels[: others.count]
         self.blocks.mark(ids)
-        if ours.color:
-            self.blocks.colors[ids] += other.blocks.colors[: other.blocks.count]
+        if self.settings.color:
+            self.blocks.colors[ids] += others.colors[: others.count]
 
     def save(self, path: Path | str) -> None:
         """Write to a .npz file, whole or not at all."""
-        store.save(self.blocks, Path(path))
+        with self._scratch.turn:
+            store.save(self.blocks, Path(path))
 
     @classmethod
     def load(cls, path: Path | str) -> "Volume":

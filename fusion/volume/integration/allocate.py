@@ -36,7 +36,7 @@ def allocate(
     Raises:
         VolumeError: they do not fit; none is added then.
     """
-    settings = blocks.settings
+    settings, known = blocks.settings, frame.geometry
     depth, weight = images
     weighted = weight.size > 1 or depth.size == 1
     depth, weight = whole(depth), whole(weight) if weighted else weight
@@ -45,9 +45,9 @@ def allocate(
         keys, missing[0] = np.empty(size, np.int64), 0
         _scan(
             depth.reshape(-1), depth.shape[1], weight.reshape(-1), frame.inverse, frame.weight, frame.farthest,
-            frame.filled, frame.cells, frame.x, frame.y, rows(T_world_camera), _span(settings), blocks.keys, blocks.ids,
+            frame.filled, known.cells, known.x, known.y, rows(T_world_camera), _span(settings), blocks.keys, blocks.ids,
             blocks.around, np.full(FILTER, -1, np.int64), keys, missing, settings.voxel, settings.truncation,
-            camera.fx, frame.margin, settings.voxel * BLOCK * (LATTICE - 4), weighted,
+            camera.fx, known.margin, settings.voxel * BLOCK * (LATTICE - 4), weighted,
         )  # fmt: skip
         if missing[0] <= size:
             break
@@ -61,7 +61,9 @@ def _span(settings: VolumeSettings) -> NDArray[np.int32]:
     """Lowest and highest block along each axis (6,)."""
     bounds = [-1e30] * 3 + [1e30] * 3 if settings.bounds is None else np.ravel(settings.bounds)
     edge = LATTICE - 2  # neighbours stay on the lattice
-    return np.clip(np.floor(np.array(bounds) / (settings.voxel * BLOCK)), -edge, edge).astype(np.int32)
+    span = np.clip(np.floor(np.array(bounds) / (settings.voxel * BLOCK)), -edge, edge).astype(np.int32)
+    span.flags.writeable = False
+    return span
 
 
 @ti.func

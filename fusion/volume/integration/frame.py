@@ -1,4 +1,6 @@
-"""Images laid out for kernels that look at eight pixels at a time: flat, padded, and reused from frame to frame."""
+"""Images laid out for kernels that look at eight pixels at a time: flat, padded, and reused from frame to frame.
+
+What a camera fixes is shared by all who use it, and read only; what a frame fills in belongs to one volume."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -34,8 +36,8 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Work:
-    """What the passes over one frame hand to each other.
+class Geometry:
+    """What is known of a camera's images before anything is measured; read only.
 
     Attributes:
         layout: of the flat images.
@@ -44,12 +46,6 @@ class Work:
             a * bend[0] + b * bend[1] and a * bend[2] + b * bend[3] of slopes a, b along u, v; else one value.
         margin: the largest step of x or y from one pixel's centre to its border.
         cells: (4, rows / CELL, stride / CELL) x/z and y/z of the middle of each cell, and from there to its borders.
-        inverse: flat, one over depth, 0 where missing [1/m].
-        weight: flat, the weight of each pixel, where there is any.
-        level, slopes, scales: flat, the plane at every pixel, see `planes`.
-        shifted: the same three, from the pixel before the first one on, one row up and eight to the left.
-        filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where planes stand.
-        farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
     """
 
     layout: Layout
@@ -58,6 +54,23 @@ class Work:
     bend: Flat
     margin: float
     cells: Flat
+
+
+@dataclass(frozen=True)
+class Work:
+    """What the passes over one frame hand to each other, and what they leave for the next one.
+
+    Attributes:
+        geometry: of the camera.
+        inverse: flat, one over depth, 0 where missing [1/m].
+        weight: flat, the weight of each pixel, where there is any.
+        level, slopes, scales: flat, the plane at every pixel, see `planes`.
+        shifted: the same three, from the pixel before the first one on, one row up and eight to the left.
+        filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where planes stand.
+        farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
+    """
+
+    geometry: Geometry
     inverse: Flat
     weight: Flat
     level: Flat
@@ -69,8 +82,8 @@ class Work:
 
 
 @lru_cache(maxsize=4)
-def work(camera: Camera) -> Work:
-    """Kept for the next frame: fresh memory would cost more than filling it."""
+def geometry(camera: Camera) -> Geometry:
+    """The same for all frames of a camera."""
     height, width = camera.shape
     down = -(-height // CELL) * CELL
     layout = Layout(-(-(width + PAD) // STRIP) * STRIP, down + 2 * PAD)
@@ -83,16 +96,23 @@ def work(camera: Camera) -> Work:
         (yv, yu), (xv, xu) = np.gradient(rays[..., 1].astype(float)), np.gradient(rays[..., 0].astype(float))
         turned = np.stack([yv, -yu, -xv, xu]) / (xu * yv - xv * yu)
         bend = np.concatenate([_padded(layout, image) for image in turned])
-    farthest = np.zeros((down // CELL, layout.stride // CELL), np.float32)
+    cells = _cells(rays, margin, (down // CELL, layout.stride // CELL))
+    for shared in (x, y, bend, cells):
+        shared.flags.writeable = False
+    return Geometry(layout, x, y, bend, margin, cells)
+
+
+def work(camera: Camera) -> Work:
+    """Images for one frame after another of a camera, as nothing was measured yet."""
+    known = geometry(camera)
+    layout = known.layout
+    farthest = np.zeros(known.cells.shape[1:], np.float32)
     size = layout.rows * layout.stride
     level = np.full(size, NOWHERE, np.float32)
     slopes, scales = np.zeros(size, np.int32), np.zeros(size, np.int32)
-    filled = np.zeros(farthest.size * CELL // STRIP, np.int32)
-    cells, skip = _cells(rays, margin, farthest.shape), (PAD - 1) * layout.stride - 8
-    return Work(
-        layout, x, y, bend, margin, cells, layout.flat(), layout.flat(), level, slopes, scales,
-        (level[skip:], slopes[skip:], scales[skip:]), filled, farthest,
-    )  # fmt: skip
+    filled, skip = np.zeros(farthest.size * CELL // STRIP, np.int32), (PAD - 1) * layout.stride - 8
+    shifted = (level[skip:], slopes[skip:], scales[skip:])
+    return Work(known, layout.flat(), layout.flat(), level, slopes, scales, shifted, filled, farthest)
 
 
 def whole(image: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -18,7 +18,7 @@ from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
 from fusion.volume.integration.allocate import allocate
-from fusion.volume.integration.frame import CELL, STRIP, work
+from fusion.volume.integration.frame import CELL, STRIP, Work
 from fusion.volume.integration.planes import first, measure_planes, second
 from fusion.volume.lens import in_cone, lens, load, project, rows
 from fusion.volume.settings import BLOCK
@@ -32,6 +32,7 @@ def integrate(
     images: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.uint8] | None],
     camera: Camera,
     T_world_camera: Array,
+    frame: Work,
 ) -> None:
     """Fuse one frame.
 
@@ -41,17 +42,17 @@ def integrate(
             positive weight is missing too; colour (h, w, 3) or None.
         camera: with its lens distortion.
         T_world_camera: (4, 4).
+        frame: of that camera, nobody else's meanwhile; after an error it cannot be used any more.
 
     Raises:
         VolumeError: the blocks do not fit into memory; nothing is fused then.
     """
     depth, weight, color = images
     weights = NO_WEIGHT if weight is None else np.ascontiguousarray(weight, np.float32)
-    frame = work(camera)
     allocate(blocks, (depth, weights), frame, camera, T_world_camera)
-    settings, distorted = blocks.settings, any(camera.distortion)
+    settings, distorted, known = blocks.settings, any(camera.distortion), frame.geometry
     measure_planes(
-        frame.inverse, frame.layout.stride // STRIP, frame.x, frame.y, frame.bend, frame.filled, camera.fx, camera.fy,
+        frame.inverse, known.layout.stride // STRIP, known.x, known.y, known.bend, frame.filled, camera.fx, camera.fy,
         settings.truncation, frame.weight, frame.level, frame.slopes, frame.scales, distorted, weight is not None,
     )  # fmt: skip
     frame.filled[:] = (frame.filled & 1) * 3
@@ -60,7 +61,7 @@ def integrate(
         blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
         *frame.shifted, np.ascontiguousarray(color) if colored else NO_COLOR,
         frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
-        settings.voxel, settings.truncation, camera.height, camera.width, frame.layout.stride,
+        settings.voxel, settings.truncation, camera.height, camera.width, known.layout.stride,
         distorted, colored,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
 from fusion.volume.lens import lens, rows
-from fusion.volume.raycasting.canvas import give_back, take
+from fusion.volume.raycasting.canvas import Canvas
 from fusion.volume.raycasting.cast import SPACING, cast
 from fusion.volume.raycasting.curve import COARSE, unseen
 from fusion.volume.raycasting.shade import shade, slants
@@ -34,8 +34,13 @@ class Raycast:
     colors: NDArray[np.uint8] | None = None
 
 
-def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float]) -> Raycast:
-    """The surface seen by a camera at a pose (4, 4), between two depths `reach` = (near, far) [m]."""
+def raycast(
+    blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float], canvas: Canvas
+) -> Raycast:
+    """The surface seen by a camera at a pose (4, 4), between two depths `reach` = (near, far) [m].
+
+    It is written to the canvas, which has the size of the camera's images.
+    """
     h, w = camera.shape
     seen = window(blocks, camera, T_world_camera, (max(reach[0], 1e-4), reach[1]))
     index = (blocks.keys, blocks.ids, seen.low, seen.size, seen.grid)
@@ -51,13 +56,11 @@ def raycast(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[
             step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, lens(camera), T, seen.first, seen.last,
             tiles, len(tiles), voxel, farthest, coarse, fine, *dealt(), any(camera.distortion),
         )  # fmt: skip
-    canvas = take(h, w)
     colored = blocks.settings.color
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     shade(
         *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine.reshape(-1), fine.shape[1], T,
         voxel, camera.fx, canvas.depth, canvas.points, canvas.normals, colors, canvas.used, *dealt(), colored,
     )  # fmt: skip
-    depth, points, normals = canvas.shown()  # held before anyone else may take them
-    give_back(canvas)
+    depth, points, normals = canvas.shown()
     return Raycast(depth, points, normals, colors if colored else None)

@@ -24,7 +24,9 @@ BEND = 1.0  # voxels that its ends may lie beside the tangent
 def slants(camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """x/z and y/z of all pixels, each a flat image with the padding of those of rays."""
     rays = camera.rays()
-    return padded(rays[..., 0]).reshape(-1), padded(rays[..., 1]).reshape(-1)
+    x, y = padded(rays[..., 0]).reshape(-1), padded(rays[..., 1]).reshape(-1)
+    x.flags.writeable = y.flags.writeable = False
+    return x, y
 
 
 @ti.func
