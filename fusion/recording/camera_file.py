@@ -1,21 +1,68 @@
-"""`camera.json`: reading and writing a camera."""
+"""`camera.json`: what it may hold, reading and writing a camera."""
 
 import json
-import math
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from msgspec import Meta, Struct
 
 from fusion.errors import RecordingError
+from fusion.files.content import Content
+from fusion.files.json_file import read_json
+from fusion.files.values import Name, Rigid
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import is_rigid
 from fusion.output import atomic_file
-from fusion.recording.text_files import read_json
 
-PRINCIPLES = ("structured_light", "itof", "active_stereo", "unknown")
+Principle = Literal["structured_light", "itof", "active_stereo", "unknown"]
 # OpenCV's lengths; longer models (thin prism, tilt) are not those of CONTRACT's camera.json
 DISTORTION_LENGTHS = (0, 4, 5, 8)
+DO = "correct the file or pass another with --camera"
+
+# 65 535: the largest side of the image formats that a recording may hold
+Size = Annotated[float, Meta(ge=1, le=65535, multiple_of=1, description="pixels")]
+# a million pixels: no lens and no image comes near, and everything that is computed of it stays finite
+Focal = Annotated[float, Meta(gt=0, lt=1e6, description="focal length [px]")]
+Centre = Annotated[float, Meta(gt=-1e6, lt=1e6, description="where the axis meets the image [px]")]
+# written by Kinects 1000, TUM 5000, RealSense 1000 to 10000, BOP up to 10000; a count of a kilometre or of
+# a ten thousandth of a millimetre is no depth image
+DepthScale = Annotated[float, Meta(ge=1e-3, le=1e7, description="counts per metre; 1000: a count is a millimetre")]
+Std = Annotated[float, Meta(ge=0, lt=1e6, description="standard deviation, in the field's unit")]
+Distortion = Annotated[
+    list[Annotated[float, Meta(gt=-1e6, lt=1e6)]],
+    Meta(max_length=8, description="OpenCV's 4, 5 or 8 finite numbers [k1, k2, p1, p2, k3, k4, k5, k6]"),
+]
+
+
+class Pinhole(Struct, frozen=True, kw_only=True):
+    """The fields that a depth and a colour camera share."""
+
+    width: Size
+    height: Size
+    fx: Focal
+    fy: Focal
+    cx: Centre
+    cy: Centre
+    distortion: Distortion | None = None
+    depth_scale: DepthScale = 1000.0  # the colour camera's block may leave it out
+    principle: Principle = "unknown"
+    sensor: Name = None
+    serial: Name = None
+    std: dict[str, Std] | None = None
+
+
+class ColorCamera(Pinhole, frozen=True, kw_only=True):
+    """The camera beside the depth camera."""
+
+    T_color_depth: Rigid | None = None
+
+
+class CameraFile(Pinhole, frozen=True, kw_only=True):
+    """A camera: `camera.json`."""
+
+    color: ColorCamera | None = None
 
 
 def read_camera(path: Path | str) -> Camera:
@@ -24,7 +71,7 @@ def read_camera(path: Path | str) -> Camera:
     Raises:
         RecordingError: the file cannot be read, or a field is absent, not a number, not finite or out of range.
     """
-    return camera_from_dict(read_json(Path(path)), Path(path))
+    return camera_from_dict(read_json(path, RecordingError, "the camera file"), path)
 
 
 def write_camera(path: Path | str, camera: Camera) -> None:
@@ -38,29 +85,22 @@ def write_camera(path: Path | str, camera: Camera) -> None:
 
 def camera_from_dict(fields: dict[str, Any], where: object) -> Camera:
     """The camera of `camera.json`'s fields; `where` names them in errors. Raises RecordingError."""
-    color = fields.get("color")
-    if color is not None and not isinstance(color, dict):
-        raise _wrong("color", where, color, "a JSON object with a camera's fields")
-    principle = fields.get("principle", "unknown")
-    if principle not in PRINCIPLES:
-        raise _wrong("principle", where, principle, "one of " + ", ".join(PRINCIPLES))
-    return Camera(
-        width=_size(fields, "width", where),
-        height=_size(fields, "height", where),
-        fx=_number(fields, "fx", where, above=0),
-        fy=_number(fields, "fy", where, above=0),
-        cx=_number(fields, "cx", where),
-        cy=_number(fields, "cy", where),
-        distortion=_distortion(fields.get("distortion"), where),
-        # the colour camera's block may leave it out
-        depth_scale=_number({"depth_scale": 1000.0} | fields, "depth_scale", where, above=0),
-        principle=str(principle),
-        sensor=str(fields.get("sensor") or ""),
-        serial=str(fields.get("serial") or ""),
-        std=_std(fields.get("std"), where),
-        color=None if color is None else camera_from_dict(color, f"{where} (color)"),
-        T_color_depth=None if color is None else _rigid(color.get("T_color_depth"), where),
-    )
+    return camera_of(Content(fields, where, "the camera", RecordingError, DO))
+
+
+def camera_of(content: Content) -> Camera:
+    """The camera of a file's content, or of a part of it. Raises the content's kind of error."""
+    given = content.as_type(CameraFile)
+    if len(given.distortion or ()) not in DISTORTION_LENGTHS:
+        raise content.wrong(CameraFile, "distortion")
+    if given.color is None:
+        return _camera(given)
+    T = given.color.T_color_depth
+    if len(given.color.distortion or ()) not in DISTORTION_LENGTHS:
+        raise content.wrong(CameraFile, "color", "distortion")
+    if T is not None and not is_rigid(np.array(T)):
+        raise content.wrong(CameraFile, "color", "T_color_depth")
+    return replace(_camera(given), color=_camera(given.color), T_color_depth=None if T is None else np.array(T))
 
 
 def camera_to_dict(camera: Camera) -> dict[str, Any]:
@@ -86,57 +126,18 @@ def camera_to_dict(camera: Camera) -> dict[str, Any]:
     return fields
 
 
-def _wrong(name: str, where: object, found: object, expected: str) -> RecordingError:
-    do = "correct the file or pass another with --camera"
-    return RecordingError(f'"{name}" of the camera cannot be used', where, repr(found)[:80], expected, do)
-
-
-def _is_number(value: object) -> bool:
-    # a huge integer is a number in JSON but not a float
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) < 1e300 and math.isfinite(value)
-
-
-def _number(fields: dict[str, Any], name: str, where: object, above: float | None = None) -> float:
-    value = fields.get(name, "nothing")
-    if not _is_number(value) or (above is not None and value <= above):
-        raise _wrong(name, where, value, "a finite number" + (f" above {above:g}" if above is not None else ""))
-    return float(value)
-
-
-def _size(fields: dict[str, Any], name: str, where: object) -> int:
-    value = _number(fields, name, where, above=0)
-    # 65 535: the largest side of the image formats that a recording may hold
-    if value != int(value) or value > 65535:
-        raise _wrong(name, where, value, "a whole number of pixels up to 65535")
-    return int(value)
-
-
-def _distortion(values: object, where: object) -> tuple[float, ...]:
-    values = [] if values is None else values
-    if not isinstance(values, list) or not all(map(_is_number, values)) or len(values) not in DISTORTION_LENGTHS:
-        raise _wrong("distortion", where, values, "OpenCV's 4, 5 or 8 finite numbers [k1, k2, p1, p2, k3, k4, k5, k6]")
-    return tuple(float(value) for value in values)
-
-
-def _std(values: object, where: object) -> dict[str, float]:
-    values = {} if values is None else values
-    if not isinstance(values, dict):
-        raise _wrong("std", where, values, "a JSON object of field and standard deviation")
-    for name, value in values.items():
-        if not _is_number(value) or value < 0:
-            raise _wrong(f"std.{name}", where, value, "a finite number, 0 or above")
-    return {name: float(value) for name, value in values.items()}
-
-
-def _rigid(values: object, where: object) -> np.ndarray | None:
-    if values is None:
-        return None
-    try:
-        T = np.array(values, float)
-    except (TypeError, ValueError, OverflowError):
-        T = np.zeros(0)
-    if not is_rigid(T):
-        raise _wrong("T_color_depth", where, values, "a rigid 4x4 matrix, metres")
-    return T
+def _camera(given: Pinhole) -> Camera:
+    return Camera(
+        width=int(given.width),
+        height=int(given.height),
+        fx=given.fx,
+        fy=given.fy,
+        cx=given.cx,
+        cy=given.cy,
+        distortion=tuple(given.distortion or ()),
+        depth_scale=given.depth_scale,
+        principle=given.principle,
+        sensor=str(given.sensor or ""),
+        serial=str(given.serial or ""),
+        std=dict(given.std or {}),
+    )

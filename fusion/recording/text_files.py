@@ -1,10 +1,8 @@
 """Text files of recordings: lines, lists of stamped images, numbers; every error names file and line."""
 
-import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from fusion.errors import RecordingError
 
@@ -19,19 +17,6 @@ def read_text(path: Path) -> str:
         raise RecordingError(
             "the file is not text", path, f"byte {error.object[error.start]} at {error.start}"
         ) from error
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """The JSON object in a file. Raises RecordingError."""
-    text = read_text(path)
-    try:
-        content = json.loads(text)
-    # a very deep nesting or a number of 5000 digits are bad input as well
-    except (ValueError, RecursionError) as error:
-        raise RecordingError("the file is not valid JSON", path, error) from error
-    if not isinstance(content, dict):
-        raise RecordingError("the file holds no JSON object", path, type(content).__name__, "{...}")
-    return content
 
 
 def data_lines(path: Path) -> Iterator[tuple[int, str]]:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from fusion.errors import FusionError, RecordingError, SceneError
+from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_file import camera_from_dict
 from fusion.recording.camera_presets import find_camera
 from fusion.recording.telemetry_file import read_telemetry
-from fusion.recording.text_files import read_json
 from fusion.recording.trajectory_file import read_trajectory
 from fusion.simulation.course import Course, standing, turning
 from fusion.simulation.scene import Scene, StatedPoses
@@ -49,7 +49,7 @@ def read_scene(path: Path | str, notes: list[str] | None = None) -> Scene:
 
 
 def _read(path: Path, notes: list[str]) -> Scene:
-    scene, folder = Values(read_json(path), str(path), notes), path.parent
+    scene, folder = Values(read_json(path, SceneError, "the scene file"), str(path), notes), path.parent
     camera = _camera(scene, folder)
     course = _course(scene, folder, notes)
     parts, paints, board = read_parts(scene, folder, course.turntable is not None, notes)

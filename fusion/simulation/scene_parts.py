@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from fusion.errors import FusionError, SceneError
+from fusion.files.json_file import read_json
 from fusion.geometry.pose import Array, transform
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
-from fusion.recording.text_files import read_json
 from fusion.simulation.board import Board, board_paint, board_plate
 from fusion.simulation.paint import Paint
 from fusion.simulation.scene import Part
@@ -56,7 +56,7 @@ def read_board(values: Values, folder: Path, notes: list[str]) -> Board:
     if isinstance(content, str):
         content = values.text("board")
         where = str(folder / content)
-        content = read_json(folder / content)
+        content = read_json(folder / content, SceneError, "the board file")
     fields = Values(content, where, notes)
     return Board(
         columns=fields.whole("columns", None, 1, 1000),

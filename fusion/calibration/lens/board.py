@@ -1,23 +1,48 @@
 """`board.json`: what the board is, and whether that can be."""
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
+from msgspec import Meta, Struct
 
 from fusion.errors import RecordingError
+from fusion.files.content import Content
+from fusion.files.json_file import read_json
 from fusion.geometry.pose import Array
-from fusion.recording.text_files import read_json
 
-FEWEST, MOST = 3, 60  # inner corners a side: OpenCV's detectors want 3; more than 60 do not fit 4000 px
-SMALLEST_M, LARGEST_M = 0.002, 0.5  # sides of squares that a camera calibration can use
+CORNERS = "INNER corners, one less than there are squares"
+SIDE = "side of a square [m]"
+# OpenCV's detectors want 3; more than 60 do not fit 4000 px
+Count = Annotated[float, Meta(ge=3, le=60, multiple_of=1, description=CORNERS)]
+# a camera calibration can use
+Side = Annotated[float, Meta(ge=0.002, le=0.5, description=SIDE)]
+Marker = Annotated[float, Meta(ge=0, le=10, description="side of a marker [m]; absent or 0: a checkerboard")]
+Dictionary = Annotated[str, Meta(description="OpenCV's name of the markers, such as DICT_5X5_100")]
 CHARUCO = (
     'a ChArUco board has "marker_m" [m] and "dictionary" beside "columns", "rows", "square_m"; a checkerboard neither'
 )
 ONE_PITCH = ("square_x_m", "square_y_m", "square_width_m", "square_height_m")
+
+
+class DrawnBoard(Struct, frozen=True, kw_only=True):
+    """A board that can be drawn; calibration wants more of it."""
+
+    columns: Annotated[float, Meta(ge=2, le=99, multiple_of=1, description=CORNERS)]
+    rows: Annotated[float, Meta(ge=2, le=99, multiple_of=1, description=CORNERS)]
+    square_m: Annotated[float, Meta(ge=1e-4, le=10, description=SIDE)]
+    marker_m: Marker | None = None
+    dictionary: Dictionary | None = None
+
+
+class BoardFile(DrawnBoard, frozen=True, kw_only=True):
+    """A calibration board: `board.json`."""
+
+    columns: Count
+    rows: Count
+    square_m: Side
 
 
 @dataclass(frozen=True)
@@ -64,7 +89,7 @@ def read_board(path: Path | str) -> Board:
     >>> fusion.read_board("board/board.json").square_m
     0.04
     """
-    return board_from_dict(read_json(Path(path)), Path(path))
+    return board_from_dict(read_json(path, RecordingError, "the board file"), path)
 
 
 def board_from_dict(fields: dict[str, Any], where: object = "board.json") -> Board:
@@ -74,51 +99,30 @@ def board_from_dict(fields: dict[str, Any], where: object = "board.json") -> Boa
         RecordingError: a field is absent or no number, there are too few corners, the squares are not all of one
             size, a length looks like millimetres, or the markers are not known to OpenCV.
     """
+    content = Content(fields, where, "the board", RecordingError)
     uneven = [name for name in ONE_PITCH if name in fields]
     if uneven or isinstance(fields.get("square_m"), list):
-        found = ", ".join(uneven) or repr(fields["square_m"])
-        raise _wrong("square_m", where, found, "one side for all squares: rows and columns must have the same pitch")
-    columns, rows = _count(fields, "columns", where), _count(fields, "rows", where)
-    square = _length(fields, "square_m", where)
-    if not fields.get("marker_m") and not fields.get("dictionary"):
-        return Board(columns, rows, square)
-    marker, name = _length(fields, "marker_m", where), str(fields.get("dictionary", "nothing"))
-    if marker >= square:
-        raise _wrong("marker_m", where, f"{marker:g} m in squares of {square:g} m", "markers smaller than the squares")
+        must = "one side for all squares: rows and columns must have the same pitch"
+        raise content.wrong(BoardFile, (uneven or ["square_m"])[0], expected=must)
+    given = content.as_type(BoardFile)
+    board = Board(int(given.columns), int(given.rows), given.square_m)
+    if not given.marker_m and not given.dictionary:
+        return board
+    return _charuco(board, given, replace(content, do=CHARUCO))
+
+
+def _charuco(board: Board, given: BoardFile, content: Content) -> Board:
+    """The board with its markers, which must fit into the squares and be known."""
+    name = given.dictionary or ""
+    if not given.marker_m:
+        raise content.wrong(BoardFile, "marker_m")
+    if given.marker_m >= board.square_m:
+        raise content.wrong(BoardFile, "marker_m", expected=f"less than the squares' {board.square_m:g} m")
     if not (name.startswith("DICT_") and hasattr(cv2.aruco, name)):
-        raise _wrong("dictionary", where, name, "OpenCV's name of the markers, such as DICT_5X5_100")
+        raise content.wrong(BoardFile, "dictionary")
     known = len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name)).bytesList)
-    if (columns + 1) * (rows + 1) // 2 > known:
-        expected = f"at least {(columns + 1) * (rows + 1) // 2}, one for every second square"
-        raise _wrong("dictionary", where, f"{name} with {known} markers", expected)
-    return Board(columns, rows, square, marker, name)
-
-
-def _count(fields: dict[str, Any], name: str, where: object) -> int:
-    value: Any = fields.get(name)
-    found = repr(value) if name in fields else "nothing"
-    if isinstance(value, bool) or not isinstance(value, int | float) or value != value or value not in range(MOST + 1):
-        raise _wrong(name, where, found, f"a whole number of INNER corners, {FEWEST} to {MOST}")
-    if value < FEWEST:
-        raise _wrong(name, where, found, f"{FEWEST} inner corners or more (one less than there are squares)")
-    return int(value)
-
-
-def _length(fields: dict[str, Any], name: str, where: object) -> float:
-    value: Any = fields.get(name)
-    found = repr(value) if name in fields else "nothing"
-    usable = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
-    if not usable or not math.isfinite(value) or value <= 0:
-        raise _wrong(name, where, found, "metres, above 0")
-    if value > LARGEST_M:
-        expected = f"metres, up to {LARGEST_M:g}"
-        hint = f"; {value:g} looks like millimetres: write {value / 1000:g}" if value <= 1000 * LARGEST_M else ""
-        raise _wrong(name, where, found, expected + hint)
-    if value < SMALLEST_M:
-        raise _wrong(name, where, found, f"metres, {SMALLEST_M:g} or more")
-    return float(value)
-
-
-def _wrong(name: str, where: object, found: object, expected: str) -> RecordingError:
-    do = CHARUCO if name in ("marker_m", "dictionary") else ""
-    return RecordingError(f'"{name}" of the board cannot be right', where, str(found)[:80], expected, do)
+    needed = (board.columns + 1) * (board.rows + 1) // 2
+    if needed > known:
+        found, must = f"{name} with {known} markers", f"at least {needed}, one for every second square"
+        raise content.wrong(BoardFile, "dictionary", found=found, expected=must)
+    return replace(board, marker_m=given.marker_m, dictionary=name)

@@ -3,20 +3,25 @@
 import re
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.content import Content
+from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_file import Size
 from fusion.recording.camera_presets import PRESETS
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import data_lines, number, read_json
+from fusion.recording.text_files import data_lines, number
 
 COLOR_FOLDERS = ("color", "rgb", "image")
 CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json")
@@ -26,6 +31,17 @@ REDWOOD = re.compile(r"\d+-(\d{6,})$")
 FRAMES_PER_SECOND = 30.0
 # Open3D's depth_scale in its reconstruction system: millimetres
 DEPTH_SCALE = 1000.0
+
+Number = Annotated[float, Meta(gt=-1e6, lt=1e6)]
+ABOUT = "9 numbers, column by column [px], focal lengths above 0"
+
+
+class Intrinsic(Struct, frozen=True, kw_only=True):
+    """Open3D's camera."""
+
+    width: Size
+    height: Size
+    intrinsic_matrix: Annotated[list[Number | list[Number]], Meta(description=ABOUT)]
 
 
 def recognises(folder: Path) -> bool:
@@ -89,17 +105,15 @@ def _camera(folder: Path) -> Camera:
     if path is None:
         do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
         raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
-    fields = read_json(path)
+    content = Content(read_json(path, RecordingError), path, "the camera", RecordingError)
+    given = content.as_type(Intrinsic)
     try:
-        K = np.array(fields["intrinsic_matrix"], float).reshape(3, 3).T  # column by column
-        width, height = int(fields["width"]), int(fields["height"])
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        expected = '"width", "height" and "intrinsic_matrix" (9 numbers, column by column)'
-        raise RecordingError("the camera cannot be read", path, repr(error)[:80], expected) from error
-    if not np.isfinite(K).all() or K[0, 0] <= 0 or K[1, 1] <= 0 or not 0 < min(width, height) <= 65535:
-        raise RecordingError(
-            "the camera cannot be used", path, np.round(K.reshape(-1), 1).tolist(), "focal lengths above 0"
-        )
+        K = np.array(given.intrinsic_matrix, float).reshape(3, 3).T  # column by column
+    except ValueError:  # not nine, or lists of different lengths
+        K = np.zeros((3, 3))
+    if K[0, 0] <= 0 or K[1, 1] <= 0:
+        raise content.wrong(Intrinsic, "intrinsic_matrix")
+    width, height = int(given.width), int(given.height)
     return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=DEPTH_SCALE)
 
 

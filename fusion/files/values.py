@@ -1,0 +1,14 @@
+"""Kinds of values that several files hold; bounds keep out what cannot be meant and would not be computable."""
+
+from typing import Annotated
+
+from msgspec import Meta
+
+FARTHEST_M = 1e6  # of a place: a thousand kilometres
+
+Name = Annotated[str | int | None, Meta(description="for people")]
+FileName = Annotated[str, Meta(pattern="^[^\\x00]+$", description="a file's name")]
+Metres = Annotated[float, Meta(gt=-FARTHEST_M, lt=FARTHEST_M)]
+Point = Annotated[tuple[Metres, Metres, Metres], Meta(description="three numbers [m], below 1e6")]
+_Row = tuple[Metres, Metres, Metres, Metres]
+Rigid = Annotated[tuple[_Row, _Row, _Row, _Row], Meta(description="a rigid 4x4 matrix, metres, below 1e6")]
