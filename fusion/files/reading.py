@@ -10,6 +10,7 @@ from fusion.errors import FusionError
 from fusion.files.limits import check_size
 
 KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
+TEXT_TAKES = 10  # bytes in memory for each of a text that is taken apart into words and numbers
 MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}  # what begins a text that is not UTF-8
 
 
@@ -55,10 +56,31 @@ def read_text(path: Path | str, error: type[FusionError] = FusionError, what: st
         FusionError: of the kind `error`: as `open_regular`, or the file is not text.
     """
     data = read_bytes(path, error, what)
+    check_size(TEXT_TAKES * len(data), path, error, what)
+    try:
+        return decoded(data)
+    except ValueError as problem:
+        raise error(f"{what} is not text", path, problem, "UTF-8 text") from problem
+
+
+def decoded(data: bytes) -> str:
+    """Bytes as text: UTF-8, with or without a mark, or UTF-16 with one; line ends become `\\n`.
+
+    Raises:
+        ValueError: says which byte is none of a text.
+    """
     encoding = MARKS.get(data[:2], "utf-8-sig")
     try:
         text = data.decode(encoding)
     except UnicodeDecodeError as problem:
-        found = f"byte {data[problem.start]} at {problem.start}"
-        raise error(f"{what} is not text", path, found, "UTF-8 text") from problem
+        raise ValueError(f"byte {data[problem.start]} at {problem.start}") from problem
+    if "\0" in text:
+        raise ValueError(f"a null byte at {text.index(chr(0))}")
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def unmarked(data: bytes) -> bytes:
+    """The same bytes, or those of the UTF-8 text behind a mark: for files that begin with text and may be binary."""
+    if data[:2] in MARKS or data.startswith(codecs.BOM_UTF8):
+        return decoded(data).encode()
+    return data

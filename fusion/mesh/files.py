@@ -1,25 +1,37 @@
 """Mesh and point cloud files, read with every check once and written whole or not at all."""
 
 import logging
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.errors import MeshError
-from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
-from fusion.mesh.exchange import from_trimesh, to_trimesh
+from fusion.errors import FusionError, MeshError
+from fusion.files.limits import check_size
+from fusion.files.reading import TEXT_TAKES, read_bytes
+from fusion.mesh.clouds import write_pcd, write_xyz
+from fusion.mesh.exchange import to_trimesh
+from fusion.mesh.formats.gltf import read_gltf
+from fusion.mesh.formats.obj import read_obj
+from fusion.mesh.formats.off import read_off
+from fusion.mesh.formats.pcd import read_pcd
+from fusion.mesh.formats.ply import read_ply
+from fusion.mesh.formats.stl import read_stl
+from fusion.mesh.formats.xyz import read_xyz
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.ply import read_ply, write_ply
+from fusion.mesh.ply import write_ply
 from fusion.mesh.vertices import joined, vertices_kept
 from fusion.output import atomic_file
 
 FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz")
-_READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz}
+_READERS = {
+    ".ply": read_ply, ".obj": read_obj, ".stl": read_stl, ".off": read_off, ".pcd": read_pcd, ".xyz": read_xyz,
+}  # fmt: skip
+_TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
 _WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz}
 _LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
+TEXT_TOLD_BY = 1 << 16  # numbers that are not written as text hold a null byte before this one
 _log = logging.getLogger("fusion")
 
 
@@ -41,18 +53,22 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
     <Mesh: 642 vertices, 1,280 triangles, 100 x 100 x 100 mm; normals, colors, sigma>
     """
     path = Path(path)
-    _check_file(path)
+    ending = _ending(path)
+    data = read_bytes(path, MeshError, "the mesh file")
+    if not data:
+        raise MeshError("the mesh file is empty", path, "0 bytes", "a mesh or point cloud")
+    if b"\0" not in data[:TEXT_TOLD_BY]:
+        check_size(TEXT_TAKES * len(data), path, MeshError, "the mesh file")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # broken numbers are found below
-            mesh = _READERS.get(path.suffix.lower(), _read_by_trimesh)(path)
-    except PermissionError:
+        mesh = _READERS[ending](data) if ending in _READERS else read_gltf(data, path)
+    except FusionError:  # told already: too large, or outside its folder
         raise
-    except Exception as error:  # the readers raise all kinds of errors on broken files
+    except Exception as error:  # ValueError; and trimesh, which reads glTF, raises all kinds on broken files
         reason = (str(error).strip() or type(error).__name__).splitlines()[0][:150]
         do = "export the file again, as PLY if you can"
-        raise MeshError("the mesh file cannot be read", path, reason, f"a complete {path.suffix} file", do) from error
+        raise MeshError("the mesh file cannot be read", path, reason, f"a complete {ending} file", do) from error
     mesh, told = _checked(mesh, path)
+    mesh = joined(mesh) if ending in _TRIANGLE_SOUP and len(mesh.faces) else mesh
     for note in told:
         if notes is None:
             _log.warning("%s: %s", path, note)
@@ -81,22 +97,23 @@ def write_mesh(path: Path | str, mesh: Mesh) -> None:
         _WRITERS.get(ending, _write_by_trimesh)(partial, mesh)
 
 
-def _check_file(path: Path) -> None:
-    if not path.exists():
+def _ending(path: Path) -> str:
+    """The file's ending; MeshError where no reader knows it, or where there is nothing to read."""
+    if not _exists(path):
         raise MeshError("no such mesh file", path, do="check the path")
     if path.is_dir():
         raise MeshError("not a mesh file", path, "a folder", "a file such as mesh.ply")
-    if path.suffix.lower() not in FORMATS:
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
         raise MeshError("unknown mesh format", path, path.suffix or "no ending", "one of " + " ".join(FORMATS))
-    if path.stat().st_size == 0:
-        raise MeshError("the mesh file is empty", path, "0 bytes", "a mesh or point cloud")
+    return ending
 
 
-def _read_by_trimesh(path: Path) -> Mesh:
-    import trimesh
-
-    mesh = from_trimesh(trimesh.load(path, process=False, skip_materials=True))
-    return mesh if not len(mesh.faces) or _misfits(mesh).any() else joined(mesh)
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # no name that a file can have
+        return False
 
 
 def _misfits(mesh: Mesh) -> NDArray[np.bool_]:

@@ -1,7 +1,6 @@
-"""PLY files: read by trimesh, written as CloudCompare likes them."""
+"""PLY files as CloudCompare likes them."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,52 +8,6 @@ from numpy.typing import NDArray
 from fusion.mesh.mesh import Mesh
 
 _FLOAT32_EXACT = 8.0  # [m] below this float32 is exact to half a micrometre
-
-
-def read_ply(path: Path) -> Mesh:
-    """Vertices, faces (polygons become triangles), normals, colours and every other number per vertex.
-
-    CloudCompare's fields `scalar_<name>` come back as scalars under `<name>`.
-    """
-    from trimesh.exchange.ply import load_ply
-    from trimesh.geometry import triangulate_quads
-
-    with path.open("rb") as file:
-        loaded = load_ply(file, fix_texture=False, skip_materials=True, prefer_color="vertex")
-    vertex = _columns(loaded["metadata"]["_ply_raw"]["vertex"])
-    faces = loaded.get("faces")
-    return Mesh(
-        vertices=np.stack([vertex.pop(name) for name in "xyz"], axis=1).astype(np.float64),
-        faces=np.zeros((0, 3), np.int64) if faces is None or not len(faces) else triangulate_quads(faces),
-        normals=_taken(vertex, ("nx", "ny", "nz"), np.float32),
-        colors=_colors(vertex),
-        scalars={
-            name.removeprefix("scalar_"): values.astype(np.float32)
-            for name, values in vertex.items()
-            if values.ndim == 1 and name not in ("alpha", "a")
-        },
-    )
-
-
-def _columns(element: dict[str, Any]) -> dict[str, NDArray]:
-    data = element["data"]  # a structured array, or columns by name where the file is text
-    names = data.dtype.names if isinstance(data, np.ndarray) else list(data)
-    return {name: np.asarray(data[name]).reshape(element["length"], -1).squeeze(axis=1) for name in names}
-
-
-def _taken(columns: dict[str, NDArray], names: tuple[str, str, str], dtype: type) -> NDArray | None:
-    if not all(name in columns for name in names):
-        return None
-    return np.stack([columns.pop(name) for name in names], axis=1).astype(dtype)
-
-
-def _colors(columns: dict[str, NDArray]) -> NDArray[np.uint8] | None:
-    for names in (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue")):
-        if all(name in columns for name in names):
-            bytes_already = columns[names[0]].dtype.kind in "ui"
-            values = np.stack([columns.pop(name) for name in names], axis=1)
-            return np.clip(np.rint(values.astype(np.float64) * (1 if bytes_already else 255)), 0, 255).astype(np.uint8)
-    return None
 
 
 def write_ply(path: Path, mesh: Mesh) -> None:
