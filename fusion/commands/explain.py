@@ -64,5 +64,8 @@ def run(options: argparse.Namespace) -> None:
         print(json.dumps(verdict))
     else:
         width = min(WIDEST, shutil.get_terminal_size((100, 24)).columns)
-        last = [*made(options, "sensor", "report", width=LABEL), f"{'took':<{LABEL}}{took(verdict['seconds'])}"]
+        last = [
+            *made(options, "verdict", "sensor", "report", width=LABEL),
+            f"{'took':<{LABEL}}{took(verdict['seconds'])}",
+        ]
         print("\n".join([*verdict_lines(verdict, width), *last]))

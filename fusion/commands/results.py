@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-FILES = {"sensor": "sensor.json", "report": "report.html"}
+FILES = {"verdict": "verdict.json", "sensor": "sensor.json", "report": "report.html"}
 
 
 def add_output(parser: argparse.ArgumentParser, what: str, report: bool = True, default: str | None = None) -> None:

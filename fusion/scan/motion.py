@@ -48,7 +48,7 @@ def find_motion(
     with stage("motion"):
         if how[1].step is not None and not how[1].force:
             refuse_contradicted_step(views, region, how[1].step)
-        motion = estimate_motion(views, region, commanded)
+        motion, commanded = _motion(views, region, commanded, how[1].step is None)
     if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
@@ -56,6 +56,19 @@ def find_motion(
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion
+
+
+def _motion(views: list[View], region: Region, commanded: Array | None, logged: bool) -> tuple[Motion, Array | None]:
+    """The motion between the views, and the told angles that it follows.
+
+    Where a log leads nowhere, as one in radians does, the images are asked alone; what is wrong with it shows then.
+    """
+    try:
+        return estimate_motion(views, region, commanded), commanded
+    except TrackingError:
+        if commanded is None or not logged:
+            raise
+    return estimate_motion(views, region, None), None
 
 
 def _finished(

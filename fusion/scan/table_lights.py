@@ -30,8 +30,9 @@ def _table(scan: "Scan") -> Light:
     said = "; ".join([f"{np.rad2deg(steps.mean):.2f} deg a frame", *steps.notes])
     do = ""
     if judged != "ok":
-        said += f"; its axis rocks by {np.rad2deg(wobble):.1f} deg (rms)"
-        do = "Put the plate level and firm, and the object firmly on it."
+        # freely tracked poses rock with the plate, and with a depth that is bent differently in each part of the image
+        said += f"; its axis rocks by {np.rad2deg(wobble):.1f} deg (rms), or bent depth makes it look so"
+        do = "Put the plate level and firm, and the object firmly on it; if they are, calibrate the depth."
     if steps.warnings:
         said += "; " + "; ".join(steps.warnings)
         judged, do = ("warning", SLIPS) if judged == "ok" else (judged, do)

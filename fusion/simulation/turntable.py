@@ -6,6 +6,14 @@ import numpy as np
 
 from fusion.errors import FusionError
 from fusion.geometry.pose import Array, about_axis, inverse
+from fusion.quantity import Quantity
+
+# what is no turntable any more (guesses)
+STEP = Quantity("turn between frames", "degrees_per_frame", "deg", 0.0, 3600.0, signed=True)
+UNEVEN = Quantity("unevenness of the steps", "uneven_sd_deg", "deg", 0.0, 90.0)
+SLIP = Quantity("slip", "slip_deg", "deg", 0.0, 360.0, signed=True)
+WOBBLE = Quantity("wobble", "wobble_deg", "deg", 0.0, 45.0)
+PHASE = Quantity("phase of the wobble", "wobble_phase_deg", "deg", 0.0, 3600.0, signed=True)
 
 
 @dataclass(frozen=True)
@@ -25,6 +33,12 @@ class TurntableErrors:
     slip_deg: float = 0.0
     wobble_deg: float = 0.0
     wobble_phase_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        UNEVEN.check(self.uneven_sd_deg)
+        SLIP.check(self.slip_deg)
+        WOBBLE.check(self.wobble_deg)
+        PHASE.check(self.wobble_phase_deg)
 
 
 @dataclass(frozen=True)
@@ -48,6 +62,11 @@ class Turntable:
     def __post_init__(self) -> None:
         if self.frames < 1:
             raise FusionError("a turntable recording needs frames", found=self.frames, expected="1 or more")
+        STEP.check(self.degrees_per_frame)
+        slip = self.errors.slip_frame
+        if slip is not None and not 0 <= slip < self.frames:
+            expected = f"0 to {self.frames - 1}, the last frame"
+            raise FusionError("the table slips in a frame that is not there", "slip_frame", slip, expected)
         if not np.any(self.axis_direction) or not np.isfinite([*self.axis_point, *self.axis_direction]).all():
             raise FusionError("the turntable's axis has no direction", found=self.axis_direction, expected="3 numbers")
 

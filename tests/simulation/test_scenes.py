@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fusion.errors import SceneError
+from fusion.errors import FusionError, SceneError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
 from fusion.progress import following
@@ -226,3 +226,17 @@ def test_every_setting_is_read_back_from_its_usual_value():
         texts = {k: ",".join(map(str, v)) if isinstance(v, tuple) else str(v) for k, v in usual.items()}
         if name in ("wall", "step", "corner"):  # the others take longer, by the same code
             assert built_in(name, texts).name == name
+
+
+@pytest.mark.parametrize(
+    ("name", "setting", "value"),
+    [
+        ("turntable", "turns", "nan"), ("turntable", "turns", "1e9"), ("turntable", "elevation_deg", "inf"),
+        ("turntable", "distance_m", "-1"), ("turntable", "uneven_sd_deg", "-3"), ("turntable", "wobble_deg", "400"),
+        ("turntable", "slip_frame", "999"), ("wall", "distance_m", "nan"), ("wall", "distance_m", "1,inf"),
+        ("wall", "distance_m", ""), ("wall", "reflectance", "7"), ("wall", "frames", "0"), ("room", "sweep_deg", "nan"),
+    ],
+)  # fmt: skip
+def test_a_setting_that_is_not_possible_is_told(name, setting, value):
+    with pytest.raises(FusionError, match=r"cannot be|is not possible|not there"):
+        built_in(name, {setting: value})

@@ -72,8 +72,15 @@ def _value(where: str, given: Any, usual: Any) -> Any:
                 raise ValueError(text)
             return text.lower() in YES
         if isinstance(usual, tuple):
-            return tuple(float(part) for part in text.split(","))
-        return type(usual)(text)
+            return tuple(_finite(part) for part in text.split(","))
+        return _finite(text) if isinstance(usual, float) else type(usual)(text)
     except ValueError as error:
-        kinds = {bool: "yes or no", int: "a whole number", float: "a number", tuple: "numbers with commas"}
+        kinds = {bool: "yes or no", int: "a whole number", float: "a finite number", tuple: "finite numbers, commas"}
         raise SceneError("a setting cannot be read", where, text, kinds[type(usual)]) from error
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not np.isfinite(value):
+        raise ValueError(text)
+    return value

@@ -8,12 +8,15 @@ import numpy as np
 from fusion.errors import SceneError
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
+from fusion.quantity import FAR, Quantity
 from fusion.simulation.course import checked_frames, looking_at, turning
 from fusion.simulation.demo import demo_truth, surroundings
 from fusion.simulation.scene import Part, Scene, StatedPoses
 from fusion.simulation.scenes.panel import WARM_S
 from fusion.simulation.shapes import disc
 from fusion.simulation.turntable import Turntable, TurntableErrors
+
+DISTANCE = Quantity("distance of the camera", "distance_m", "m", 0.0, FAR)  # 0: as the object asks for
 
 
 def turntable(
@@ -32,6 +35,7 @@ def turntable(
 ) -> Scene:
     """a mesh (file, z up; default: the demo's owl) on a turntable; scale=0.001 for millimetres"""
     checked_frames(frames)
+    DISTANCE.check(distance_m)
     thing = read_mesh(Path(mesh)) if mesh else demo_truth()
     if mesh or scale != 1.0:  # the demo's owl stands beside the axis
         thing = placed(thing, scale)
