@@ -12,12 +12,8 @@ first used, so that the import costs nothing. `fusion/__init__.pyi` tells type c
 """
 
 import importlib
-import os
 
 __version__ = "0.1.0"
-
-# Taichi prints a line to stdout while it is imported, which would spoil what commands print with --json
-os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 # module: its public names. None may be called like a module or folder beside this file, which would take its place
 _PUBLIC = {

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 from bench_stages.workloads import made
-from taichi.lang.kernel_impl import Kernel
 
+from fusion.compute.launch import Kernel
+from fusion.compute.process import tune_process
 from fusion.compute.start import start
 from fusion.geometry.camera import Camera
 from fusion.volume.volume import Volume, VolumeSettings
@@ -28,6 +29,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=25)
     parser.add_argument("--cache", type=Path, default=Path("out/benchmark/cache"), help="workloads of benchmark.py")
     options = parser.parse_args()
+    tune_process()
     for work in options.workload:
         print(f"{work:22s}{'wall':>9s}{'processor':>11s}  [ms]")
         for name, taken in measure(made(work, options.cache), options.frames).items():
@@ -64,14 +66,14 @@ def _listened() -> Times:
     times: Times = defaultdict(list)
     called = getattr(Kernel.__call__, "plain", Kernel.__call__)
 
-    def call(kernel: Any, *args: Any, **named: Any) -> Any:
-        began, out = _clock(), called(kernel, *args, **named)
-        name = kernel.func.__name__
+    def call(kernel: Kernel, *args: Any) -> Any:
+        began, out = _clock(), called(kernel, *args)
+        name = kernel.plain.func.__name__
         times[f"  {name}, step {args[0]}" if name == "cast" else f"  {name}"].append(_since(began, _clock()))
         return out
 
     call.plain = called  # type: ignore[attr-defined]
-    Kernel.__call__ = call
+    Kernel.__call__ = call  # type: ignore
     return times
 
 

@@ -15,6 +15,9 @@ import sys
 import time
 
 FIRST_FRAME = """
+from fusion.compute.process import tune_process
+
+tune_process()
 import numpy as np
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame

@@ -11,6 +11,7 @@ from types import ModuleType
 
 from fusion import __version__
 from fusion.commands.parser import CommandParser, Parser
+from fusion.compute.process import tune_process
 from fusion.errors import FusionError
 
 # command: what it does, in the order of the work
@@ -36,7 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
     # read when numpy is loaded. The many small systems here gain nothing from more threads, which spin while they wait:
     # `fusion explain` took 29 instead of 15 s of processor, and no less time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments is None:  # not called by another program
+        tune_process()
+        arguments = sys.argv[1:]
     if not arguments:  # who asks nothing wants to know what there is: no error
         overview().print_help()
         return 0

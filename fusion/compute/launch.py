@@ -1,25 +1,27 @@
-"""Calls of Taichi's kernels at a fifth of their cost.
+"""Kernels, called at a fifth of what Taichi's own calls cost.
 
 Taichi 1.7 looks at every argument of every call as if it were the first: 9 us for an array, 2 us for a number, before
 the kernel starts; a frame's kernels take 38 arrays to be fused and 79 to be seen. A kernel that was called before with
 arguments of the same types is known to take them, and only has to be told where those lie that are others than at an
 earlier call: 4 us for such an array, 1 us for one that is the same.
+
+Several threads may call kernels, the same or others. Taichi would mix up two that it compiles at once: those wait for
+each other. A launch keeps Python's lock from its begin to its end, as what Taichi runs loops on takes one at a time.
 """
 
+import functools
 import weakref
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from taichi.lang import impl
-from taichi.lang.kernel_impl import AutodiffMode, Kernel
+from taichi.lang.enums import AutodiffMode
 from taichi.types.annotations import template
 from taichi.types.ndarray_type import NdarrayType
 from taichi.types.primitive_types import type_ids
 
-from fusion.compute.language import reading, ti
-
-slowly = Kernel.__call__
+from fusion.compute.taichi_copy import kernel_impl, reading, ti, turn
 
 Put = Callable[[Any, tuple[int], Any], None]
 Given = list[Callable[[], Any]]  # the arrays of an earlier call, as long as they live
@@ -36,38 +38,54 @@ class Ready(NamedTuple):
     idle: list[tuple[Any, Given]]
 
 
-def launch_quickly() -> None:
-    """From now on, in this process; with another Taichi, which may be built otherwise, calls stay as they are."""
-    if ti.__version__[:2] == (1, 7):
-        Kernel.__call__ = _call
+class Kernel:
+    """A kernel of ours, called as the function that it is made of.
 
+    Attributes:
+        plain: the same as Taichi calls it.
+        ready: it compiled, by the types of its arguments; None for those that only Taichi can hand over.
+    """
 
-def _call(kernel: Any, *args: Any, **named: Any) -> Any:
-    """What a kernel does when it is called."""
-    runtime = impl.get_runtime()
-    types = None if named or runtime.target_tape or runtime.fwd_mode_manager else _types(kernel, args)
-    if types is None:
-        return slowly(kernel, *args, **named)
-    ready = kernel.__dict__.setdefault("ready", {}).get(types)
-    if ready is None or ready.program is not runtime.prog:
-        with reading():
-            slowly(kernel, *args)
-        kernel.ready[types] = _ready(kernel, args, runtime.prog)
+    def __init__(self, function: Callable[..., None]) -> None:
+        self.plain = kernel_impl.Kernel(function, AutodiffMode.NONE)
+        self.ready: dict[tuple[Any, ...], Ready | None] = {}
+        functools.update_wrapper(self, function)
+
+    def __call__(self, *args: Any) -> Any:
+        types = _types(self.plain, args)
+        ready = None if types is None else self.ready.get(types)
+        if ready is None or ready.program is not impl.get_runtime().prog:
+            return self._slowly(types, args)
+        try:
+            context, given = ready.idle.pop()
+        except IndexError:  # the first call, or another thread is at one
+            context, given = ready.kernel.make_launch_context(), [_nothing] * len(ready.puts)
+        for m, (n, place, put) in enumerate(ready.puts):
+            value = args[n]
+            if put is not _array:
+                put(context, place, value)
+            elif given[m]() is not value:
+                put(context, place, value)
+                given[m] = weakref.ref(value)  # numpy moves no array that is referred to
+        ready.program.launch_kernel(ready.compiled, context)
+        ready.idle.append((context, given))
         return None
-    try:
-        context, given = ready.idle.pop()
-    except IndexError:  # the first call, or another thread is at one
-        context, given = ready.kernel.make_launch_context(), [_nothing] * len(ready.puts)
-    for m, (n, place, put) in enumerate(ready.puts):
-        value = args[n]
-        if put is not _array:
-            put(context, place, value)
-        elif given[m]() is not value:
-            put(context, place, value)
-            given[m] = weakref.ref(value)  # numpy moves no array that is referred to
-    ready.program.launch_kernel(ready.compiled, context)
-    ready.idle.append((context, given))
-    return None
+
+    def _slowly(self, types: tuple[Any, ...] | None, args: tuple[Any, ...]) -> Any:
+        """As Taichi does it, after which it is known how to do the same again."""
+        with turn:
+            with reading():
+                found = self.plain(*args)
+            program = impl.get_runtime().prog
+            known = self.ready.get(types) if types is not None else None
+            if types is not None and (known is None or known.program is not program):
+                self.ready[types] = _ready(self.plain, args, program)
+            return found
+
+
+def kernel(function: Callable[..., None]) -> Kernel:
+    """Marks a function as a kernel."""
+    return Kernel(function)
 
 
 def _nothing() -> None:
@@ -90,7 +108,9 @@ def _types(kernel: Any, args: tuple[Any, ...]) -> tuple[Any, ...] | None:
 
 
 def _ready(kernel: Any, args: tuple[Any, ...], program: Any) -> Ready | None:
-    """None where an argument is of a kind that is not handed over here."""
+    """None where an argument is of a kind that is not handed over here, or on a device where nobody has tried it."""
+    if program.config().arch not in (ti.x64, ti.arm64):
+        return None
     given = [(n, a.annotation) for n, a in enumerate(kernel.arguments) if not isinstance(a.annotation, template)]
     puts = [(n, (place,), _put(annotation)) for place, (n, annotation) in enumerate(given)]
     known = [(n, place, put) for n, place, put in puts if put is not None]

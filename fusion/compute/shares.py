@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits
 SHARES = 32  # of a loop, on a processor
@@ -29,7 +29,7 @@ def parts() -> int:
     return SPLIT * (os.cpu_count() or 1)
 
 
-@ti.func
+@func
 def share(turn: ti.template(), total: ti.i32):
     """The first item of the next share, and where it ends; the first is `total` when all are taken.
 
@@ -42,7 +42,7 @@ def share(turn: ti.template(), total: ti.i32):
     return first, ti.min(first + size, total)
 
 
-@ti.func
+@func
 def after(n: ti.i32, stop: ti.i32, turn: ti.template(), total: ti.i32):
     """The item after n and where its share ends: of the next share where this one is done."""
     item, end = n + 1, stop

@@ -2,14 +2,14 @@
 
 import contextlib
 import ctypes
-import io
 import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
-from fusion.compute.language import ti
-from fusion.compute.launch import launch_quickly
+from fusion.compute.process import own_process
+from fusion.compute.taichi_copy import misc, ti, turn
 from fusion.errors import FusionError
 from fusion.progress import note
 
@@ -17,7 +17,6 @@ FEW = 4  # processor cores; with more, two threads that share one cost little
 DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
 
 
-@cache
 def start() -> str:
     """Start Taichi once for this process, on the device that the variable FUSION_DEVICE names, or the processor.
 
@@ -29,33 +28,43 @@ def start() -> str:
     Raises:
         FusionError: there is no such device here.
     """
+    with turn:  # the first of several threads; the others wait until all is there
+        return _started()
+
+
+@cache
+def _started() -> str:
     name = os.environ.get("FUSION_DEVICE") or "cpu"
     if name not in DEVICES:
         raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(DEVICES))
-    if name == "cpu":  # elsewhere nobody has tried it
-        launch_quickly()
-    _keep_memory()
-    os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # else it tells its makers about this machine once a day
     kept = kernels_kept_in()
     if not kept.exists():
         note("compiling the kernels, once on this machine: up to a minute")
     before = _threads()
-    with contextlib.redirect_stdout(io.StringIO()):  # it prints the back end whatever the log level is
-        ti.init(
-            arch=DEVICES[name],
-            log_level=ti.ERROR,
-            offline_cache=True,
-            offline_cache_file_path=str(kept),
-            default_fp=ti.f32,
-            default_ip=ti.i32,
-            fast_math=False,
-        )
+    # a thread in which Taichi starts takes numbers near 0 for 0 from then on, in numpy too: it gets one that ends
+    with ThreadPoolExecutor(1) as aside:
+        aside.submit(_init, DEVICES[name], kept).result()
     config = ti.lang.impl.current_cfg()
-    _spread(sorted(_threads() - before)[-config.cpu_max_num_threads :])
+    if own_process():
+        _keep_memory()
+        _spread(sorted(_threads() - before)[-config.cpu_max_num_threads :])
     running = config.arch
     if name != "cpu" and running != DEVICES[name]:  # Taichi takes the processor without a word
         raise FusionError("no such device here", "--device or FUSION_DEVICE", name, "cpu", "leave it out")
     return name
+
+
+def _init(device: object, kept: Path) -> None:
+    misc.init(
+        arch=device,
+        log_level=ti.ERROR,
+        offline_cache=True,
+        offline_cache_file_path=str(kept),
+        default_fp=ti.f32,
+        default_ip=ti.i32,
+        fast_math=False,
+    )
+    ti.lang.impl.get_runtime().materialize()  # what only the thread may do in which it was started
 
 
 def kernels_kept_in() -> Path:

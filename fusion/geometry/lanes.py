@@ -1,18 +1,18 @@
 # mypy: ignore-errors
 """Eight values side by side, written so that the compiler makes vector instructions of them; for kernels."""
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 
 LANES = 8
 
 
-@ti.func
+@func
 def eight(image: ti.template(), g: ti.i32):
     """Values 8 g to 8 g + 7 of a flat image, read as one vector."""
     return ti.Vector([image[(g << 3) | e] for e in ti.static(range(LANES))])
 
 
-@ti.func
+@func
 def bounded(at: ti.i32) -> ti.i32:
     """A place in an image, below 2^28. It changes nothing, but the compiler sees that places around do not overflow;
     else it writes each loop twice, with and without vectors, and looks which one to take every time.
@@ -23,7 +23,7 @@ def bounded(at: ti.i32) -> ti.i32:
     return at & 0x0FFFFFFF
 
 
-@ti.func
+@func
 def put(image: ti.template(), at: ti.i32, values: ti.template()):
     """Writes eight values side by side from a place of a flat image on.
 
@@ -36,25 +36,25 @@ def put(image: ti.template(), at: ti.i32, values: ti.template()):
         image[at + e] = new[e]
 
 
-@ti.func
+@func
 def gather(image: ti.template(), at: ti.template()):
     """The values at eight places (8,)."""
     return ti.Vector([image[at[e]] for e in ti.static(range(LANES))])
 
 
-@ti.func
+@func
 def low(a: ti.template(), b: ti.template()):
     """The smaller one; unlike ti.min not after a look for NaN, which vectors pay for."""
     return ti.select(a < b, a, b)
 
 
-@ti.func
+@func
 def high(a: ti.template(), b: ti.template()):
     """The larger one, as `low`."""
     return ti.select(a > b, a, b)
 
 
-@ti.func
+@func
 def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
     """Pixel (u, v) of x/z and y/z, numbers or vectors, by OpenCV's rational and tangential lens model.
 

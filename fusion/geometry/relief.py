@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.compute.spare import Spare
 from fusion.compute.start import start
 from fusion.geometry.camera import Camera
@@ -83,20 +83,20 @@ def relief(
         return both[0], both[1], planes.images[ANGLE].copy()
 
 
-@ti.func
+@func
 def _shifted(before: ti.template(), here: ti.template(), after: ti.template(), by: ti.template()):
     """Eight pixels `by` to the right of `here`, by from -8 to 8, of three groups in a row."""
     return ti.Vector([(before, here, after)[(e + by + 8) // 8][(e + by) % 8] for e in range(LANES)])
 
 
-@ti.func
+@func
 def _beside(image: ti.template(), g: ti.i32, here: ti.template(), by: ti.template()):
     """The pixels `by` to the left and to the right of group g, whose own are `here`."""
     before, after = eight(image, g - 1), eight(image, g + 1)
     return _shifted(before, here, after, -by), _shifted(before, here, after, by)
 
 
-@ti.func
+@func
 def _alike(other: ti.template(), here: ti.template(), gain: ti.f32):
     """Weights from 1 to 0 (Tukey's biweight) of pixels by the difference of their depth."""
     t = (other - here) * gain
@@ -104,7 +104,7 @@ def _alike(other: ti.template(), here: ti.template(), gain: ti.f32):
     return ti.select(w > 0.0, w * w, 0.0)
 
 
-@ti.func
+@func
 def _arccos(cosine: ti.template()):
     """Of numbers from 0 to 1, side by side; 0 and pi / 2 beyond. To 3e-8: Abramowitz and Stegun 1964, 4.4.46."""
     c = low(1.0, high(0.0, cosine))  # of NaN the second one is kept
@@ -114,7 +114,7 @@ def _arccos(cosine: ti.template()):
     return ti.sqrt(1.0 - c) * total
 
 
-@ti.kernel
+@kernel
 def _smooth(planes: F32, across: ti.i32, height: ti.i32, gain: ti.f32):
     size = (height + 2 * RADIUS) * across  # of a plane, in groups
     for n in range(height * across):
@@ -149,7 +149,7 @@ def _smooth(planes: F32, across: ti.i32, height: ti.i32, gain: ti.f32):
             planes[((SMOOTH * size + g) << 3) | e] = here[e]
 
 
-@ti.kernel
+@kernel
 def _differentiate(planes: F32, across: ti.i32, height: ti.i32, width: ti.i32, steep: ti.f32, sigma: F32, both: F32):
     size = (height + 2 * RADIUS) * across
     for n in range(height * across):

@@ -7,7 +7,7 @@ The kernels see a camera as (12,) parameters: fx, fy, cx, cy, k1, k2, p1, p2, k3
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.language import ti
+from fusion.compute.language import kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import project
@@ -15,7 +15,7 @@ from fusion.geometry.lanes import project
 vec3 = ti.types.vector(3, ti.f32)
 
 
-@ti.kernel
+@kernel
 def _associate(
     points: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (n, 3) source points
     normals: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (n, 3) source normals, may be NaN

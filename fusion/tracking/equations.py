@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32
-from fusion.compute.language import ti
+from fusion.compute.language import kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project
@@ -152,7 +152,7 @@ def _flat(image: NDArray) -> NDArray[np.float32]:
     return np.ascontiguousarray(image, np.float32).reshape(-1)
 
 
-@ti.kernel
+@kernel
 def _gather(
     points: F32, normals: F32, sigma: F32, height: ti.i32, width: ti.i32, stride: ti.i32, lanes: F32,
     moments: ti.types.ndarray(dtype=ti.f64, ndim=1),
@@ -190,7 +190,7 @@ def _gather(
             count += 1
 
 
-@ti.kernel
+@kernel
 def _accumulate(source: F32, points: F32, normals: F32, sigma: F32, distorted: ti.template(), work: F32):
     groups = source.shape[0] // (7 * LANES)
     for g in range(groups):

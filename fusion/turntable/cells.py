@@ -9,7 +9,7 @@ same result.
 import numpy as np
 
 from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import SPLIT
 
 SHARED = 4  # unknowns of the axis
@@ -17,7 +17,7 @@ PARTS = 16  # of the cells, side by side
 CUT = 3.5  # robust standard deviations at which a pixel stops to count
 
 
-@ti.func
+@func
 def _weight(row: ti.template(), rows: ti.template(), offset: ti.f64, scale: ti.f64, steady: ti.i32, lowest: ti.f64):
     """Robust weight [1/m^2] of a row (see `meeting.COLUMNS`) about its cell's offset; 0 where it takes no part."""
     sigma = scale * rows[row, 6]
@@ -30,7 +30,7 @@ def _weight(row: ti.template(), rows: ti.template(), offset: ti.f64, scale: ti.f
     return ti.select(taken and left > 0.03, left * left / (sigma * sigma), ti.cast(0.0, ti.f64))
 
 
-@ti.kernel
+@kernel
 def settle(rows: F32_2, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, lowest: ti.f64):
     """Move each cell's offset [m] to the weighted mean of its equations."""
     for cell in range(offset.shape[0]):
@@ -42,7 +42,7 @@ def settle(rows: F32_2, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, 
         offset[cell] = sum_ / ti.max(total, 1e-12)
 
 
-@ti.kernel
+@kernel
 def assemble(
     rows: F32_2, frame: I32, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, lowest: ti.f64,
     H: F64_3,  # (parts, 4 + n, 4 + n) zeros, out: the lower triangles

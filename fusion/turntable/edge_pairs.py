@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """All edges of a joint fit on Taichi: pairs, residuals and derivatives, errors of the camera included; their sums."""
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.geometry.lanes import project
 from fusion.tracking.pairs import CUT
@@ -11,7 +11,7 @@ vec7 = ti.types.vector(7, ti.f32)
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
 
-@ti.func
+@func
 def _depth_terms(p: ti.template(), span: ti.template()):
     """Depth errors at a point per unit of offset, radial, bend2 to bend6 (see `SelfCheck`)."""
     s = ti.math.clamp((2.0 * p[2] - span[0] - span[1]) / (span[1] - span[0]), -1.0, 1.0)
@@ -27,7 +27,7 @@ def _depth_terms(p: ti.template(), span: ti.template()):
     return terms
 
 
-@ti.func
+@func
 def _corrected(p: ti.template(), check: ti.template(), span: ti.template(), old: ti.template(), camera: ti.template()):
     """A point with the errors of camera and depth taken out."""
     z = p[2]
@@ -40,13 +40,13 @@ def _corrected(p: ti.template(), check: ti.template(), span: ti.template(), old:
     return vec3(x, y, z)
 
 
-@ti.func
+@func
 def _along(p: ti.template(), d: ti.template(), camera: ti.template()):
     """Change (3,) of a point along a direction per unit of focal length and principal point."""
     return vec3(-(d[0] * p[0] + d[1] * p[1]), -d[0] * p[2] / camera[0], -d[1] * p[2] / camera[1])
 
 
-@ti.kernel
+@kernel
 def pair_edges(
     edges: ti.types.ndarray(dtype=ti.i32, ndim=2),  # (m, 2) source and model view
     poses: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, 4, 4) the turn from source to model
@@ -118,7 +118,7 @@ def pair_edges(
                                 out[e, k, 10 + s] = change[s]
 
 
-@ti.kernel
+@kernel
 def sum_edges(
     code: ti.types.ndarray(dtype=ti.i8, ndim=2),
     out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # as `pair_edges` left it

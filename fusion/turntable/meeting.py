@@ -2,7 +2,7 @@
 """Where the rays of all frames meet the model, and what each says there, in one Taichi kernel."""
 
 from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
-from fusion.compute.language import ti
+from fusion.compute.language import kernel, ti
 from fusion.volume.hashing import lookup
 from fusion.volume.sample import blend, corners, slope
 
@@ -15,7 +15,7 @@ ALIKE = 0.7  # least cosine between the normals of pixel and model
 PLATE_LEVEL, PLATE_NEAR = 0.9, 0.03  # cosine to the axis, and height [m], of what may be the plate
 
 
-@ti.kernel
+@kernel
 def meet(
     frame: I32,  # (m,)
     rays: F32_2,  # (m, 8) as in `Rays`
@@ -70,7 +70,7 @@ def meet(
                     out[i, k] = row[k]
 
 
-@ti.kernel
+@kernel
 def by_cell(cell: I32, place: I32, order: I32):
     """Numbers of the rays sorted by cell, in their own order within; place holds where each cell's begin."""
     ti.loop_config(serialize=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32_2, F64_2, U8_2
-from fusion.compute.language import ti
+from fusion.compute.language import kernel, ti
 from fusion.compute.start import start
 
 HALF = 3  # [px] of the window: a matching window and its surroundings (guess: with 2, steps are taken for slopes)
@@ -41,7 +41,7 @@ def shared_errors(depth: NDArray[np.float32], sigma: NDArray[np.float32], taken:
     return excess
 
 
-@ti.kernel
+@kernel
 def _scatter(depth: F32_2, taken: U8_2, scatter: F64_2, count: F64_2):
     """Variance [m^2] of the taken depths about their plane, and their number, in the window of each taken pixel; NaN
     where they are too few or lie in a row, through which there is no plane."""

@@ -8,7 +8,7 @@ gigabytes. Each block also keeps the ids of its 27 neighbours, so interpolation 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 from fusion.errors import VolumeError
 from fusion.volume.hashing import add, find, packed
 from fusion.volume.settings import BLOCK, VOXELS, VolumeSettings
@@ -125,7 +125,7 @@ def _full(settings: VolumeSettings, needed: int) -> VolumeError:
     )
 
 
-@ti.func
+@func
 def entry(n: ti.i32, o: ti.i32) -> ti.i32:
     """Place of voxel o of block n in `Blocks.flat`; its weight is 8 further on."""
     return (n << 10) | ((o & ~7) << 1) | (o & 7)

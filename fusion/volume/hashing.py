@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import I32, I32_2, I64
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.volume.settings import LATTICE
 
 
@@ -15,20 +15,20 @@ def packed(coordinates: NDArray[np.integer]) -> NDArray[np.int64]:
     return x << 42 | y << 21 | z
 
 
-@ti.func
+@func
 def pack(x: ti.i32, y: ti.i32, z: ti.i32) -> ti.i64:
     """Key of a block."""
     return (ti.cast(x + LATTICE, ti.i64) << 42) | (ti.cast(y + LATTICE, ti.i64) << 21) | ti.cast(z + LATTICE, ti.i64)
 
 
-@ti.func
+@func
 def slot(x: ti.i32, y: ti.i32, z: ti.i32, size: ti.i32) -> ti.i32:
     """First place to look at in a hash of a power-of-two size."""
     h = (x * 73856093) ^ (y * 19349669) ^ (z * 83492791)
     return (h ^ (h >> 13)) & (size - 1)
 
 
-@ti.func
+@func
 def lookup(x: ti.i32, y: ti.i32, z: ti.i32, keys: ti.template(), ids: ti.template()) -> ti.i32:
     """Id of the block at (x, y, z), -1 when there is none."""
     key = pack(x, y, z)
@@ -45,13 +45,13 @@ def lookup(x: ti.i32, y: ti.i32, z: ti.i32, keys: ti.template(), ids: ti.templat
     return found
 
 
-@ti.kernel
+@kernel
 def find(coordinates: I32_2, keys: I64, ids: I32, found: I32):
     for n in range(coordinates.shape[0]):
         found[n] = lookup(coordinates[n, 0], coordinates[n, 1], coordinates[n, 2], keys, ids)
 
 
-@ti.kernel
+@kernel
 def add(
     added: I64, first: ti.i32, new: ti.i32, coordinates: I32_2, low: I32, high: I32, keys: I64, ids: I32,
     neighbours: I32_2, around: I32,

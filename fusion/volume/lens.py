@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 from fusion.geometry import lanes
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
@@ -44,13 +44,13 @@ def rows(T: Array) -> NDArray[np.float32]:
     return np.ascontiguousarray(T[:3], np.float32).ravel()
 
 
-@ti.func
+@func
 def load(parameters: ti.template()):
     """The 14 values as a local vector, so that they stay in registers."""
     return ti.Vector([parameters[n] for n in ti.static(range(SIZE))])
 
 
-@ti.func
+@func
 def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.template()):
     """Pixel (u, v) of x/z and y/z, numbers or vectors; beyond the lens' limit it lies far outside of the image."""
     u, v = lanes.project(x, y, c, distorted)
@@ -61,7 +61,7 @@ def project(x: ti.template(), y: ti.template(), c: ti.template(), distorted: ti.
     return u, v
 
 
-@ti.func
+@func
 def in_cone(centre: ti.template(), radius: ti.f32, c: ti.template()):
     """False when a ball [m, camera frame] lies outside of the cone around all that the camera sees."""
     rim = ti.sqrt(c[12])

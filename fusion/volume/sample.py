@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.volume.blocks import Blocks, entry
 from fusion.volume.hashing import lookup
 from fusion.volume.settings import BLOCK, LATTICE
@@ -37,14 +37,14 @@ def sample(blocks: Blocks, points: NDArray[np.float64]) -> tuple[NDArray[np.floa
     return distance, gradient, weight
 
 
-@ti.func
+@func
 def place(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template()):
     """Block and index of voxel (i, j, k) of block n, each of i, j, k from -8 to 15; block -1 where there is none."""
     block = neighbours[n, (i >> 3) * 9 + (j >> 3) * 3 + (k >> 3) + 13]  # itself, mostly: a look is less than a branch
     return block, ((i & 7) * BLOCK + (j & 7)) * BLOCK + (k & 7)
 
 
-@ti.func
+@func
 def value(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(), voxels: ti.template()):
     """Distance [m] and weight of voxel (i, j, k) of block n; (0, 0) where it was never seen."""
     block, o = place(n, i, j, k, neighbours)
@@ -53,7 +53,7 @@ def value(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(),
     return ti.select(weight > 0.0, voxels[at] / weight, 0.0), weight
 
 
-@ti.func
+@func
 def corners(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(), voxels: ti.template()):
     """Distances (8,) of the cell whose lowest corner is voxel (i, j, k), 0 to 7, of block n, and the lowest weight;
     all 0 where that is 0."""
@@ -77,7 +77,7 @@ def corners(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template(
     return f, lowest
 
 
-@ti.func
+@func
 def blend(f: ti.template(), a: ti.template()):
     """Trilinear value of corner values f (8,) at a (3,), 0 to 1."""
     x = ti.Vector([f[o] + (f[o + 4] - f[o]) * a[0] for o in ti.static(range(4))])
@@ -86,7 +86,7 @@ def blend(f: ti.template(), a: ti.template()):
     return y0 + (y1 - y0) * a[2]
 
 
-@ti.func
+@func
 def slope(f: ti.template(), a: ti.template()):
     """Gradient (3,) of the trilinear value per cell."""
     x = ti.Vector([f[o] + (f[o + 4] - f[o]) * a[0] for o in ti.static(range(4))])
@@ -100,7 +100,7 @@ def slope(f: ti.template(), a: ti.template()):
     return ti.Vector([d0 + (d1 - d0) * a[2], e0 + (e1 - e0) * a[2], y1 - y0])
 
 
-@ti.func
+@func
 def smooth(
     n: ti.i32, cell: ti.template(), a: ti.template(), f: ti.template(), neighbours: ti.template(),
     voxels: ti.template(),
@@ -131,7 +131,7 @@ def smooth(
     return g
 
 
-@ti.kernel
+@kernel
 def _sample(
     base: I32_2, part: F32_2, keys: I64, ids: I32, neighbours: I32_2, voxels: F32, voxel: ti.f32,
     distance: F32, gradient: F32_2, weight: F32,

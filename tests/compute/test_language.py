@@ -3,33 +3,19 @@
 import gc
 import inspect
 
-import numpy as np
+import pytest
 
-from fusion.compute.language import reading, ti
-from fusion.compute.start import start
-
-
-@ti.data_oriented
-class _Counter:
-    """A class with a kernel: Taichi tells it by the line of source that it is made in."""
-
-    def __init__(self) -> None:
-        self.step = 3
-
-    @ti.kernel
-    def count(self, values: ti.types.ndarray(ti.i32, 1)):
-        for n in values:
-            values[n] += self.step
+from fusion.compute import taichi_copy
+from fusion.compute.taichi_copy import reading
 
 
-def test_a_kernel_of_a_class_is_told_from_others():
-    start()
-    values = np.arange(4, dtype=np.int32)
-    _Counter().count(values)
-    assert values.tolist() == [3, 4, 5, 6]
+@pytest.fixture
+def own(monkeypatch):
+    """This process counts as the program's own for a while."""
+    monkeypatch.setattr(taichi_copy, "own_process", lambda: True)
 
 
-def test_the_line_of_source_is_the_one_that_python_finds():
+def test_the_line_of_source_is_the_one_that_python_finds(own):
     def told() -> tuple[list[str] | None, int]:
         frame = inspect.currentframe()
         assert frame is not None
@@ -41,7 +27,7 @@ def test_the_line_of_source_is_the_one_that_python_finds():
         assert told() == slow
 
 
-def test_the_collector_and_inspect_are_left_as_they_were():
+def test_the_collector_and_inspect_are_left_as_they_were(own):
     plain = inspect.getframeinfo
     for collected in (True, False):
         (gc.enable if collected else gc.disable)()
@@ -52,3 +38,10 @@ def test_the_collector_and_inspect_are_left_as_they_were():
         finally:
             gc.enable()
     assert inspect.getframeinfo is plain
+
+
+def test_in_a_library_they_are_not_touched():
+    plain = inspect.getframeinfo
+    with reading():
+        assert gc.isenabled()
+        assert inspect.getframeinfo is plain

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from fusion.compute.launch import slowly
+from fusion.compute.language import kernel
 from fusion.compute.start import start
 
 F32, U8_2 = ti.types.ndarray(ti.f32, 1), ti.types.ndarray(ti.u8, 2)
@@ -17,7 +17,7 @@ F32, U8_2 = ti.types.ndarray(ti.f32, 1), ti.types.ndarray(ti.u8, 2)
 def scale():
     start()
 
-    @ti.kernel
+    @kernel
     def scale(values: F32, mask: U8_2, factor: ti.f32, first: ti.i32, double: ti.template()):
         for n in range(first, values.shape[0]):
             values[n] *= factor * mask[n % mask.shape[0], 0]
@@ -33,7 +33,7 @@ def test_calls_of_all_kinds_of_arguments_agree_with_slow_ones(scale):
         for factor, first, double in ((2.5, 0, True), (np.float32(0.5), np.int64(3), False), (3, 1, True)):
             values, mask = rng.random(n, np.float32), rng.integers(0, 9, (4, 2)).astype(np.uint8)
             expected, twice = values.copy(), values.copy()
-            slowly(scale._primal, expected, mask, factor, first, double)
+            scale.plain(expected, mask, factor, first, double)
             scale(values, mask, factor, first, double)
             scale(twice, mask, factor, first, double)
             assert np.array_equal(values, expected)
@@ -44,7 +44,7 @@ def test_a_kernel_is_ready_for_each_kind_once(scale):
     for _ in range(3):
         scale(np.ones(4, np.float32), np.ones((1, 1), np.uint8), 1.0, 0, False)
         scale(np.ones(4, np.float32), np.ones((1, 1), np.uint8), 1.0, 0, True)
-    ready = [found for types, found in scale._primal.ready.items() if types[2][0] is float]
+    ready = [found for types, found in scale.ready.items() if types[2][0] is float]
     assert len({id(found) for found in ready}) == 2
 
 
@@ -98,7 +98,7 @@ def test_wrong_arguments_are_still_refused(scale):
 def test_results_are_returned():
     start()
 
-    @ti.kernel
+    @kernel
     def add(a: ti.f32, b: ti.f32) -> ti.f32:
         return a + b
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from fusion.compute.arrays import I32
-from fusion.compute.language import ti
+from fusion.compute.language import kernel, ti
 from fusion.compute.shares import SHARES, after, dealt, share
 from fusion.compute.start import start
 
 
-@ti.kernel
+@kernel
 def _count(taken: I32, total: ti.i32, turn: I32, parts: ti.i32):
     for _ in range(parts):
         n, stop = share(turn, total)

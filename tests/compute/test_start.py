@@ -3,12 +3,12 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import taichi as ti
 
+from fusion.compute.language import kernel
 from fusion.compute.start import FEW, start
 
 
@@ -19,16 +19,29 @@ def test_a_second_start_changes_nothing():
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="Linux only")
 def test_on_a_small_machine_each_core_has_its_own_thread():
     cores = sorted(os.sched_getaffinity(0))
-    if start() != "cpu" or "TI_CPU_MAX_NUM_THREADS" in os.environ or not len(cores) == os.cpu_count() <= FEW:
+    if "TI_CPU_MAX_NUM_THREADS" in os.environ or not len(cores) == os.cpu_count() <= FEW:
         pytest.skip("threads are left where they are")
-    allowed = [os.sched_getaffinity(int(thread.name)) for thread in Path("/proc/self/task").iterdir()]
-    assert len(cores) == 1 or sorted(min(some) for some in allowed if len(some) == 1) == cores
+    program = """
+import os
+from pathlib import Path
+from fusion.compute.process import tune_process
+
+tune_process()
+from fusion.compute.start import start
+
+start()
+allowed = [os.sched_getaffinity(int(thread.name)) for thread in Path("/proc/self/task").iterdir()]
+print(*sorted(min(some) for some in allowed if len(some) == 1))
+"""
+    environment = {**os.environ, "FUSION_DEVICE": "cpu"}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    assert len(cores) == 1 or [int(core) for core in done.stdout.split()] == cores
 
 
 def test_a_mistake_in_a_kernel_names_file_line_and_function():
     start()
 
-    @ti.kernel
+    @kernel
     def wrong(values: ti.types.ndarray(ti.f32, 1)):
         for i in values:
             values[i] = not_there  # noqa: F821

@@ -2,7 +2,7 @@
 """Where the surface passes between voxels: a row of eight along z is eight bits, so most rows cost a few steps."""
 
 from fusion.compute.arrays import F32, I32, I32_2
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.geometry.lanes import LANES, eight
 from fusion.volume.sample import place
 from fusion.volume.settings import BLOCK
@@ -10,7 +10,7 @@ from fusion.volume.settings import BLOCK
 ROWS = BLOCK * BLOCK  # of a block
 
 
-@ti.kernel
+@kernel
 def look(voxels: F32, min_weight: ti.f32, count: ti.i32, signs: I32):
     """For each row which voxels lie behind the surface (8 bits) and which are known (the next 8 bits)."""
     for row in range(count * ROWS):
@@ -21,14 +21,14 @@ def look(voxels: F32, min_weight: ti.f32, count: ti.i32, signs: I32):
         signs[row] = bits
 
 
-@ti.func
+@func
 def row_of(n: ti.i32, i: ti.i32, j: ti.i32, k: ti.i32, neighbours: ti.template()):
     """The row that holds voxel (i, j, k) of block n, each of i, j, k from -8 to 15; -1 where there is none."""
     block, o = place(n, i, j, k, neighbours)
     return ti.select(block >= 0, block * ROWS + (o >> 3), -1)
 
 
-@ti.func
+@func
 def column(n: ti.i32, i: ti.i32, j: ti.i32, neighbours: ti.template(), signs: ti.template()):
     """Nine voxels from (i, j, 0) of block n upwards: which lie behind the surface, which are known (9 bits each)."""
     here, above = row_of(n, i, j, 0, neighbours), row_of(n, i, j, BLOCK, neighbours)
@@ -40,7 +40,7 @@ def column(n: ti.i32, i: ti.i32, j: ti.i32, neighbours: ti.template(), signs: ti
     return (bits & 255) | (top & 1) << 8, bits >> 8 | (top & 256)
 
 
-@ti.func
+@func
 def cells(row: ti.i32, neighbours: ti.template(), signs: ti.template()):
     """Of the eight cells whose lowest corners are the voxels of a row: which have eight known corners, which of them
     the surface passes through (8 bits each), and which voxels of their four columns lie behind it (9 bits each)."""
@@ -57,7 +57,7 @@ def cells(row: ti.i32, neighbours: ti.template(), signs: ti.template()):
     return valid, valid & (some | some >> 1) & ~(every & every >> 1), behind
 
 
-@ti.func
+@func
 def case_of(behind: ti.template(), k: ti.i32):
     """The case of the k-th cell above four columns, see `cubes`."""
     case = 0
@@ -66,7 +66,7 @@ def case_of(behind: ti.template(), k: ti.i32):
     return case
 
 
-@ti.kernel
+@kernel
 def classify(neighbours: I32_2, signs: I32, sizes: I32, count: ti.i32, valid: I32, triangles: I32):
     """Which cells of every row have known corners (8 bits), and the number of triangles in the row."""
     for row in range(count * ROWS):
@@ -79,7 +79,7 @@ def classify(neighbours: I32_2, signs: I32, sizes: I32, count: ti.i32, valid: I3
         valid[row], triangles[row] = known, total
 
 
-@ti.func
+@func
 def _valid(n: ti.i32, i: ti.i32, j: ti.i32, neighbours: ti.template(), valid: ti.template()):
     """Nine cells from (i, j, -1) of block n upwards: which have known corners."""
     here, below = row_of(n, i, j, 0, neighbours), row_of(n, i, j, -1, neighbours)
@@ -91,7 +91,7 @@ def _valid(n: ti.i32, i: ti.i32, j: ti.i32, neighbours: ti.template(), valid: ti
     return bits
 
 
-@ti.kernel
+@kernel
 def cross(neighbours: I32_2, signs: I32, valid: I32, count: ti.i32, crossed: I32, crossings: I32):
     """Which edges that start at a row's voxels carry a vertex (8 bits along x, 8 along y, 8 along z), and how many.
 

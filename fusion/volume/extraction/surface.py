@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, F64_2, I32, I32_2, U8_2
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.mesh.mesh import Mesh
 from fusion.volume.blocks import Blocks
 from fusion.volume.extraction import cubes
@@ -59,7 +59,7 @@ def _starts(counts: NDArray[np.int32]) -> NDArray[np.int32]:
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int32)
 
 
-@ti.func
+@func
 def _gradient(n: ti.i32, at: ti.template(), neighbours: ti.template(), voxels: ti.template()):
     """Gradient (3,) at a voxel [m per voxel]: central differences, one-sided beside unseen voxels."""
     g = ti.Vector([0.0, 0.0, 0.0])
@@ -76,13 +76,13 @@ def _gradient(n: ti.i32, at: ti.template(), neighbours: ti.template(), voxels: t
     return g
 
 
-@ti.func
+@func
 def _number(bits: ti.i32, axis: ti.i32, k: ti.i32):
     """Which of a row's vertices lies on the edge that starts at its k-th voxel along an axis."""
     return ti.math.popcnt(bits & ((1 << (8 * axis + k)) - 1))
 
 
-@ti.kernel
+@kernel
 def _place(
     coordinates: I32_2, neighbours: I32_2, voxels: F32, colors: F32_3, voxel: ti.f64, starts: I32, crossed: I32,
     count: ti.i32, vertices: F64_2, normals: F32_2, rgb: U8_2, colored: ti.template(),
@@ -129,7 +129,7 @@ def _place(
                                     rgb[at, x] = ti.cast(ti.min(mix + 0.5, 255.0), ti.u8)
 
 
-@ti.kernel
+@kernel
 def _connect(
     neighbours: I32_2, signs: I32, crossed: I32, vertex_of: I32, table: I32_2, corner: I32, starts: I32, count: ti.i32,
     faces: I32_2,

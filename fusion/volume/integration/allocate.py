@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I64
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.geometry.pose import Array
@@ -66,7 +66,7 @@ def _span(settings: VolumeSettings) -> NDArray[np.int32]:
     return span
 
 
-@ti.func
+@func
 def _reach(
     x: ti.template(), y: ti.template(), wide: ti.template(), tall: ti.template(), z0: ti.template(), z1: ti.template(),
     p: ti.template(), voxel: ti.f32,
@@ -80,7 +80,7 @@ def _reach(
     return first, last
 
 
-@ti.func
+@func
 def _measured(image: ti.template(), at: ti.i32, width: ti.i32, horizon: ti.f32):
     """Whether a cell high and a strip wide there is a depth in the flat image, from a place on: compared as whole
     numbers, which go up with the depth, and those of NaN lie above."""
@@ -93,7 +93,7 @@ def _measured(image: ti.template(), at: ti.i32, width: ti.i32, horizon: ti.f32):
     return some == 1
 
 
-@ti.kernel
+@kernel
 def _scan(
     depth: F32, width: ti.i32, weight: F32, inverse: F32, weighed: F32, farthest: F32_2, filled: I32, cells: F32_3,
     x: F32, y: F32, pose: F32, span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse
@@ -66,7 +66,7 @@ def integrate(
     )  # fmt: skip
 
 
-@ti.func
+@func
 def _in_view(centre: ti.template(), extent: ti.template(), truncation: ti.f32, c: ti.template(),
              farthest: ti.template(), height: ti.i32, width: ti.i32, distorted: ti.template()):  # fmt: skip
     """False when the box around a block lies outside of the image or behind all that the image measured there."""
@@ -104,7 +104,7 @@ def _in_view(centre: ti.template(), extent: ti.template(), truncation: ti.f32, c
     return seen
 
 
-@ti.func
+@func
 def _place(at: ti.template(), z: ti.template(), right: ti.template(), down: ti.template(), corner: ti.template(),
            along: ti.template(), across: ti.template(), c: ti.template(), height: ti.i32, width: ti.i32, stride: ti.i32,
            distorted: ti.template()):  # fmt: skip
@@ -120,7 +120,7 @@ def _place(at: ti.template(), z: ti.template(), right: ti.template(), down: ti.t
         at[s], z[s], right[s], down[s] = vn * stride + un, deep, u - float(un) - 0.5, v - float(vn) - 0.5
 
 
-@ti.kernel
+@kernel
 def _update(
     coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3,
     level: F32, slopes: I32, scales: I32, color: U8_3,

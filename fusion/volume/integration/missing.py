@@ -1,13 +1,13 @@
 # mypy: ignore-errors
 """Which of the blocks that a frame needs are missing."""
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 from fusion.volume.hashing import lookup, pack
 
 FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks
 
 
-@ti.func
+@func
 def _want(
     at: ti.template(), keys: ti.template(), ids: ti.template(), seen: ti.template(), missing: ti.template(),
     count: ti.template(),
@@ -22,7 +22,7 @@ def _want(
             missing[n] = key
 
 
-@ti.func
+@func
 def _bits(begin: ti.template(), end: ti.template()):
     """The blocks from begin to end, each of them 0 to 2, as bits in the order of `Blocks.neighbours`."""
     bits = 1
@@ -34,7 +34,7 @@ def _bits(begin: ti.template(), end: ti.template()):
     return bits
 
 
-@ti.func
+@func
 def look(
     begin: ti.template(), end: ti.template(), keys: ti.template(), ids: ti.template(), around: ti.template(),
     seen: ti.template(), missing: ti.template(), count: ti.template(),

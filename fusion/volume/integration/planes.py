@@ -10,7 +10,7 @@ Slopes and scales are pairs in one number, each kept to one part in 256: half as
 """
 
 from fusion.compute.arrays import F32, I32
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 
@@ -19,36 +19,36 @@ EDGE = 0.5  # slant of pixels without neighbours (guess)
 EDGE_WEIGHT = 0.01  # of pixels beside a jump in depth: they fill in only what no other pixel sees
 
 
-@ti.func
+@func
 def pair(a: ti.f32, b: ti.f32) -> ti.i32:
     """Two numbers in one."""
     return _rounded(a) | ((_rounded(b) >> 16) & 0xFFFF)
 
 
-@ti.func
+@func
 def _rounded(a: ti.f32) -> ti.i32:
     return (ti.bit_cast(a, ti.i32) + 0x8000) & -0x10000
 
 
-@ti.func
+@func
 def first(pair: ti.i32) -> ti.f32:
     """The first of a pair."""
     return ti.bit_cast(pair & -0x10000, ti.f32)
 
 
-@ti.func
+@func
 def second(pair: ti.i32) -> ti.f32:
     """The second of a pair."""
     return ti.bit_cast(pair << 16, ti.f32)
 
 
-@ti.func
+@func
 def _three(image: ti.template(), at: ti.i32):
     """The pixel to the left, this one, and the one to the right."""
     return image[at - 1], image[at], image[at + 1]
 
 
-@ti.func
+@func
 def _half(here: ti.template(), before: ti.template(), after: ti.template(), truncation: ti.f32):
     """Slope from the sides that lie on the same surface, and how many there are."""
     one = (before > 0.0) & (ti.abs(before - here) < truncation * before * here)
@@ -58,7 +58,7 @@ def _half(here: ti.template(), before: ti.template(), after: ti.template(), trun
     return step / high(sides, 1.0), sides
 
 
-@ti.kernel
+@kernel
 def measure_planes(
     inverse: F32, across: ti.i32, x: F32, y: F32, bend: F32, filled: I32, fx: ti.f32, fy: ti.f32, truncation: ti.f32,
     weight: F32, level: F32, slopes: I32, scales: I32, distorted: ti.template(), weighted: ti.template(),

@@ -2,7 +2,7 @@
 """Casting the rays of an image: few are followed from their start, most begin at the plane through those around."""
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import after, share
 from fusion.volume.raycasting.close import close
 from fusion.volume.raycasting.curve import COARSE, PAD, fill
@@ -25,7 +25,7 @@ SPACING = 4.0  # voxels between rays that are done: what fits between them is th
 APART = 8.0  # voxels by which the depths of rays on one surface differ at most
 
 
-@ti.func
+@func
 def _expected(coarse: ti.template(), v: ti.i32, u: ti.i32, dv: ti.i32, du: ti.i32):
     """Depth on the plane through the pixels that are up to dv, du from (v, u), and how much theirs differ, 0 where one
     of them is missing; and whether one of them is there. Along a line in the image, 1 / z of a plane is linear."""
@@ -38,7 +38,7 @@ def _expected(coarse: ti.template(), v: ti.i32, u: ti.i32, dv: ti.i32, du: ti.i3
     return z, difference, a > 0.0 or b > 0.0 or c > 0.0 or e > 0.0
 
 
-@ti.func
+@func
 def _wanted(
     i: ti.i32, j: ti.i32, step: ti.i32, coarse: ti.template(), fine: ti.template(), height: ti.i32, width: ti.i32,
     last: ti.f32, farthest: ti.f32, voxel: ti.f32,
@@ -56,7 +56,7 @@ def _wanted(
     return follow, guess
 
 
-@ti.kernel
+@kernel
 def cast(
     step: ti.i32, keys: I64, ids: I32, low: I32, size: I32, grid: I32, solid: I32, neighbours: I32_2, voxels: F32,
     rays: F32_3, camera: F32, pose: F32, first: F32_2, last: F32_2, tiles: I32, count: ti.i32, voxel: ti.f32,

@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """From near the surface to the place where the field goes from outside to inside, for all rays that are there."""
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 from fusion.geometry.lanes import high, low
 from fusion.volume.blocks import entry
 from fusion.volume.raycasting.march import (
@@ -35,7 +35,7 @@ GRAZING = 0.1  # cosine of the largest angle, 84 degrees, at which the field's s
 CORNERS = 8 * SIDE  # of all rays' cells; corner c of ray e is at c * SIDE + e
 
 
-@ti.func
+@func
 def _read(
     ray: ti.template(), whole: ti.template(), part: ti.template(), value: ti.template(), weight: ti.template(),
     origin: ti.template(), keys: ti.template(), ids: ti.template(), lowest: ti.template(), size: ti.template(),
@@ -64,7 +64,7 @@ def _read(
                             value[c * SIDE + e], weight[c * SIDE + e] = voxels[corner], voxels[corner + BLOCK]
 
 
-@ti.func
+@func
 def _field(ray: ti.template(), part: ti.template(), value: ti.template(), weight: ti.template(), e: ti.i32):
     """Whether all corners of ray e's cell are known, the trilinear value there and its rate along the ray [m/m]; 0 and
     1 where not."""
@@ -78,7 +78,7 @@ def _field(ray: ti.template(), part: ti.template(), value: ti.template(), weight
     return known, ti.select(known, blend(f, p), 0.0), ti.select(known, rate, 1.0)
 
 
-@ti.func
+@func
 def close(
     ray: ti.template(), whole: ti.template(), origin: ti.template(), keys: ti.template(), ids: ti.template(),
     lowest: ti.template(), size: ti.template(), grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),

@@ -4,7 +4,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 from fusion.volume.raycasting.canvas import PIECE
 from fusion.volume.raycasting.window import TILE
 
@@ -29,7 +29,7 @@ def padded(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return out
 
 
-@ti.func
+@func
 def _half_way(a: ti.template(), b: ti.template(), c: ti.template(), e: ti.template(), voxel: ti.f32, farthest: ti.f32):
     """Depth between b and c on the cubic through four pixels in a line, one over depth taken as smooth; NaN where one
     of them is missing, the curve bends, or b and c lie on two surfaces or too far away."""
@@ -40,7 +40,7 @@ def _half_way(a: ti.template(), b: ti.template(), c: ti.template(), e: ti.templa
     return ti.select(smooth & together, 16.0 * whole / i, ti.math.nan)
 
 
-@ti.func
+@func
 def fill(
     i: ti.i32, j: ti.i32, side: ti.i32, coarse: ti.template(), fine: ti.template(), voxel: ti.f32, farthest: ti.f32
 ):  # fmt: skip

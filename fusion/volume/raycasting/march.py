@@ -2,7 +2,7 @@
 """Following rays, many side by side, as each on its own would mostly wait for memory: what is known of each of them,
 and the way to near the surface; `close` goes on from there."""
 
-from fusion.compute.language import ti
+from fusion.compute.language import func, ti
 from fusion.geometry.lanes import high, low
 from fusion.volume.blocks import entry
 from fusion.volume.hashing import pack, slot
@@ -22,7 +22,7 @@ NUMBERS, WHOLES = 12 * SIDE, 5 * SIDE
 FAR, NEARBY, DONE = 0, 1, 2  # states
 
 
-@ti.func
+@func
 def begin(
     ray: ti.template(), whole: ti.template(), e: ti.i32, d: ti.template(), pixel: ti.i32, near: ti.f32, far: ti.f32,
     guess: ti.f32,
@@ -37,14 +37,14 @@ def begin(
     whole[STATE + e] = ti.select(guessed, NEARBY, FAR)
 
 
-@ti.func
+@func
 def quantum_of(ray: ti.template(), e: ti.i32):
     """Depth of one voxel's length along ray e [m]."""
     dx, dy, dz = ray[DX + e], ray[DY + e], ray[DZ + e]
     return 1.0 / ti.sqrt(dx * dx + dy * dy + dz * dz)
 
 
-@ti.func
+@func
 def _axis(p: ti.f32, d: ti.f32, o: ti.f32):
     """Voxel on an axis at a place, and the depth at which a ray leaves its block there."""
     i = ti.cast(ti.floor(p), ti.i32)
@@ -52,7 +52,7 @@ def _axis(p: ti.f32, d: ti.f32, o: ti.f32):
     return i, ti.select(ti.abs(d) > 1e-9, (side - o) / d, 1e30)
 
 
-@ti.func
+@func
 def approach(
     ray: ti.template(), whole: ti.template(), origin: ti.template(), keys: ti.template(), ids: ti.template(),
     lowest: ti.template(), size: ti.template(), grid: ti.template(), solid: ti.template(), voxels: ti.template(),

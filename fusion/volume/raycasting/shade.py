@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64, U8_3
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import after, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded
@@ -29,7 +29,7 @@ def slants(camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     return x, y
 
 
-@ti.func
+@func
 def _across(
     s: ti.i32, at: ti.template(), x: ti.template(), y: ti.template(), depth: ti.template(), most: ti.f32
 ):  # fmt: skip
@@ -48,7 +48,7 @@ def _across(
     return nx * scale, ny * scale, nz * scale
 
 
-@ti.kernel
+@kernel
 def shade(
     keys: I64, ids: I32, low: I32, size: I32, grid: I32, neighbours: I32_2, voxels: F32, colors: F32_3,
     x: F32, y: F32, seen: F32, wide: ti.i32, pose: F32, voxel: ti.f32, focal: ti.f32, depth: F32_2, points: F32,

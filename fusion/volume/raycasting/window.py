@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, I32, I32_2
-from fusion.compute.language import ti
+from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import after, dealt, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
@@ -56,7 +56,7 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
     return found
 
 
-@ti.func
+@func
 def find(block: ti.template(), low: ti.template(), size: ti.template(), grid: ti.template(), keys: ti.template(),
          ids: ti.template()):  # fmt: skip
     """Id of a block that a ray may end in or come through, -1 when there is none."""
@@ -70,7 +70,7 @@ def find(block: ti.template(), low: ti.template(), size: ti.template(), grid: ti
     return n
 
 
-@ti.func
+@func
 def _box(
     m: ti.template(), wide: ti.f32, tall: ti.f32, spread: ti.f32, c: ti.template(), height: ti.i32, width: ti.i32,
     distorted: ti.template(),
@@ -94,7 +94,7 @@ def _box(
     return v0, u0, v1, u1
 
 
-@ti.kernel
+@kernel
 def _range(
     coordinates: I32_2, count: ti.i32, solid: I32, pose: F32, camera: F32, voxel: ti.f32, near: ti.f32, far: ti.f32,
     height: ti.i32, width: ti.i32, first: F32_2, last: F32_2, low: I32, size: I32, grid: I32, turn: I32,

@@ -4,10 +4,12 @@ no motion and ends when it has settled. In a scan the model comes from the volum
 import numpy as np
 from common import load, measure_align
 
+from fusion.compute.process import tune_process
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.tracking.icp import align
 
+tune_process()
 w = load()
 K = w.K
 camera = Camera(640, 480, K[0, 0], K[1, 1], K[0, 2], K[1, 2])

@@ -5,9 +5,11 @@ import time
 import numpy as np
 from common import load
 
+from fusion.compute.process import tune_process
 from fusion.geometry.camera import Camera
 from fusion.volume.volume import Volume, VolumeSettings
 
+tune_process()
 w = load()
 K = w.K
 camera = Camera(640, 480, K[0, 0], K[1, 1], K[0, 2], K[1, 2])

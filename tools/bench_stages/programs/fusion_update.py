@@ -3,6 +3,7 @@
 import numpy as np
 from common import Clock, answer, load
 
+from fusion.compute.process import tune_process
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.reconstruction.placing import MODEL_WIDTH
@@ -13,6 +14,7 @@ from fusion.volume.prepared import fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings
 
 FRAMES = 60
+tune_process()
 w = load()
 K = w.K
 camera = Camera(640, 480, K[0, 0], K[1, 1], K[0, 2], K[1, 2])

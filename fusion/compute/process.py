@@ -1,0 +1,19 @@
+"""Whether this process is a program of fusion's own, in which what concerns all of it may be set.
+
+As a library fusion is one of several users of a process and leaves alone what the others would notice: how memory is
+given back, which core a thread runs on, Python's collector and standard output. A program that is nothing but fusion
+runs faster with all of it set: the console program asks for that, and so do the benchmarks.
+"""
+
+_own = False
+
+
+def tune_process() -> None:
+    """Take this process for a program of fusion's own; to be called before anything else of fusion is."""
+    global _own
+    _own = True
+
+
+def own_process() -> bool:
+    """Whether the program asked for it."""
+    return _own
