@@ -38,7 +38,7 @@ def test_it_holds_every_file_of_the_package_and_no_other(wheel):
 
 def test_it_brings_the_command(wheel):
     entries = wheel.read(f"fusion_scan-{__version__}.dist-info/entry_points.txt").decode()
-    assert "fusion = fusion.commands.main:main" in entries
+    assert "fusion = fusion.commands.console:run" in entries
 
 
 def test_its_metadata_says_what_it_is(metadata):

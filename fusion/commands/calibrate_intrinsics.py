@@ -45,13 +45,12 @@ def run(options: argparse.Namespace) -> None:
     from fusion.calibration.lens.board import read_board
     from fusion.calibration.lens.intrinsics import LensSettings, calibrate_intrinsics
     from fusion.calibration.lens.write import camera_content, numbers
-    from fusion.output import output_folder
     from fusion.report.lens import lens_report
 
     board = read_board(options.board)
     settings = LensSettings(options.keep_outliers, options.distance)
     result = calibrate_intrinsics(options.recording, board, settings)
-    with output_folder(options.output) as partial:
+    with options.claim.folder() as partial:
         text = json.dumps(camera_content(result), indent=1, allow_nan=False)
         (partial / "camera.json").write_text(text + "\n", encoding="utf-8")
         if options.report:

@@ -42,7 +42,8 @@ def run(options: argparse.Namespace) -> None:
     )
     found = calibrate_noise([open_recording(path) for path in options.recordings], settings)
     told = {"camera": options.camera or "recordings'", "sensor": options.sensor or "none"}
-    write(options.output, found, told if options.report else None)
+    with options.claim.folder() as partial:
+        fill(partial, found, told if options.report else None)
     numbers = summary(found)
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1, allow_nan=False))
@@ -50,17 +51,15 @@ def run(options: argparse.Namespace) -> None:
         print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
 
 
-def write(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | None) -> None:
-    """sensor.json with its maps, and report.html with the settings if any, all or none."""
-    from fusion.output import output_folder
+def fill(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | None) -> None:
+    """sensor.json with its maps, and report.html with the settings if any, into a folder."""
     from fusion.report.noise_calibration import noise_report
     from fusion.sensor.file import write_sensor
 
-    with output_folder(folder) as partial:
-        write_sensor(partial / "sensor.json", found.sensor)
-        if settings is not None:
-            with stage("report"):
-                noise_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
+    write_sensor(folder / "sensor.json", found.sensor)
+    if settings is not None:
+        with stage("report"):
+            noise_report(folder / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
 def summary(found: "NoiseCalibration") -> dict[str, Any]:

@@ -55,7 +55,6 @@ def run(options: argparse.Namespace) -> None:
     from fusion.mesh.compare import CompareSettings, compare, write_comparison
     from fusion.mesh.files import read_mesh
     from fusion.mesh.seen import read_seen
-    from fusion.output import output_folder
     from fusion.report.comparison import Circumstances, comparison_report
     from fusion.results.comparison import judge_comparison
 
@@ -84,7 +83,7 @@ def run(options: argparse.Namespace) -> None:
         fingerprint={"mesh": str(options.mesh), "reference": str(options.reference)},
         warnings=[("warning", note) for note in notes],
     )
-    with output_folder(options.output) as partial:
+    with options.claim.folder() as partial:
         write_comparison(partial, comparison)
         if options.report:
             with stage("report"):

@@ -18,23 +18,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")
 
 
-def run(options: argparse.Namespace) -> None:
-    """Convert a folder to a native recording, a file to another mesh format."""
+def check(options: argparse.Namespace) -> None:
+    """What OUT cannot be, before anything is read: a recording becomes a folder, a mesh a file."""
+    from fusion.mesh.files import FORMATS, check_written
+
     if not options.input.exists():
         raise FusionError(
             "there is nothing to convert", options.input, "nothing", "a recording's folder or a mesh file"
         )
-    if options.input.is_dir():
-        _convert_recording(options)
+    options.folder = options.input.is_dir()
+    if not options.folder:
+        check_written(options.output)
+    elif options.output.suffix.lower() in FORMATS and not options.output.is_dir():
+        do = "name a folder; fusion reconstruct and fusion turntable make a mesh of a recording"
+        raise FusionError("a recording becomes no mesh file", options.output, "a mesh's name", "a folder's name", do)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Convert a folder to a native recording, a file to another mesh format."""
+    if options.folder:
+        from fusion.recording.convert import fill_conversion
+        from fusion.recording.open import open_recording
+
+        recording = open_recording(options.input, options.camera)
+        with options.claim.folder() as partial:
+            fill_conversion(partial, recording)
     else:
         from fusion.mesh.files import read_mesh, write_mesh
 
-        write_mesh(options.output, read_mesh(options.input))
+        mesh = read_mesh(options.input)
+        with options.claim.file() as partial:
+            write_mesh(partial, mesh)
     print(options.output)
-
-
-def _convert_recording(options: argparse.Namespace) -> None:
-    from fusion.recording.convert import convert_recording
-    from fusion.recording.open import open_recording
-
-    convert_recording(open_recording(options.input, options.camera), options.output)

@@ -32,16 +32,16 @@ def run(options: argparse.Namespace) -> None:
     from fusion.commands import turntable
     from fusion.mesh.compare import CompareSettings, compare, write_comparison
     from fusion.mesh.files import read_mesh, write_mesh
-    from fusion.output import output_folder
     from fusion.recording.open import open_recording
     from fusion.scan.pipeline import scan_turntable
     from fusion.scan.settings import ScanSettings
     from fusion.sensor.file import read_sensor
-    from fusion.simulation.demo import write_demo_recording
+    from fusion.simulation.demo import fill_demo_recording
 
     out = options.output
-    with output_folder(out) as partial:
-        recording = open_recording(write_demo_recording(partial / "simulated", options.seed, options.frames))
+    with options.claim.folder() as partial:
+        (partial / "simulated").mkdir()
+        recording = open_recording(fill_demo_recording(partial / "simulated", options.seed, options.frames))
         scan = scan_turntable(recording, ScanSettings(sensor=read_sensor(partial / "simulated" / "sensor.json")))
         truth = read_mesh(partial / "simulated" / "truth.ply")
         with stage("comparing"):
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> None:
         write_comparison(partial, comparison)
         # told under the name that it will have
         recording = replace(recording, path=out / "simulated" / "recording")
-        turntable.write(partial, recording, scan, comparison, page=options.report)
+        turntable.fill(partial, recording, scan, comparison, page=options.report)
     numbers = turntable.summary(scan)
     numbers |= {"distance_rms_m": comparison.accuracy["rms"], "scale": comparison.scale}
     numbers |= {"seconds": seconds(), "output": str(out)}

@@ -52,23 +52,22 @@ def run(options: argparse.Namespace) -> None:
     found = evaluate([open_recording(path, options.camera) for path in options.recordings], settings)
     result = numbers(found)
     told = {"camera": options.camera or "recordings'", "sensor": options.sensor, "distance_std_m": options.distance_std}
-    write(options.output, found, result, told if options.report else None)
+    with options.claim.folder() as partial:
+        fill(partial, found, result, told if options.report else None)
     if options.json:
         print(json.dumps(result | {"output": str(options.output)}, indent=1))
     else:
         print("\n".join([*_lines(result, found), *made(options, "report", width=8)]))
 
 
-def write(folder: Path, found: "Evaluation", result: dict[str, Any], settings: dict[str, Any] | None) -> None:
-    """evaluation.json, and report.html with the settings if any, both or none."""
-    from fusion.output import output_folder
+def fill(folder: Path, found: "Evaluation", result: dict[str, Any], settings: dict[str, Any] | None) -> None:
+    """evaluation.json, and report.html with the settings if any, into a folder."""
     from fusion.report.evaluation import evaluation_report
 
-    with output_folder(folder) as partial:
-        (partial / "evaluation.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-        if settings is not None:
-            with stage("report"):
-                evaluation_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
+    (folder / "evaluation.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    if settings is not None:
+        with stage("report"):
+            evaluation_report(folder / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
 def _lines(result: dict[str, Any], found: "Evaluation") -> list[str]:

@@ -41,7 +41,6 @@ def run(options: argparse.Namespace) -> None:
     """Explain and write the results."""
     from fusion.discrepancy.explain import explain
     from fusion.discrepancy.verdict.verdict import verdict_of
-    from fusion.output import output_folder
     from fusion.progress import seconds, stage
     from fusion.recording.open import open_recording
     from fusion.report.claim_sections import with_masks
@@ -52,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
     recordings = [open_recording(path, options.camera) for path in options.recordings]
     simulated = [open_recording(path, options.camera) for path in options.simulated]
     found = explain(recordings, sensor, simulated)
-    with output_folder(options.output) as partial:
+    with options.claim.folder() as partial:
         verdict = with_masks(partial, found, verdict_of(found))
         if options.report:
             with stage("report"):

@@ -1,6 +1,7 @@
 """`fusion COMMAND ...`: finds the command, runs it, turns errors into one line."""
 
 import argparse
+import errno
 import importlib
 import os
 import sys
@@ -10,7 +11,9 @@ from pathlib import Path
 from types import ModuleType
 
 from fusion import __version__
+from fusion.commands.inputs import inputs
 from fusion.commands.parser import CommandParser, Parser
+from fusion.commands.stopping import Stop, stoppable
 from fusion.compute.process import tune_process
 from fusion.errors import FusionError
 
@@ -29,11 +32,19 @@ COMMANDS = {
     "compare": "signed distances between a mesh and a reference",
     "completion": "what a shell needs to complete commands and options with the Tab key",
 }
-NAMED = ("sensor", "camera", "poses", "scene")  # options that hold a file or a name
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the program; returns the exit status: 0 success, 1 a problem with the input, 2 wrong usage."""
+    """Run the program; returns the exit status: 0 success, 1 a problem with the input, 2 wrong usage, 130 Ctrl-C."""
+    with stoppable() as stop:
+        try:
+            return _main(arguments, stop)
+        except KeyboardInterrupt:  # while modules were loaded; later `_run` tells it
+            sys.stderr.write(f"fusion: {stop.words}\n")
+            return stop.status
+
+
+def _main(arguments: list[str] | None, stop: Stop) -> int:
     # read when numpy is loaded. The many small systems here gain nothing from more threads, which spin while they wait:
     # `fusion explain` took 29 instead of 15 s of processor, and no less time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -67,50 +78,71 @@ def main(arguments: list[str] | None = None) -> int:
     options.quiet, options.verbose = "quiet" in options, "verbose" in options
     if getattr(options, "device", None):
         os.environ["FUSION_DEVICE"] = options.device
-    return _run(chosen.command, command, options)
+    return _run(chosen.command, command, options, stop)
 
 
-def _run(name: str, command: ModuleType, options: argparse.Namespace) -> int:
+def _run(name: str, command: ModuleType, options: argparse.Namespace, stop: Stop) -> int:
     """The command's exit status; what goes wrong is told in one line."""
     # not at the top: `fusion --help` needs none of them
     from fusion.commands.screen import showing
     from fusion.commands.verbose import tell_begin, tell_end
-    from fusion.output import claimed
+    from fusion.files.claim import claimed
 
+    options.claim = None
     try:
         with ExitStack() as around:
+            if hasattr(command, "check"):
+                command.check(options)
             if getattr(options, "output", None) is not None:
                 made_by = " ".join(filter(None, [name, getattr(options, "part", None)]))
-                around.enter_context(claimed(options.output, made_by, _inputs(options), options.overwrite))
+                claim = claimed(options.output, made_by, inputs(options), options.overwrite, options.folder)
+                options.claim = around.enter_context(claim)
             if options.verbose:
                 tell_begin(options)
             with showing(options.quiet):
                 status = int(command.run(options) or 0)
+            sys.stdout.flush()  # what is refused only then is told like all else
         if options.verbose:
             tell_end(options)
         return status
-    except FusionError as error:
-        said = str(error)
-    except MemoryError:
-        said = "out of memory; use a larger --voxel or fewer frames"
     except BrokenPipeError:  # the reader of our output went away: not a failure of ours
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_stdout()
         return 0
     except KeyboardInterrupt:
-        sys.stderr.write(f"fusion {name}: interrupted; nothing was written\n")
-        return 130
-    except (ImportError, OSError) as error:
-        said = _refused(error, options.verbose)
+        said = ""
     except Exception as error:
-        said = _unexpected(error, options.verbose)
+        said = _said(error, options.verbose)
+    if not said or stop.number:  # libraries turn an interruption into errors of their own
+        written = "" if options.claim is None else f"; {options.claim.outcome}"
+        sys.stderr.write(f"fusion {name}: {stop.words}{written}\n")
+        return stop.status
     sys.stderr.write(f"fusion {name}: {said}\n")
     return 1
+
+
+def _said(error: Exception, verbose: bool) -> str:
+    """What went wrong, in one line."""
+    if isinstance(error, FusionError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "out of memory; use a larger --voxel or fewer frames"
+    if isinstance(error, ImportError | OSError):
+        return _refused(error, verbose)
+    return _unexpected(error, verbose)
+
+
+def _drop_stdout() -> None:
+    """What is still to be printed goes nowhere, or Python would complain about it in the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _refused(error: ImportError | OSError, verbose: bool) -> str:
     """What the system did not load or do."""
     from fusion.commands.failed_import import failed_import  # seldom needed
 
+    if isinstance(error, OSError) and error.errno == errno.ENOSPC and not error.filename:  # none: it is no file
+        _drop_stdout()
+        return "the disk that takes what is printed is full"
     if problem := failed_import(error):
         return str(problem)
     if isinstance(error, ImportError):
@@ -127,23 +159,6 @@ def _unexpected(error: Exception, verbose: bool) -> str:
     what = " ".join(f"{type(error).__name__}: {error}".split())
     hint = "" if verbose else "; -v shows the traceback"
     return f"a fault of the program itself, please report it: {what}; in {where}{hint}"
-
-
-def _inputs(options: argparse.Namespace) -> list[Path]:
-    """All files and folders that the options name, besides the output."""
-    found: list[Path] = []
-    for name, value in vars(options).items():
-        values = value if isinstance(value, list) else [value]
-        if name != "output":
-            found += [Path(one) for one in values if isinstance(one, Path) or (one and name in NAMED)]
-    return [path for path in found if _exists(path)]
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError):  # no name that a file can have
-        return False
 
 
 def overview() -> Parser:

@@ -39,7 +39,8 @@ def run(options: argparse.Namespace) -> None:
 
     recording = open_recording(options.recording, options.camera)
     result = reconstruct(recording, _settings(options, recording))
-    write(options.output, recording, result, page=options.report)
+    with options.claim.folder() as partial:
+        fill(partial, recording, result, page=options.report)
     numbers = summary(result) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
@@ -74,30 +75,28 @@ def _poses(name: str, recording: "Recording") -> Any:
     return recording.poses
 
 
-def write(folder: Path, recording: "Recording", result: "Reconstruction", page: bool = True) -> None:
-    """mesh.ply, trajectory.txt, settings.json and, if `page`, report.html, all or none."""
+def fill(folder: Path, recording: "Recording", result: "Reconstruction", page: bool = True) -> None:
+    """mesh.ply, trajectory.txt, settings.json and, if `page`, report.html, into a folder."""
     from fusion.mesh.files import write_mesh
-    from fusion.output import output_folder
     from fusion.recording.trajectory_file import write_trajectory
     from fusion.report.scan import scan_report
 
-    with output_folder(folder) as partial:
-        write_mesh(partial / "mesh.ply", result.mesh)
-        write_trajectory(partial / "trajectory.txt", result.trajectory)
-        if page:
-            with stage("report"):
-                scan_report(partial / "report.html", _report(recording, result))
-        content = result.settings | {
-            "recording": str(recording.path),
-            "frames": len(recording),
-            "result": result.facts.values(),
-            "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
-            "judgement": result.judgement.values(),
-            "warnings": result.judgement.warnings,
-            "footnotes": result.judgement.footnotes,
-            "seconds": seconds(),
-        }
-        (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_mesh(folder / "mesh.ply", result.mesh)
+    write_trajectory(folder / "trajectory.txt", result.trajectory)
+    if page:
+        with stage("report"):
+            scan_report(folder / "report.html", _report(recording, result))
+    content = result.settings | {
+        "recording": str(recording.path),
+        "frames": len(recording),
+        "result": result.facts.values(),
+        "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
+        "judgement": result.judgement.values(),
+        "warnings": result.judgement.warnings,
+        "footnotes": result.judgement.footnotes,
+        "seconds": seconds(),
+    }
+    (folder / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def _report(recording: "Recording", result: "Reconstruction") -> Any:

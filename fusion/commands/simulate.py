@@ -26,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=whole_number(SEED), default=0, help="of every random number (default: 0)")
     add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's own")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of a built-in scene; repeatable")
+    parser.set_defaults(folder=True)
     add("--list", action="store_true", help="print the built-in scenes; with SCENE its settings")
     add("--json", action="store_true", help="print one JSON object")
 
@@ -41,12 +42,13 @@ def run(options: argparse.Namespace) -> int | None:
     from fusion.sensor.file import read_sensor
     from fusion.sensor.sensor import Sensor
     from fusion.simulation.simulate import simulate
-    from fusion.simulation.write import write_simulation
+    from fusion.simulation.write import fill_simulation
 
     sensor = Sensor() if options.sensor is None else read_sensor(options.sensor)
     simulation = simulate(_scene(options), sensor, options.seed)
     total = len(simulation)
-    write_simulation(options.output, simulation)
+    with options.claim.folder() as partial:
+        fill_simulation(partial, simulation)
     sensor = simulation.sensor
     if not options.quiet:
         notes = (*sensor.warnings, *(text for text in sensor.left_out if "not computed" in text))

@@ -60,7 +60,8 @@ def run(options: argparse.Namespace) -> None:
 
     recording = open_recording(options.recording, options.camera)
     scan = scan_turntable(recording, _settings(options, recording))
-    write(options.output, recording, scan, page=options.report)
+    with options.claim.folder() as partial:
+        fill(partial, recording, scan, page=options.report)
     numbers = summary(scan) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
@@ -89,34 +90,32 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
     )
 
 
-def write(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None, page: bool = True) -> None:
-    """All files of the command (CONTRACT), all or none; report.html if `page`."""
+def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None, page: bool = True) -> None:
+    """All files of the command (CONTRACT) into a folder; report.html if `page`."""
     from fusion.mesh.files import write_mesh
-    from fusion.output import output_folder
     from fusion.recording.camera_file import write_camera
     from fusion.recording.trajectory_file import write_trajectory
     from fusion.report.scan import scan_report
 
-    with output_folder(folder) as partial:
-        write_mesh(partial / "mesh.ply", scan.mesh)
-        write_trajectory(partial / "trajectory.txt", scan.trajectory)
-        write_trajectory(partial / "trajectory_raw.txt", scan.trajectory_raw)
-        (partial / "turntable.json").write_text(json.dumps(scan.turntable(), indent=1) + "\n", encoding="utf-8")
-        if scan.evidence.refined:
-            write_camera(partial / "camera.json", scan.camera)
-        if page:
-            with stage("report"):
-                scan_report(partial / "report.html", report(recording, scan, comparison))
-        content = scan.settings | {
-            "recording": str(recording.path),
-            "frames": len(recording),
-            "result": scan.facts.values(),
-            "judgement": scan.judgement.values(),
-            "warnings": scan.judgement.warnings,
-            "footnotes": scan.judgement.footnotes,
-            "seconds": seconds(),
-        }
-        (partial / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_mesh(folder / "mesh.ply", scan.mesh)
+    write_trajectory(folder / "trajectory.txt", scan.trajectory)
+    write_trajectory(folder / "trajectory_raw.txt", scan.trajectory_raw)
+    (folder / "turntable.json").write_text(json.dumps(scan.turntable(), indent=1) + "\n", encoding="utf-8")
+    if scan.evidence.refined:
+        write_camera(folder / "camera.json", scan.camera)
+    if page:
+        with stage("report"):
+            scan_report(folder / "report.html", report(recording, scan, comparison))
+    content = scan.settings | {
+        "recording": str(recording.path),
+        "frames": len(recording),
+        "result": scan.facts.values(),
+        "judgement": scan.judgement.values(),
+        "warnings": scan.judgement.warnings,
+        "footnotes": scan.judgement.footnotes,
+        "seconds": seconds(),
+    }
+    (folder / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "ScanReport":

@@ -16,7 +16,7 @@ def tell_begin(options: argparse.Namespace) -> None:
     _tell("version", f"fusion {__version__}, Python {platform.python_version()}, {platform.platform()}")
     _tell("version", ", ".join(f"{name} {_version(name)}" for name in LIBRARIES))
     for name, value in sorted(vars(options).items()):
-        if not callable(value) and name not in ("verbose", "folder"):
+        if not callable(value) and name not in ("verbose", "folder", "claim"):
             _tell("option", f"{name} {value}")
 
 

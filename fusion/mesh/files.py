@@ -86,15 +86,21 @@ def write_mesh(path: Path | str, mesh: Mesh) -> None:
     >>> fusion.write_mesh("ball.glb", fusion.read_mesh("ball.ply"))
     """
     path = Path(path)
+    check_written(path)
+    ending = path.suffix.lower()
+    if not len(mesh.faces) and ending in (".stl", ".off"):
+        raise MeshError("this format holds triangles only", path, "a point cloud", "PLY, PCD or XYZ", "change the name")
+    with atomic_file(path) as partial:
+        _WRITERS.get(ending, _write_by_trimesh)(partial, mesh)
+
+
+def check_written(path: Path) -> None:
+    """Raises MeshError where no mesh can be written under such a name."""
     ending = path.suffix.lower()
     if ending == ".gltf":
         raise MeshError("glTF is written as one file only", path, ending, "the ending .glb", "change the name")
     if ending not in FORMATS:
         raise MeshError("unknown mesh format", path, ending or "no ending", "one of " + " ".join(FORMATS))
-    if not len(mesh.faces) and ending in (".stl", ".off"):
-        raise MeshError("this format holds triangles only", path, "a point cloud", "PLY, PCD or XYZ", "change the name")
-    with atomic_file(path) as partial:
-        _WRITERS.get(ending, _write_by_trimesh)(partial, mesh)
 
 
 def _ending(path: Path) -> str:

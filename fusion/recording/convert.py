@@ -1,13 +1,14 @@
 """A recording of any format becomes a native folder."""
 
-import shutil
 from pathlib import Path
 
 from fusion.errors import RecordingError
-from fusion.output import atomic_file
+from fusion.files.inside import inside
+from fusion.files.publish import output_folder
+from fusion.files.reading import read_bytes
 from fusion.progress import each
 from fusion.recording.recording import Recording
-from fusion.recording.write import write_recording
+from fusion.recording.write import MEMBERS, fill_recording
 
 
 def convert_recording(recording: Recording, path: Path | str) -> None:
@@ -27,40 +28,46 @@ def convert_recording(recording: Recording, path: Path | str) -> None:
     path = Path(path)
     if path.exists() and path.resolve() == recording.path.resolve():
         raise RecordingError("a recording cannot be written onto itself", path, do="name another folder")
+    with output_folder(path, replaces=MEMBERS) as partial:
+        fill_conversion(partial, recording)
+
+
+def fill_conversion(folder: Path, recording: Recording) -> None:
+    """The same into a folder that is being made."""
     scene, mesh = dict(recording.scene), _mesh_file(recording)
     if mesh is not None:
-        # beside its scene.json, wherever it was before
-        scene["mesh"] = mesh.name
-    write_recording(path, recording.camera, each(recording, "converting"), recording.poses, recording.telemetry, scene)
-    _copy_color_apart(recording, path)
-    if mesh is not None:
-        with atomic_file(path / mesh.name) as partial:
-            shutil.copyfile(mesh, partial)
+        # beside its scene.json, wherever it was before; never under the name of a file of the recording
+        scene["mesh"] = f"scene_{mesh.name}" if mesh.name in MEMBERS else mesh.name
+        _copy(mesh, folder / scene["mesh"], "the mesh of the scene")
+    frames = each(recording, "converting")
+    fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)
+    _copy_color_apart(recording, folder)
 
 
-def _copy_color_apart(recording: Recording, path: Path) -> None:
+def _copy_color_apart(recording: Recording, folder: Path) -> None:
     """The colour images that no frame holds, as they are in the depth camera's pixels alone; the list comes last."""
     files = recording.files
     if files is None or not any(files.color_apart):
         return
-    (path / "rgb").mkdir()
+    (folder / "rgb").mkdir()
     lines = ["# color images\n# timestamp filename\n"]
     for number, (stamp, name) in enumerate(zip(recording.timestamps, files.color_apart, strict=True)):
         if name is None:
             continue
         copied = f"rgb/{number:06d}{Path(name).suffix}"
-        try:
-            shutil.copyfile(files.folder / name, path / copied)
-        except OSError as error:
-            raise RecordingError("the image cannot be copied", files.folder / name, error.strerror) from error
+        _copy(inside(files.folder, name, RecordingError), folder / copied, "the image")
         lines.append(f"{stamp:.6f} {copied}\n")
-    with atomic_file(path / "rgb.txt") as partial:
-        partial.write_text("".join(lines), encoding="utf-8")
+    (folder / "rgb.txt").write_text("".join(lines), encoding="utf-8")
+
+
+def _copy(source: Path, target: Path, what: str) -> None:
+    """Read, then write: what fails tells which of the two it was."""
+    target.write_bytes(read_bytes(source, RecordingError, what))
 
 
 def _mesh_file(recording: Recording) -> Path | None:
     name = recording.scene.get("mesh")
     if not isinstance(name, str) or not name or "\0" in name:
         return None
-    mesh = recording.path / name
+    mesh = inside(recording.path, name, RecordingError, recording.path / "scene.json")
     return mesh if mesh.is_file() else None

@@ -1,7 +1,6 @@
 """Writing a recording as a native folder, frame by frame, whole or not at all."""
 
 import json
-import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TextIO
@@ -60,18 +59,28 @@ def write_recording(  # one argument per part of the folder
     >>> fusion.open_recording("wall")
     <Recording wall: native, 3 frames of 64 x 48 in 0.1 s; depth>
     """
-    path = Path(path)
-    with output_folder(path) as partial:
-        write_camera(partial / "camera.json", camera)
-        if _write_frames(partial, camera, frames) == 0:
-            raise RecordingError("there is no frame to write", path, "no frame", "one or more")
-        if poses is not None and poses.valid.any():
-            (partial / "groundtruth.txt").write_text(trajectory_text(poses), encoding="utf-8")
-        if telemetry:
-            (partial / "telemetry.csv").write_text(telemetry_text(telemetry), encoding="utf-8")
-        if scene:
-            (partial / "scene.json").write_text(json.dumps(dict(scene), indent=1) + "\n", encoding="utf-8")
-        clear_older(path, partial, MEMBERS)
+    with output_folder(Path(path), replaces=MEMBERS) as partial:
+        fill_recording(partial, camera, frames, poses, telemetry, scene)
+
+
+def fill_recording(  # as write_recording
+    folder: Path,
+    camera: Camera,
+    frames: Iterable[Frame],
+    poses: Trajectory | None = None,
+    telemetry: Mapping[str, ArrayLike] | None = None,
+    scene: Mapping[str, Any] | None = None,
+) -> None:
+    """The same into a folder that is being made."""
+    write_camera(folder / "camera.json", camera)
+    if _write_frames(folder, camera, frames) == 0:
+        raise RecordingError("there is no frame to write", folder.name, "no frame", "one or more")
+    if poses is not None and poses.valid.any():
+        (folder / "groundtruth.txt").write_text(trajectory_text(poses), encoding="utf-8")
+    if telemetry:
+        (folder / "telemetry.csv").write_text(telemetry_text(telemetry), encoding="utf-8")
+    if scene:
+        (folder / "scene.json").write_text(json.dumps(dict(scene), indent=1) + "\n", encoding="utf-8")
 
 
 def depth_counts(depth: NDArray[np.floating], depth_scale: float) -> NDArray[np.uint16]:
@@ -120,14 +129,3 @@ def _write_png(path: Path, image: NDArray, camera: Camera) -> None:
     # level 1: four times as fast as the default and a tenth larger
     _, data = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 1])
     path.write_bytes(data.tobytes())
-
-
-def clear_older(path: Path, partial: Path, members: Iterable[str]) -> None:
-    """Remove those of the named files and folders from `path` that `partial` does not replace."""
-    for name in members:
-        old = path / name
-        if old.exists() and not (partial / name).exists():
-            if old.is_dir() and not old.is_symlink():
-                shutil.rmtree(old)
-            else:
-                old.unlink()

@@ -73,19 +73,26 @@ def write_demo_recording(folder: Path | str, seed: int = 0, frames: int = 72, tu
     Returns:
         The folder of the recording.
     """
+    with output_folder(Path(folder)) as partial:
+        fill_demo_recording(partial, seed, frames, turns)
+    return Path(folder) / "recording"
+
+
+def fill_demo_recording(folder: Path, seed: int = 0, frames: int = 72, turns: float = 1.2) -> Path:
+    """The same into a folder that is being made."""
     from fusion.mesh.files import write_mesh
     from fusion.recording.trajectory_file import write_trajectory
-    from fusion.recording.write import write_recording
+    from fusion.recording.write import fill_recording
     from fusion.sensor.file import write_sensor
 
     simulation: Simulation = simulate(demo_scene(frames, turns), demo_sensor(), seed)
-    recording = Path(folder) / "recording"
-    with output_folder(Path(folder)) as partial:
-        frames_made = each(simulation.frames(), "simulating", len(simulation))
-        write_recording(partial / "recording", simulation.camera, frames_made, telemetry=simulation.telemetry)
-        write_sensor(partial / "sensor.json", simulation.sensor)
-        write_mesh(partial / "truth.ply", demo_truth())
-        write_trajectory(partial / "truth_poses.txt", simulation.truth)
+    recording = folder / "recording"
+    recording.mkdir()
+    frames_made = each(simulation.frames(), "simulating", len(simulation))
+    fill_recording(recording, simulation.camera, frames_made, telemetry=simulation.telemetry)
+    write_sensor(folder / "sensor.json", simulation.sensor)
+    write_mesh(folder / "truth.ply", demo_truth())
+    write_trajectory(folder / "truth_poses.txt", simulation.truth)
     return recording
 
 

@@ -14,7 +14,7 @@ from fusion.output import output_folder
 from fusion.progress import each
 from fusion.recording.camera_file import write_camera
 from fusion.recording.trajectory_file import write_trajectory
-from fusion.recording.write import MEMBERS, clear_older, write_recording
+from fusion.recording.write import MEMBERS, fill_recording
 from fusion.sensor.file import write_sensor
 from fusion.simulation.check import check_sight
 from fusion.simulation.simulate import Simulation
@@ -37,18 +37,21 @@ def write_simulation(folder: Path | str, simulation: Simulation) -> None:
     >>> fusion.open_recording("walls")
     <Recording walls: native, 2 frames of 640 x 480 in 0.0 s; depth, ir, poses, scene, distance_m>
     """
-    folder = Path(folder)
+    with output_folder(Path(folder), replaces=(*MEMBERS, *OURS)) as partial:
+        fill_simulation(partial, simulation)
+
+
+def fill_simulation(folder: Path, simulation: Simulation) -> None:
+    """The same into a folder that is being made."""
     check_sight(simulation)
-    with output_folder(folder) as partial:
-        telemetry = simulation.telemetry if len(simulation.telemetry) > 1 else None
-        content, mesh = _scene(simulation)
-        frames = each(simulation.frames(), "simulating", len(simulation))
-        write_recording(partial, simulation.camera, frames, simulation.stated, telemetry, content)
-        write_mesh(partial / "scene.ply", mesh)
-        if simulation.scene.board is not None:
-            _write_json(partial / "board.json", simulation.scene.board)
-        _write_truth(partial / "truth", simulation)
-        clear_older(folder, partial, (*MEMBERS, *OURS))
+    telemetry = simulation.telemetry if len(simulation.telemetry) > 1 else None
+    content, mesh = _scene(simulation)
+    frames = each(simulation.frames(), "simulating", len(simulation))
+    fill_recording(folder, simulation.camera, frames, simulation.stated, telemetry, content)
+    write_mesh(folder / "scene.ply", mesh)
+    if simulation.scene.board is not None:
+        _write_json(folder / "board.json", simulation.scene.board)
+    _write_truth(folder / "truth", simulation)
 
 
 def _scene(simulation: Simulation) -> tuple[dict[str, Any], Mesh]:

@@ -13,11 +13,11 @@ from small_room import CAMERA, Room, room_mesh, sway
 
 from fusion.commands.main import main
 from fusion.errors import RecordingError, TrackingError, VolumeError
+from fusion.files.claim import MARK
 from fusion.geometry.pose import angle, exp, inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.distances import signed_distances
 from fusion.mesh.files import read_mesh
-from fusion.output import MARK
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.planning import plan
 from fusion.reconstruction.settings import ReconstructSettings

@@ -10,6 +10,7 @@ import pytest
 
 from fusion.commands.main import main
 from fusion.errors import FusionError, TrackingError
+from fusion.files.publish import output_folder
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.mesh.distances import signed_distances
@@ -240,10 +241,10 @@ def test_an_interruption_while_writing_leaves_nothing(scan, left, tmp_path, monk
         raise KeyboardInterrupt
 
     monkeypatch.setattr("fusion.report.scan.scan_report", interrupted)
-    from fusion.commands.turntable import write
+    from fusion.commands.turntable import fill
 
-    with pytest.raises(KeyboardInterrupt):
-        write(tmp_path / "out", left[1], scan)
+    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / "out") as partial:
+        fill(partial, left[1], scan)
     assert not list(tmp_path.iterdir())
 
 
