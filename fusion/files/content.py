@@ -1,7 +1,8 @@
 """Content of a JSON file as a value of a type; what does not fit is told in one sentence.
 
 The types are msgspec's: Structs with `Annotated[float, Meta(gt=0, description="focal length [px]")]`. Bounds and words
-stand there only: messages, documentation and JSON schemas are made of them.
+stand there only: messages, documentation and JSON schemas are made of them. `Meta(pattern=...)` is not to be used:
+msgspec 0.22 frees the pattern twice, and Python crashes at its end; say it in `extra_json_schema` and look yourself.
 """
 
 import re

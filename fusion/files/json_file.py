@@ -36,7 +36,9 @@ def read_json(path: Path | str, error: type[FusionError] = FusionError, what: st
     try:
         content = json.loads(text, object_pairs_hook=_once, parse_int=_whole)
     except _TwiceError as problem:
-        raise error(f"{what} holds a key twice", path, shown(str(problem)), "each key once", "delete one") from None
+        raise error(
+            f"{what} holds a key twice", path, f'"{str(problem)[:SHOWN]}" twice', "each key once", "delete one"
+        ) from None
     except json.JSONDecodeError as problem:
         found = f"{problem.msg} (line {problem.lineno}, column {problem.colno})"
         raise error(f"{what} is not valid JSON", path, found, do="correct the file") from problem

@@ -32,10 +32,10 @@ def expectation(schema: Node, node: Node, found: Any = None) -> str:
     # what a class says of itself is not about this place
     meant = [node.get("description"), *(option.get("description") for option in options if "title" not in option)]
     meaning = next(filter(None, meant), "")
-    if meaning and any(option.get("type") in ("array", "object") for option in options):
+    if meaning and all(option.get("type") in ("array", "object") for option in options):
         return str(meaning)  # of a shape that it tells better
     words = " or ".join(filter(None, dict.fromkeys(map(_words, options))))
-    words = f"{words} ({meaning})" if meaning and words else words or str(meaning)
+    words = f"{words} ({meaning})" if meaning and words and words != meaning else words or str(meaning)
     most = max((option.get("maximum", 0) for option in options), default=0)
     # a thousand times too large for metres, and not more
     if "[m]" in meaning and isinstance(found, int | float) and most < found <= 1000 * most:
@@ -110,9 +110,11 @@ def _value_at(content: Any, place: Place) -> Any:
 
 def _words(option: Node) -> str:
     if "enum" in option:
-        names = [f'"{name}"' if isinstance(name, str) else str(name) for name in option["enum"]]
+        names = [f'"{name}"' if isinstance(name, str) else str(name) for name in option["enum"] if name != ""]
         return names[0] if len(names) == 1 else "one of " + ", ".join(names)
     kind = {"string": "a text", "boolean": "true or false", "array": "a list", "object": "a JSON object"}
+    if option.get("type") == "string" and "description" in option:
+        return str(option["description"])
     if option.get("required"):
         return "a JSON object with " + ", ".join(f'"{key}"' for key in option["required"])
     if option.get("type") in kind:

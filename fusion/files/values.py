@@ -7,7 +7,7 @@ from msgspec import Meta
 FARTHEST_M = 1e6  # of a place: a thousand kilometres
 
 Name = Annotated[str | int | None, Meta(description="for people")]
-FileName = Annotated[str, Meta(pattern="^[^\\x00]+$", description="a file's name")]
+FileName = Annotated[str, Meta(min_length=1, description="a file's name")]
 Metres = Annotated[float, Meta(gt=-FARTHEST_M, lt=FARTHEST_M)]
 Point = Annotated[tuple[Metres, Metres, Metres], Meta(description="three numbers [m], below 1e6")]
 _Row = tuple[Metres, Metres, Metres, Metres]

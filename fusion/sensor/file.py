@@ -1,26 +1,25 @@
 """`sensor.json`: a sensor model as a file."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fusion.errors import SensorError
+from fusion.files.content import Content
+from fusion.files.json_file import read_json, shown
 from fusion.output import atomic_file
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
-from fusion.sensor.entries import checked_entry, effect_of, is_fitted, missing_parameters, stds_of, where_of
+from fusion.sensor.entries import GivenEffect, Stds, given_effects
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
-from fusion.sensor.raw_values import shown
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.sensor_fields import FORMAT, SensorFields
 from fusion.sensor.view import BASELINE_M
 
-FORMAT = "fusion-sensor/1"
 LONGEST_INLINE = 1000  # more numbers than a person would read: they go into a file of their own
-PRINCIPLES = ("structured_light", "itof", "active_stereo", "unknown")
 
 
 def read_sensor(path_or_preset: str | Path) -> Sensor:
@@ -36,38 +35,30 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
     name, path = str(path_or_preset), Path(path_or_preset)
     if name in PRESETS or not (path.suffix or path.exists()):
         return preset(name)
-    content = _load(path)
-    effects: list[Effect] = []
-    kept, warnings = [], []
-    std: dict[tuple[str, str], float | tuple[float, ...]] = {}
-    sources: dict[str, str] = {}
-    fitted = set()
-    for entry in content["effects"]:
-        effect, given = checked_entry(entry, path)
-        if effect in sources:
-            raise SensorError(f"{effect} is given twice", path, do="keep one of the two")
-        sources[effect] = str(entry.get("source") or "")
-        if is_fitted(entry, path):
-            fitted.add(effect)
-        if effect in IMPLEMENTED:
-            effects.append(replace(effect_of(effect, given, path), where=where_of(entry, path)))
-            std |= stds_of(effects[-1], given, path)
-            warnings += missing_parameters(effect, given)
-        else:
-            kept.append(entry)
+    content = Content(_read(path), path, "the sensor", SensorError)
+    given = given_effects(content)
+    computed = {one.name: one.effect() for one in given if one.name in IMPLEMENTED}
+    kept = [one for one in given if one.name not in computed]
+    fields = content.as_type(SensorFields)
+    std: Stds = {}
+    warnings = []
+    for one in given:
+        if one.name in computed:
+            std |= one.stds(computed[one.name])
+            warnings += one.missing()
     return Sensor(
-        name=str(content.get("name") or path.stem),
-        principle=content["principle"],
-        effects=tuple(effects),
-        sensor=str(content.get("sensor") or ""),
-        serial=str(content.get("serial") or ""),
-        baseline=_baseline(content, path),
-        frequencies=_frequencies(content, path),
+        name=str(fields.name or path.stem),
+        principle=fields.principle or "unknown",
+        effects=tuple(computed.values()),
+        sensor=str(fields.sensor or ""),
+        serial=str(fields.serial or ""),
+        baseline=_baseline(fields, given, content),
+        frequencies=tuple(fields.modulation_hz or ()),
         std=std,
-        sources={effect: source for effect, source in sources.items() if source},
-        fitted=frozenset(fitted),
-        kept=tuple(kept),
-        left_out=tuple(f"{e['effect']}: known by name, but not computed by this version" for e in kept),
+        sources={one.name: str(one.entry.source) for one in given if one.entry.source},
+        fitted=frozenset(one.name for one in given if one.entry.fitted),
+        kept=tuple(content.value["effects"][one.place] for one in kept),
+        left_out=tuple(f"{one.name}: known by name, but not computed by this version" for one in kept),
         warnings=tuple(warnings),
     )
 
@@ -127,53 +118,25 @@ def _stored(effect: Effect, about: Parameter, path: Path) -> Any:
     return stored
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object; a key that stands twice is an error, since nobody knows which one is meant."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise ValueError(f"the key {next(key for key in keys if keys.count(key) > 1)!r} twice")
-    return found
-
-
-def _load(path: Path) -> dict[str, Any]:
-    """The file's content with "effects" a list and "principle" a known word."""
+def _read(path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_once)
-    except FileNotFoundError as error:
+        return read_json(path, SensorError, "the sensor file")
+    except SensorError as error:
+        if not isinstance(error.__cause__, FileNotFoundError):
+            raise
         known = "a sensor.json or one of " + ", ".join(PRESETS)
         raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
-    except (OSError, ValueError, RecursionError) as error:
-        raise SensorError("the sensor file cannot be read", path, str(error)[:200], "a JSON object") from error
-    found = content.get("format") if isinstance(content, dict) else type(content).__name__
-    if found != FORMAT:
-        raise SensorError("this is no sensor file", path, f"format {shown(found)}", f'"format": "{FORMAT}"')
-    if not isinstance(content.get("effects"), list):
-        raise SensorError("the sensor file has no list of effects", path, do='add "effects": []')
-    content["principle"] = content.get("principle") or "unknown"
-    if content["principle"] not in PRINCIPLES:
-        raise SensorError("unknown principle", path, shown(content["principle"]), "one of " + ", ".join(PRINCIPLES))
-    return content
 
 
-def _baseline(content: dict[str, Any], path: Path) -> float:
+def _baseline(fields: SensorFields, given: list[GivenEffect], content: Content) -> float:
     """Place of the projector on the camera's x axis [m]: the file's own, else projector_shadow's, else the Kinect's."""
-    value = content.get("baseline_m")
-    for entry in content["effects"]:
-        if value is None and entry["effect"] == "projector_shadow":
-            value = entry.get("parameters", {}).get("baseline")
-            value = value.get("value") if isinstance(value, dict) else value
+    value: Any = fields.baseline_m
+    for one in given:
+        if value is None and one.name == "projector_shadow" and "baseline" in one.given:
+            value = one.given["baseline"].value
     if value is None:
         return BASELINE_M
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.001 < abs(value) < 10:
-        raise SensorError("the baseline cannot be used", path, shown(value), "0.001 to 10 metres, negative to the left")
-    return float(value)
-
-
-def _frequencies(content: dict[str, Any], path: Path) -> tuple[float, ...]:
-    """Modulations [Hz] of a time-of-flight sensor, empty where the file does not say."""
-    value = content.get("modulation_hz", [])
-    good = isinstance(value, list) and all(isinstance(f, int | float) and not isinstance(f, bool) for f in value)
-    if not good or not all(1e5 < f < 1e10 for f in value):
-        raise SensorError("the modulation cannot be used", path, shown(value), '"modulation_hz": a list of Hz')
-    return tuple(float(f) for f in value)
+    if not isinstance(value, float) or not 0.001 < abs(value) < 10:
+        must = "0.001 to 10 metres, negative to the left"
+        raise content.wrong(SensorFields, "baseline_m", found=shown(value), expected=must)
+    return value

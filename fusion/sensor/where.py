@@ -36,19 +36,6 @@ class Bound:
         return {"variable": self.variable, "low": low, "high": high}
 
 
-def bound_of(entry: Any) -> Bound:
-    """A bound of a file; raises SensorError."""
-    try:
-        low, high = (float(entry[end]) for end in ("low", "high"))
-        variable = str(entry["variable"])
-        good = low <= high
-    except (KeyError, TypeError, ValueError) as error:
-        raise SensorError("where an effect acts cannot be read", found=str(entry)[:80]) from error
-    if not good:
-        raise SensorError("an effect that acts nowhere", found=str(entry)[:80], expected="low of at most high")
-    return Bound(variable, -np.inf if low <= -MOST else low, np.inf if high >= MOST else high)
-
-
 def inside(where: Sequence[Bound], depth: Image, view: View) -> Any:
     """True (broadcasts to (h, w)) where all bounds hold; the true depth decides where it is known."""
     seen = depth if view.depth is None else view.depth

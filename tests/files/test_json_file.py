@@ -8,7 +8,7 @@ from fusion.errors import FusionError, RecordingError
 from fusion.files.json_file import read_json
 
 BROKEN = [
-    (b'{"a": 1, "b": {"fx": 1, "fx": 2}}', "holds a key twice.*'fx'"),
+    (b'{"a": 1, "b": {"fx": 1, "fx": 2}}', 'holds a key twice.*"fx" twice'),
     (b'{"a": NaN}', '"a" cannot be used.*found NaN.*finite'),
     (b'{"a": [{"b": 1}, {"b": -Infinity}]}', '"b" of a 2 cannot be used.*finite'),
     (b'{"parts": [{"effect": 1}, {"low": NaN}]}', '"low" of part 2 cannot be used'),

@@ -140,7 +140,7 @@ def test_each_nasty_value_at_each_place(value, where, folder):
 def test_a_key_that_stands_twice_is_refused(tmp_path):
     path = tmp_path / "s.json"
     path.write_text('{"format": "fusion-sensor/1", "effects": [], "name": "a", "name": "b"}')
-    with pytest.raises(SensorError, match="'name' twice"):
+    with pytest.raises(SensorError, match='"name" twice'):
         read_sensor(path)
 
 

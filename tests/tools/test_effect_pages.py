@@ -6,9 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from fusion.errors import SensorError
+from fusion.files.content import Content
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.entries import checked_entry, effect_of, missing_parameters
+from fusion.sensor.entries import given_effects
+from fusion.sensor.sensor_fields import FORMAT
 
 PROJECT = Path(__file__).resolve().parents[2]
 TOOL = PROJECT / "tools" / "document_effects.py"
@@ -36,9 +39,10 @@ def test_every_effect_has_a_small_picture():
 
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
 def test_examples_can_be_read(pages, kind):
-    name, given = checked_entry(pages.example(kind), Path("sensor.json"))
-    assert isinstance(effect_of(name, given, Path("sensor.json")), IMPLEMENTED[kind.name])
-    assert not missing_parameters(name, given)
+    content = {"format": FORMAT, "effects": [pages.example(kind)]}
+    (given,) = given_effects(Content(content, "sensor.json", error=SensorError))
+    assert isinstance(given.effect(), IMPLEMENTED[kind.name])
+    assert not given.missing()
 
 
 @pytest.mark.slow
