@@ -10,7 +10,8 @@ from fusion.mesh.cleanup import border_loops
 from fusion.mesh.mesh import Mesh
 
 STEEP = 0.7  # cosine of 45 degrees: what looks more steeply up or down than sideways is top or bottom
-BASE = 0.1  # share of the height, from below, in which a hole that looks down is the open base (guess)
+BASE = 0.1  # share of the height, from below, in which at least half of the border of the open base lies (guess): the
+# rest may run up a slit that no camera looked into
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,9 @@ def holes(mesh: Mesh, up: Array) -> tuple[Hole, ...]:
     perimeter = np.add.reduceat(np.linalg.norm(there - here, axis=1), first)
     whole = np.add.reduceat(fan, first)
     outwards = whole / np.maximum(np.linalg.norm(whole, axis=1, keepdims=True), 1e-300)
-    where = _where(mesh, centre @ up, outwards @ up, up)
+    heights = mesh.vertices[np.unique(mesh.faces)] @ up
+    low = here @ up <= heights.min() + BASE * np.ptp(heights)
+    where = _where(np.add.reduceat(low, first, dtype=float) / lengths, outwards @ up)
     order = np.argsort(-perimeter, kind="stable")
     return tuple(
         Hole(
@@ -66,9 +69,7 @@ def holes(mesh: Mesh, up: Array) -> tuple[Hole, ...]:
     )  # fmt: skip
 
 
-def _where(mesh: Mesh, height: Array, steepness: Array, up: Array) -> NDArray[np.str_]:
-    """Side (n,) of holes at a height [m] along `up` that look out with a cosine to it."""
-    heights = mesh.vertices[np.unique(mesh.faces)] @ up
-    base = heights.min() + BASE * np.ptp(heights)
+def _where(low: Array, steepness: Array) -> NDArray[np.str_]:
+    """Side (n,) of holes of whose border a share lies at the base, and that look out with a cosine to upright."""
     names = np.where(steepness > STEEP, "top", "side")
-    return np.where((steepness < -STEEP) & (height <= base), "bottom", names)
+    return np.where((steepness < -STEEP) & (low >= 0.5), "bottom", names)

@@ -68,6 +68,16 @@ def test_an_open_bottom_is_closed_flat_and_told_apart_from_holes():
     assert shape.area + sum(hole.area for hole in shape.holes) == pytest.approx(faces)
 
 
+def test_a_slit_that_runs_up_from_the_base_belongs_to_it():
+    """Two blocks that nearly touch, as no camera looks in between: what is open there is no hole in the side."""
+
+    def slit(c):
+        return (np.abs(c[:, 1]) < 0.01) & (c[:, 0] > SIDES[0] / 2 - 1e-6) & (c[:, 2] < 0.03)
+
+    shape = shape_of(without(box(4), bottom, slit), UP)
+    assert shape.openings() == "bottom open" and shape.open_share == 0
+
+
 def test_a_body_with_an_open_top_is_not_open_at_the_bottom():
     shape = shape_of(without(box(4), on_top), UP)
     assert shape.openings() == "1 hole" and shape.holes[0].where == "top"

@@ -74,6 +74,7 @@ def test_without_a_plate_the_height_alone_decides():
 GREY = (180, 180, 180)
 TABLE = box((-1.0, -1.0, -0.32), (0.5, 1.0, -0.3), GREY)  # what the camera sees behind and below what turns
 CLOSE = box((-1.0, -1.0, -0.06), (0.5, 1.0, -0.04), GREY)  # a table close below the plate, level and all round as it is
+SHORT = box((-0.35, -1.0, -0.06), (0.5, 1.0, -0.04), GREY)  # the same with a far edge that is seen
 # an object on a hidden foot: a stick that is thinner than what stands on it
 POLE = box((-0.01, -0.01, -0.1), (0.01, 0.01, 0.0), GREY)
 BODY = box((-0.05, -0.04, 0.0), (0.03, 0.04, 0.12), GREY)
@@ -143,3 +144,9 @@ def test_the_table_below_is_not_the_plate_though_more_of_it_is_seen(monkeypatch)
     assert has_a_rim(views, axis, 0.0) and not has_a_rim(views, axis, -0.04)
     monkeypatch.setattr("fusion.turntable.plate.level_heights", lambda *_: [-0.04, 0.0])
     assert plate_height(views, axis) == 0.0
+
+
+def test_the_far_edge_of_a_table_is_no_rim_of_a_plate():
+    """One looks past it, but it is not round about the axis."""
+    views, axis = seen((BODY, PLATE), SHORT)
+    assert has_a_rim(views, axis, 0.0) and not has_a_rim(views, axis, -0.04)
