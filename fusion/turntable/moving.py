@@ -11,6 +11,7 @@ from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 
 Array = NDArray[np.float64]
+LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,10 @@ def find_moving(
     square = np.ones((3, 3))
     moving = np.stack([ndimage.binary_opening(mask, square) for mask in known & (depths < far - limit)])
     points, frames = _points_of(moving, depths, camera)
-    if len(points) < 200:
+    if len(points) < LEAST * len(depths):
         raise TrackingError(
             "nothing turns in this recording",
-            found=f"{len(points)} moving pixels in {len(depths)} frames",
+            found=f"{len(points) / len(depths):.0f} moving pixels a frame",
             expected="an object on a turntable in front of a camera that stands still",
             do="use `fusion reconstruct` if the camera moved, or give --box",
         )

@@ -71,3 +71,13 @@ def test_a_still_scene_is_told(noise_only):
         images[:] = np.nan
     with pytest.raises(TrackingError, match="nothing turns"):
         find_moving(images, SMALL, sigma)
+
+
+def test_edges_that_flicker_are_nothing_that_turns():
+    """A few pixels of an edge come nearer now and then, in another place in each frame."""
+    still = depths(turning=False)
+    for k, image in enumerate(still):
+        image[60:63, 40 + 4 * k : 44 + 4 * k] *= 0.8  # 12 pixels
+        image[80:83, 120 - 4 * k : 124 - 4 * k] *= 0.8
+    with pytest.raises(TrackingError, match="nothing turns.* 2[0-9] moving pixels a frame"):
+        find_moving(still, SMALL, sigma)
