@@ -79,5 +79,5 @@ def test_edges_that_flicker_are_nothing_that_turns():
     for k, image in enumerate(still):
         image[60:63, 40 + 4 * k : 44 + 4 * k] *= 0.8  # 12 pixels
         image[80:83, 120 - 4 * k : 124 - 4 * k] *= 0.8
-    with pytest.raises(TrackingError, match="nothing turns.* 2[0-9] moving pixels a frame"):
+    with pytest.raises(TrackingError, match=r"nothing turns.* 2[0-9] moving pixels a frame"):
         find_moving(still, SMALL, sigma)
