@@ -9,11 +9,12 @@ from fusion.discrepancy.copies import Prints, print_of
 from fusion.discrepancy.frames import FrameSeries
 from fusion.discrepancy.given import Given
 from fusion.discrepancy.simulated import seen_in
-from fusion.discrepancy.stage import Stage, number_of
+from fusion.discrepancy.stage import Stage
 from fusion.discrepancy.stage import stage_of as stage_of
 from fusion.geometry.pose import Array
 from fusion.progress import each
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import stated_scene
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
 from fusion.sensor.view import Image, View
@@ -183,6 +184,6 @@ def _moment(recording: Recording, frames: tuple[int, ...]) -> Moment:
         # stamps as they are: dates too tell one look from the next
         time=float(np.mean(recording.timestamps[some])),
         temperature=float(np.mean(logged.temperature[some])),
-        ambient=ambient if np.isfinite(ambient) else number_of(recording.scene, "ambient_lux", 0.0, recording, 1e6),
+        ambient=ambient if np.isfinite(ambient) else stated_scene(recording).ambient_lux or 0.0,
         table_angle=float(np.nan_to_num(np.mean(logged.table_angle[some]))),
     )

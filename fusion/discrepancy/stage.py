@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +12,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.files import read_mesh
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import scene_mesh, stated_scene
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.render import RayCaster
 
@@ -54,13 +53,13 @@ class Stage:
 
 def stage_of(recording: Recording, place: int) -> Stage:
     """The known scene of a recording; RecordingError when mesh or poses are missing."""
-    mesh = recording.scene.get("mesh")
-    wall = None if mesh else wall_of(recording)
+    scene, mesh = stated_scene(recording), scene_mesh(recording)
+    wall = wall_of(recording) if mesh is None else None
     if wall is not None:
         # each wall is one of its own: what it is not flat is not known to come again
         shape = f"wall {recording.path}"
         return Stage(wall.recording, place, RayCaster(wall.mesh), wall.sigma_m, wall.sigma_rad, WALL_M, shape)
-    if not mesh:
+    if mesh is None:
         raise RecordingError(
             "the scene of the recording is not known",
             recording.path,
@@ -72,48 +71,30 @@ def stage_of(recording: Recording, place: int) -> Stage:
         raise RecordingError(
             "the poses of the recording are not known", recording.path, expected="groundtruth.txt", do="add the poses"
         )
-    about = recording.scene.get("poses")
-    about = about if isinstance(about, dict) else {}
-    path = Path(recording.path) / str(mesh)
-    caster = RayCaster(read_mesh(path))
-    reconstructed = _told(recording.scene, "mesh_from", "reconstruction", recording)
+    caster = RayCaster(read_mesh(mesh))
+    poses, reconstructed = scene.stated_poses, scene.mesh_from == "reconstruction"
     return Stage(
         recording,
         place,
         caster,
-        number_of(about, "sigma_m", NOMINAL[0], recording),
-        number_of(about, "sigma_rad", NOMINAL[1], recording),
-        number_of(recording.scene, "mesh_sigma_m", RECONSTRUCTED_M if reconstructed else 0.0, recording),
-        sha256(path.read_bytes()).hexdigest(),
+        _or(poses.sigma_m, NOMINAL[0]),
+        _or(poses.sigma_rad, NOMINAL[1]),
+        _or(scene.mesh_sigma_m, RECONSTRUCTED_M if reconstructed else 0.0),
+        sha256(mesh.read_bytes()).hexdigest(),
         table_of(recording),
-        placed_by_images=_told(about, "from", "images", recording),
+        placed_by_images=poses.from_ == "images",
         reconstructed=reconstructed,
     )
 
 
-def _told(about: dict[str, Any], key: str, word: str, recording: Recording) -> bool:
-    """True where `scene.json` says this word under a key; RecordingError when it says what else."""
-    told = about.get(key)
-    if told not in (None, word):
-        raise RecordingError(
-            f'"{key}" in scene.json cannot be used', recording.path, repr(told), f'"{word}", or nothing'
-        )
-    return bool(told == word)
-
-
-def number_of(given: dict[str, Any], name: str, usual: float, recording: Recording, most: float = 10.0) -> float:
-    """A number of `scene.json` from 0 on; the usual one where it is not said."""
-    value = given.get(name, usual)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < most:
-        raise RecordingError(f"{name} of scene.json cannot be used", recording.path, repr(value), f"0 to {most:g}")
-    return float(value)
+def _or(value: float | None, usual: float) -> float:
+    return usual if value is None else value
 
 
 def simulated_stage(match: Match, place: int, sensor: Sensor) -> Stage:
     """A recording whose prediction is a simulation; poses that are not known are the same while the simulation is."""
     recording = match.recording
-    about = recording.scene.get("poses")
-    about = about if isinstance(about, dict) else {}
+    scene = stated_scene(recording)
     if recording.poses is None or not recording.poses.valid.any():
         poses = np.tile(np.eye(4), (len(recording), 1, 1))
         recording = replace(recording, poses=Trajectory(recording.timestamps, poses))
@@ -121,8 +102,8 @@ def simulated_stage(match: Match, place: int, sensor: Sensor) -> Stage:
         recording,
         place,
         None,
-        number_of(about, "sigma_m", NOMINAL[0], recording),
-        number_of(about, "sigma_rad", NOMINAL[1], recording),
-        number_of(recording.scene, "mesh_sigma_m", 0.0, recording),
+        _or(scene.stated_poses.sigma_m, NOMINAL[0]),
+        _or(scene.stated_poses.sigma_rad, NOMINAL[1]),
+        scene.mesh_sigma_m or 0.0,
         simulated=(replace(match, recording=recording), sensor),
     )

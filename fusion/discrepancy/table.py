@@ -1,14 +1,13 @@
 """Table: a recording whose object turns, seen from the object: the axis, and how fast it turns at every frame."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.errors import RecordingError
 from fusion.geometry.pose import Array, inverse
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import CourseFields, SceneFields, scene_content, stated_scene
 from fusion.sensor.moments import moments_of
 from fusion.simulation.motion import twist_between
 
@@ -66,22 +65,15 @@ def _folded(angle: float) -> float:
 
 
 def _stated(recording: Recording) -> tuple[Array, Array] | None:
-    about: Any = recording.scene.get("trajectory")
-    about = about.get("turntable") if isinstance(about, dict) else None
-    if not isinstance(about, dict) or "axis_point" not in about or "axis_direction" not in about:
+    about = stated_scene(recording).trajectory
+    table = about.turntable if isinstance(about, CourseFields) else None
+    if table is None or table.axis_point is None or table.axis_direction is None:
         return None
-    try:
-        point, direction = (np.array(about[key], float).reshape(3) for key in ("axis_point", "axis_direction"))
-    except (TypeError, ValueError):
-        point, direction = np.full(3, np.nan), np.zeros(3)
-    if not np.isfinite([*point, *direction]).all() or not np.any(direction):
-        raise RecordingError(
-            "the turntable's axis in scene.json cannot be used",
-            recording.path,
-            str(about)[:80],
-            "axis_point and axis_direction of three numbers each",
-        )
-    return point, direction / np.linalg.norm(direction)
+    direction = np.array(table.axis_direction)
+    if not np.any(direction):
+        place, must = ("trajectory", "turntable", "axis_direction"), "a direction: three numbers, not all 0"
+        raise scene_content(recording).wrong(SceneFields, *place, expected=must)
+    return np.array(table.axis_point), direction / np.linalg.norm(direction)
 
 
 def _axis(poses: Array, angle: Array) -> tuple[Array, Array]:
@@ -109,9 +101,9 @@ def _twists(recording: Recording, poses: Array) -> NDArray[np.float64]:
     stamps, n = np.asarray(recording.timestamps, float), len(poses)
     out = np.zeros((n, 6))
     same = [np.allclose(poses[i], poses[i + 1], atol=1e-9) for i in range(n - 1)]
-    about = recording.scene.get("trajectory")
-    said = about.get("continuous") if isinstance(about, dict) else None
-    turning = said if isinstance(said, bool) else not any(same) and float(np.median(np.diff(stamps))) < STEADY_S
+    about = stated_scene(recording).trajectory
+    said = about.continuous if isinstance(about, CourseFields) else None
+    turning = said if said is not None else not any(same) and float(np.median(np.diff(stamps))) < STEADY_S
     if not turning:
         return out
     for i in range(n):

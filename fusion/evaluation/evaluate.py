@@ -23,6 +23,7 @@ from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import stated_scene
 from fusion.sensor.sensor import Sensor
 
 VARIABLES = ("depth", "incidence", "brightness")
@@ -167,7 +168,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> L
     bias = bias_of(still, surface, camera, (settings.sensor, settings.distance_std))
     noise = _noise(sample, surface, camera)
     tiles = tiles_of(still, surface)
-    stated = stretch.recording.scene.get("reflectance")
+    stated = stated_scene(stretch.recording).reflectance
     counts = np.array([part.sum() for part in (tiles.valid, tiles.missing, tiles.outliers)])
     shares = counts / counts.sum() if counts.sum() else np.full(3, np.nan)
     return Look(
@@ -179,7 +180,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> L
         _expected(noise, still, settings.sensor, camera),
         drift_of(still.time, still.centre),
         quantization_of([still.levels], camera.depth_scale),
-        float(stated) if isinstance(stated, int | float) else float("nan"),
+        float("nan") if stated is None else stated,
         tiles,
         *map(float, shares),
     )

@@ -10,6 +10,7 @@ from fusion.errors import SceneError
 from fusion.geometry.camera import Camera
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
+from fusion.recording.scene_file import scene_mesh, stated_scene
 
 
 def scene_depth(stretch: Stretch, camera: Camera) -> NDArray[np.floating] | None:
@@ -21,11 +22,9 @@ def scene_depth(stretch: Stretch, camera: Camera) -> NDArray[np.floating] | None
         SceneError, MeshError: the mesh cannot be read.
     """
     recording = stretch.recording
-    name, about = recording.scene.get("mesh"), recording.scene.get("poses")
-    source = about.get("source") if isinstance(about, dict) else None
-    if not isinstance(name, str) or source != "surveyed" or recording.poses is None or not len(recording.poses):
+    path, source = scene_mesh(recording), stated_scene(recording).stated_poses.source
+    if path is None or source != "surveyed" or recording.poses is None or not len(recording.poses):
         return None
-    path = recording.path / name
     if not path.is_file():
         raise SceneError("the mesh of the scene does not exist", path, "nothing", "a mesh", 'correct "mesh"')
     T = _pose(stretch)

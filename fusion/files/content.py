@@ -14,7 +14,7 @@ import msgspec
 from fusion.errors import FusionError
 from fusion.files.json_file import shown
 from fusion.files.places import Place, at, place_words
-from fusion.files.schema import expectation, ignored, keys_at, node_at, schema_of
+from fusion.files.schema import Node, expectation, holds_objects, ignored, keys_at, node_at, schema_of
 
 T = TypeVar("T")
 
@@ -59,9 +59,9 @@ class Content:
         what = f"{name} of {self.of}" if name else self.of
         return self.error(f"{what} cannot be used", self.where, seen, must, self.do)
 
-    def unknown(self, kind: Any) -> list[str]:
-        """A sentence for each key that the type does not know."""
-        places = ignored(schema_of(kind), self.value)
+    def unknown(self, kind: Any, besides: str = "") -> list[str]:
+        """A sentence for each key that the type does not know, `besides` what stands under that key."""
+        places = [place for place in ignored(schema_of(kind), self.value) if besides not in place[:1]]
         return [f"{self.where}: {place_words(place, self.value)} is not known and ignored" for place in places]
 
     def _told(self, message: str, kind: Any) -> FusionError:
@@ -74,7 +74,7 @@ class Content:
             place = (*place, field["field"])
         if field and field["how"] == "contains unknown":
             return self._unknown_field(place, kind)
-        return self.wrong(kind, *_whole_lists(place, self.value))
+        return self.wrong(kind, *_whole_lists(place, schema_of(kind), self.value))
 
     def _place(self, path: str, message: str, kind: Any) -> Place:
         """msgspec's path as keys and positions; it does not say which key of a dict: that is tried."""
@@ -119,10 +119,9 @@ def _only(value: Any, place: Place, key: str) -> Any:
     return changed
 
 
-def _whole_lists(place: Place, value: Any) -> Place:
+def _whole_lists(place: Place, schema: Node, value: Any) -> Place:
     """The place without positions in lists of numbers: such a list is told as a whole."""
     for depth, step in enumerate(place):
-        value = _found(value, (step,))
-        if isinstance(step, int) and not isinstance(value, dict):
+        if isinstance(step, int) and not holds_objects(schema, node_at(schema, place[: depth + 1], value)):
             return place[:depth]
     return place

@@ -50,7 +50,7 @@ def read_json(path: Path | str, error: type[FusionError] = FusionError, what: st
         if len(place) > DEEPEST:
             raise error(f"{what} is nested too deep", path, f"{place_words(place[:2], content)} ...", deep)
         if isinstance(value, float) and not math.isfinite(value):
-            found = "NaN" if math.isnan(value) else "Infinity, or a number that long"
+            found = "NaN" if math.isnan(value) else "Infinity, or a number beyond 1e308"
             raise error(f"{place_words(place, content)} cannot be used", path, found, "a finite number")
     return content
 

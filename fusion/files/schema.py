@@ -30,12 +30,14 @@ def expectation(schema: Node, node: Node, found: Any = None) -> str:
     """What may stand there instead of what was found: "a number from 0.002 to 0.5 (side of a square [m])"."""
     options = [option for option in _options(schema, node, None) if option.get("type") != "null"]
     # what a class says of itself is not about this place
-    meant = [node.get("description"), *(option.get("description") for option in options if "title" not in option)]
+    others = [option for option in options if "title" not in option and option.get("type") != "string"]
+    meant = [node.get("description"), *(option.get("description") for option in others)]
     meaning = next(filter(None, meant), "")
     if meaning and all(option.get("type") in ("array", "object") for option in options):
         return str(meaning)  # of a shape that it tells better
     words = " or ".join(filter(None, dict.fromkeys(map(_words, options))))
-    words = f"{words} ({meaning})" if meaning and words and words != meaning else words or str(meaning)
+    if meaning and words != meaning:  # a unit alone needs no brackets of its own
+        words = f"{words} {meaning}" if meaning.startswith("[") else f"{words} ({meaning})"
     most = max((option.get("maximum", 0) for option in options), default=0)
     # a thousand times too large for metres, and not more
     if "[m]" in meaning and isinstance(found, int | float) and most < found <= 1000 * most:
@@ -48,6 +50,11 @@ def keys_at(schema: Node, place: Place, content: Any) -> list[str]:
     node = node_at(schema, place, content)
     objects = _options(schema, node, _value_at(content, place))
     return [key for option in objects for key in option.get("properties", {})]
+
+
+def holds_objects(schema: Node, node: Node) -> bool:
+    """True where a JSON object may stand."""
+    return any(option.get("type") == "object" for option in _options(schema, node, None))
 
 
 def ignored(schema: Node, content: Any) -> list[Place]:
@@ -64,7 +71,7 @@ def _ignored(schema: Node, node: Node, content: Any, place: Place) -> Iterator[P
         for key, value in content.items():
             if not objects or any(key in option["properties"] for option in objects):
                 yield from _ignored(schema, _below(schema, node, key, content), value, (*place, key))
-            else:
+            elif key != "$schema":  # with which a file names its schema to an editor
                 yield (*place, key)
 
 

@@ -32,7 +32,12 @@ DepthScale = Annotated[float, Meta(ge=1e-3, le=1e7, description="counts per metr
 Std = Annotated[float, Meta(ge=0, lt=1e6, description="standard deviation, in the field's unit")]
 Distortion = Annotated[
     list[Annotated[float, Meta(gt=-1e6, lt=1e6)]],
-    Meta(max_length=8, description="OpenCV's 4, 5 or 8 finite numbers [k1, k2, p1, p2, k3, k4, k5, k6]"),
+    Meta(
+        max_length=8,
+        description="OpenCV's 4, 5 or 8 finite numbers [k1, k2, p1, p2, k3, k4, k5, k6]",
+        # said to others here; looked at in `camera_of`
+        extra_json_schema={"not": {"anyOf": [{"minItems": 1, "maxItems": 3}, {"minItems": 6, "maxItems": 7}]}},
+    ),
 ]
 
 

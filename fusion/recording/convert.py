@@ -8,6 +8,7 @@ from fusion.files.publish import output_folder
 from fusion.files.reading import read_bytes
 from fusion.progress import each
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import scene_mesh
 from fusion.recording.write import MEMBERS, fill_recording
 
 
@@ -66,8 +67,5 @@ def _copy(source: Path, target: Path, what: str) -> None:
 
 
 def _mesh_file(recording: Recording) -> Path | None:
-    name = recording.scene.get("mesh")
-    if not isinstance(name, str) or not name or "\0" in name:
-        return None
-    mesh = inside(recording.path, name, RecordingError, recording.path / "scene.json")
-    return mesh if mesh.is_file() else None
+    mesh = scene_mesh(recording)
+    return mesh if mesh is not None and mesh.is_file() else None

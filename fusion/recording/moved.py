@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import stated_scene
 
 STEP_M, STEP_RAD = 0.005, 0.005  # stated places that differ by less are one: a laser distance meter scatters by 1 mm
 STEP_DEG = 0.05  # of a turntable
@@ -42,13 +43,8 @@ def _steps(values: NDArray[np.floating], step: float) -> NDArray[np.bool_]:
 def _pose_steps(recording: Recording) -> NDArray[np.bool_]:
     """(n - 1,) True where the stated pose nearest in time is another one."""
     assert recording.poses is not None
-    stated = recording.scene.get("poses")
-    about = stated if isinstance(stated, dict) else {}
-    sigmas = [about.get(key) for key in ("sigma_m", "sigma_rad")]
-    far, turn = (
-        max(least, SIGMAS * float(s) if isinstance(s, int | float) else 0.0)
-        for least, s in zip((STEP_M, STEP_RAD), sigmas, strict=True)
-    )
+    stated = stated_scene(recording).stated_poses
+    far, turn = max(STEP_M, SIGMAS * (stated.sigma_m or 0.0)), max(STEP_RAD, SIGMAS * (stated.sigma_rad or 0.0))
     stamps = recording.poses.timestamps
     nearest = np.abs(recording.timestamps[:, None] - stamps[None, :]).argmin(axis=1)
     T = np.where(recording.poses.valid[nearest, None, None], recording.poses.poses[nearest], np.nan)

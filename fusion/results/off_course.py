@@ -6,6 +6,7 @@ from typing import Any
 from fusion.geometry.trajectory import Trajectory
 from fusion.geometry.trajectory_error import TrajectoryError, trajectory_error
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import stated_scene
 
 NOMINAL = "nominal poses, as planned and not measured"
 
@@ -44,10 +45,9 @@ def off_course(trajectory: Trajectory, recording: Recording) -> OffCourse | None
 
 
 def _against(recording: Recording) -> str:
-    stated = recording.scene.get("poses")
-    about = stated if isinstance(stated, dict) else {}
-    source, sigma = about.get("source"), about.get("sigma_m")
+    stated = stated_scene(recording).stated_poses
+    source, sigma = stated.source, stated.sigma_m
     if source == "nominal":
         return f"the recording's {NOMINAL}"
-    spread = f", +- {sigma * 1e3:g} mm" if isinstance(sigma, int | float) and sigma > 0 else ""
-    return f"the recording's {source} poses{spread}" if isinstance(source, str) else "the recording's own poses"
+    spread = f", +- {sigma * 1e3:g} mm" if sigma else ""
+    return f"the recording's {source} poses{spread}" if source else "the recording's own poses"

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array, pose
+from fusion.recording.scene_file import MOST_FRAMES
 from fusion.simulation.turntable import Turntable
 
-MOST_FRAMES = 100_000  # an hour at 30 frames a second; more is a slip of the pen
 FARTHEST = 1e5  # [m] single precision resolves 1 cm there
 
 

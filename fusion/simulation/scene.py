@@ -1,7 +1,7 @@
 """Scene: everything a simulated recording is made from, but for the sensor and the seed."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from fusion.errors import SceneError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
+from fusion.recording.scene_file import Source
 from fusion.simulation.course import Course
 from fusion.simulation.paint import Paint
 
-SOURCES = ("surveyed", "tracked", "nominal")
+SOURCES: tuple[str, ...] = get_args(Source)
 STEEPEST = 100.0  # of a ray, x / z: 89.4 degrees from the axis
 MOST_PIXELS = 20_000_000  # of a frame: beyond that, rendering takes gigabytes
 

@@ -1,26 +1,26 @@
 """A scene as a file: `scene.json` of a recording, plus `camera` and `trajectory`."""
 
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fusion.errors import FusionError, RecordingError, SceneError
+from fusion.files.content import Content
 from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_file import camera_from_dict
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_file import CameraFile, camera_of
 from fusion.recording.camera_presets import find_camera
+from fusion.recording.scene_file import CourseFields, TableFields
 from fusion.recording.telemetry_file import read_telemetry
 from fusion.recording.trajectory_file import read_trajectory
 from fusion.simulation.course import Course, standing, turning
 from fusion.simulation.scene import Scene, StatedPoses
+from fusion.simulation.scene_fields import SceneFile
 from fusion.simulation.scene_parts import read_parts
-from fusion.simulation.scene_values import Values
+from fusion.simulation.scene_source import SceneSource
 from fusion.simulation.turntable import Turntable, TurntableErrors
-
-POSE_KEYS = ("T_world_camera", "camera_pose", "pose")
-MOST_DEG = 3600.0  # per frame
 
 
 def read_scene(path: Path | str, notes: list[str] | None = None) -> Scene:
@@ -49,130 +49,107 @@ def read_scene(path: Path | str, notes: list[str] | None = None) -> Scene:
 
 
 def _read(path: Path, notes: list[str]) -> Scene:
-    scene, folder = Values(read_json(path, SceneError, "the scene file"), str(path), notes), path.parent
-    camera = _camera(scene, folder)
-    course = _course(scene, folder, notes)
-    parts, paints, board = read_parts(scene, folder, course.turntable is not None, notes)
+    content = Content(read_json(path, SceneError, "the scene file"), path, "the scene", SceneError)
+    given = content.as_type(SceneFile)
+    notes += content.unknown(SceneFile, besides="camera")
+    source = SceneSource(content, given, notes)
+    camera, course = _camera(source), _course(source)
+    parts, paints, board = read_parts(source, course.turntable is not None)
     colored = any(part.mesh.colors is not None and part.reflectance is None for part in parts)
-    content = Scene(
-        name=scene.text("name", path.parent.resolve().name if path.name == "scene.json" else path.stem),
+    usual = path.parent.resolve().name if path.name == "scene.json" else path.stem
+    return Scene(
+        name=str(given.name or usual),
         parts=tuple(parts),
         course=course,
         camera=camera,
         paints=tuple(paints),
-        poses=_stated(scene, course),
-        ambient_lux=scene.number("ambient_lux", 0.0, 0.0, 1e6),
-        telemetry=_telemetry(scene, folder, course),
-        color=scene.truth("color", colored or board is not None),
-        infrared=scene.truth("infrared", board is not None),
+        poses=_stated(given, course),
+        ambient_lux=given.ambient_lux or 0.0,
+        telemetry=_telemetry(source, course),
+        color=_or(given.color, colored or board is not None),
+        infrared=_or(given.infrared, board is not None),
         board=board,
     )
-    scene.done()
-    return content
 
 
-def _camera(scene: Values, folder: Path) -> Camera | None:
-    content = scene.any("camera")
-    if isinstance(content, dict):
-        return camera_from_dict(content, f'{scene.where}, "camera"')
-    if content is None:
-        beside = folder / "camera.json"
-        return find_camera(beside) if beside.is_file() else None
-    if not isinstance(content, str):
-        raise scene.wrong("camera", "the name of a camera.json, or its fields")
-    content = scene.text("camera")
-    return find_camera(folder / content if (folder / content).is_file() else content)
+def _or(value: bool | None, usual: bool) -> bool:
+    return usual if value is None else value
 
 
-def _course(scene: Values, folder: Path, notes: list[str]) -> Course:
-    content = scene.any("trajectory")
-    if content is None and (folder / "groundtruth.txt").is_file():
-        content = "groundtruth.txt"
-    if isinstance(content, str):
-        content = scene.text("trajectory", content)
-        trajectory = read_trajectory(folder / content)
+def _camera(source: SceneSource) -> Camera | None:
+    given = source.given.camera
+    if isinstance(given, CameraFile):
+        where = f'{source.content.where}, "camera"'
+        return camera_of(Content(source.content.value["camera"], where, "the camera", SceneError))
+    if given is None:
+        beside = source.folder / "camera.json"
+        return find_camera(source.path("camera.json")) if beside.is_file() else None
+    return find_camera(source.path(given) if (source.folder / given).is_file() else given)
+
+
+def _course(source: SceneSource) -> Course:
+    given = source.given.trajectory
+    if given is None and (source.folder / "groundtruth.txt").is_file():
+        given = "groundtruth.txt"
+    if given is None:
+        raise source.wrong("trajectory")
+    if isinstance(given, str):
+        path = source.path(given)
+        trajectory = read_trajectory(path)
         if trajectory.timestamps[0] == trajectory.timestamps[-1] and len(trajectory) > 1:
-            raise RecordingError("all poses have one time stamp", folder / content)
-        return Course(trajectory.timestamps, trajectory.poses, continuous=scene.truth("continuous", _moves(trajectory)))
-    if not isinstance(content, dict):
-        raise scene.wrong("trajectory", 'a TUM file, {"turntable": {...}} or {"T_world_camera": ..., "frames": ...}')
-    values = scene.below("trajectory")
-    course = _turntable(scene, values, notes) if "turntable" in values else _standing(scene, values)
-    values.done()
-    return course
+            raise RecordingError("all poses have one time stamp", path)
+        continuous = _or(source.given.continuous, _moves(trajectory))
+        return Course(trajectory.timestamps, trajectory.poses, continuous=continuous)
+    return _standing(source, given) if given.turntable is None else _turntable(source, given, given.turntable)
 
 
-def _moves(trajectory: Any) -> bool:
+def _moves(trajectory: Trajectory) -> bool:
     """A hand moves from every frame to the next; a camera that is set up stands for a while at each place."""
     steps = np.abs(np.diff(trajectory.poses, axis=0)).max(axis=(1, 2)) if len(trajectory) > 1 else np.zeros(1)
     return bool((steps > 0).mean() > 0.8 and np.median(np.diff(trajectory.timestamps)) < 0.2)
 
 
-def _standing(scene: Values, values: Values) -> Course:
+def _standing(source: SceneSource, given: CourseFields) -> Course:
     """A camera that does not move: one pose and a number of frames."""
-    T = _one_pose(scene, values)
-    start = values.number("start_s", 0.0)
-    return standing([T], values.whole("frames", None, 1), values.number("frame_s", 1 / 30), start)
+    T = source.first_pose((given, ("trajectory",)), (source.given, ()))
+    frames = int(source.required(given, "frames", "trajectory"))
+    return standing([T], frames, given.frame_s or 1 / 30, given.start_s or 0.0)
 
 
-def _turntable(scene: Values, values: Values, notes: list[str]) -> Course:
-    table = values.below("turntable")
-    given = table.below("errors")
+def _turntable(source: SceneSource, given: CourseFields, table: TableFields) -> Course:
+    place = ("trajectory", "turntable")
     # every field of the errors is a number; a slip's frame is a whole one
-    errors: dict[str, Any] = {
-        entry.name: given.number(entry.name) for entry in fields(TurntableErrors) if entry.name in given
-    }
+    told = {} if table.errors is None else {key: getattr(table.errors, key) for key in table.errors.__struct_fields__}
+    errors: dict[str, Any] = {key: value for key, value in told.items() if value is not None}
     if "slip_frame" in errors:
-        errors["slip_frame"] = given.whole("slip_frame")
+        errors["slip_frame"] = int(errors["slip_frame"])
     made = Turntable(
-        axis_point=table.vector("axis_point", (0.0, 0.0, 0.0)),
-        axis_direction=table.vector("axis_direction", (0.0, 0.0, 1.0)),
-        degrees_per_frame=table.number("degrees_per_frame", None, -MOST_DEG, MOST_DEG),
-        frames=table.whole("frames", None, 1),
+        axis_point=table.axis_point or (0.0, 0.0, 0.0),
+        axis_direction=table.axis_direction or (0.0, 0.0, 1.0),
+        degrees_per_frame=source.required(table, "degrees_per_frame", *place),
+        frames=int(source.required(table, "frames", *place)),
         errors=TurntableErrors(**errors),
     )
-    T = _one_pose(scene, values, table)
-    course = turning(
-        made,
-        T,
-        values.number("frame_s", table.number("frame_s", 0.5)),
-        values.number("start_s", table.number("start_s", 0.0)),
-        values.truth("continuous", table.truth("continuous", False)),
-    )
-    for part in (table, given):
-        part.done()
-    return course
+    T = source.first_pose((given, ("trajectory",)), (table, place), (source.given, ()))
+    continuous = _or(given.continuous, _or(table.continuous, False))
+    return turning(made, T, given.frame_s or table.frame_s or 0.5, given.start_s or table.start_s or 0.0, continuous)
 
 
-def _one_pose(scene: Values, *places: Values) -> np.ndarray:
-    """The camera's pose beside or in the turntable, or in the scene; else the camera's frame is the world's."""
-    for place in (*places, scene):
-        T = place.pose(*POSE_KEYS)
-        if T is not None:
-            return T
-    return np.eye(4)
-
-
-def _stated(scene: Values, course: Course) -> StatedPoses | None:
-    usual = "surveyed" if course.turntable is None else "nominal"
-    if "poses" in scene and scene.any("poses") == "none":
+def _stated(given: SceneFile, course: Course) -> StatedPoses | None:
+    if given.poses == "none":
         return None
-    values = scene.below("poses")
-    stated = StatedPoses(
-        values.text("source", usual),
-        values.number("sigma_m", 0.0, 0.0, 10.0),
-        values.number("sigma_rad", 0.0, 0.0, 1.0),
-    )
-    values.done()
-    return stated
+    usual, poses = "surveyed" if course.turntable is None else "nominal", given.stated_poses
+    return StatedPoses(poses.source or usual, poses.sigma_m or 0.0, poses.sigma_rad or 0.0)
 
 
-def _telemetry(scene: Values, folder: Path, course: Course) -> dict[str, np.ndarray]:
+def _telemetry(source: SceneSource, course: Course) -> dict[str, np.ndarray]:
     """Columns at the frames' times, linear between the entries of the table."""
-    name = scene.text("telemetry", "telemetry.csv" if (folder / "telemetry.csv").is_file() else "")
+    name = source.given.telemetry
+    if name is None:
+        name = "telemetry.csv" if (source.folder / "telemetry.csv").is_file() else ""
     if not name:
         return {}
-    table = read_telemetry(folder / name)
+    table = read_telemetry(source.path(name))
     known = {}
     for column, values in table.items():
         good = np.isfinite(values) & np.isfinite(table["timestamp"])

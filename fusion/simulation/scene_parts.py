@@ -6,113 +6,97 @@ from typing import Any
 
 import numpy as np
 
+from fusion.calibration.lens.board import DrawnBoard
 from fusion.errors import FusionError, SceneError
+from fusion.files.content import Content
 from fusion.files.json_file import read_json
-from fusion.geometry.pose import Array, transform
+from fusion.geometry.pose import transform
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.simulation.board import Board, board_paint, board_plate
 from fusion.simulation.paint import Paint
 from fusion.simulation.scene import Part
-from fusion.simulation.scene_values import Values
+from fusion.simulation.scene_fields import PartFields, Rgb
+from fusion.simulation.scene_source import SceneSource
 from fusion.simulation.shapes import box
 
-SMALLEST = 1e-9
+GREY = (180.0, 180.0, 180.0)
+DICTIONARY = "DICT_5X5_100"  # of a ChArUco board that does not say which
 
 
-def read_parts(scene: Values, folder: Path, turns: bool, notes: list[str]) -> tuple[list[Part], list[Paint], Any]:
-    """Parts, patterns and the content of `board.json` (or None) of a scene's "mesh" and "parts"."""
-    entries: list[Any] = []
-    if "mesh" in scene:
-        # what a scan should give, unless the scene says otherwise
-        entries.append({"mesh": scene.any("mesh"), "reflectance": scene.any("reflectance")})
-    more = scene.any("parts")
-    if more is not None and not isinstance(more, list):
-        raise scene.wrong("parts", "a list")
-    entries += more or []
-    if not entries:
-        raise SceneError("the scene has no surface", scene.where, "neither mesh nor parts", '"mesh": "object.ply"')
+def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint], dict[str, Any] | None]:
+    """Parts, patterns and the content of `board.json` (or None) of a scene's "mesh" and "parts".
+
+    `turns`: what does not say whether it stands on the turntable does.
+    """
     parts: list[Part] = []
     paints: list[Paint] = []
     board: Board | None = None
-    for index, entry in enumerate(entries):
-        entry = {"mesh": entry} if isinstance(entry, str) else entry
-        values = Values(entry, f"{scene.where}, part {index}", notes)
-        if "board" in values:
-            board = read_board(values, folder, notes)
-            T, turning = _pose(values), values.truth("turns", turns)
-            parts.append(board_plate(board, T, turning))
-            paints.append(board_paint(board, T, turning))
-        else:
-            parts.append(_part(values, folder, turns, notes))
-        values.done()
+    given = source.given
+    if given.mesh is not None:
+        # what a scan should give, unless the scene says otherwise
+        mesh = _mesh(given.mesh, source)
+        parts.append(Part(mesh, given.reflectance, turns))
+    for index, entry in enumerate(given.parts or ()):
+        fields = PartFields(mesh=entry) if isinstance(entry, str) else entry
+        turning = turns if fields.turns is None else fields.turns
+        if fields.board is None:
+            parts.append(_part(fields, source, index, turning))
+            continue
+        board = _board(fields.board, source)
+        T = source.pose(fields.pose, "parts", index, "pose")
+        parts.append(board_plate(board, T, turning))
+        paints.append(board_paint(board, T, turning))
+    if not parts:
+        found, must = "neither mesh nor parts", '"mesh": "object.ply"'
+        raise SceneError("the scene has no surface", source.content.where, found, must)
     return parts, paints, None if board is None else board.to_dict()
 
 
-def read_board(values: Values, folder: Path, notes: list[str]) -> Board:
-    """The board under "board": the name of a `board.json`, or its fields."""
-    content = values.any("board")
-    where = f"{values.where}, board"
-    if isinstance(content, str):
-        content = values.text("board")
-        where = str(folder / content)
-        content = read_json(folder / content, SceneError, "the board file")
-    fields = Values(content, where, notes)
-    return Board(
-        columns=fields.whole("columns", None, 1, 1000),
-        rows=fields.whole("rows", None, 1, 1000),
-        square_m=fields.number("square_m", None, SMALLEST, 100.0),
-        marker_m=fields.number("marker_m", 0.0, 0.0, 100.0),
-        dictionary=fields.text("dictionary", "DICT_5X5_100" if "marker_m" in fields else ""),
-    )
+def _board(given: str | DrawnBoard, source: SceneSource) -> Board:
+    """The board: the name of a `board.json`, or its fields."""
+    if isinstance(given, str):
+        path = source.path(given)
+        content = Content(read_json(path, SceneError, "the board file"), path, "the board", SceneError)
+        source.notes.extend(content.unknown(DrawnBoard))
+        given = content.as_type(DrawnBoard)
+    dictionary = given.dictionary or (DICTIONARY if given.marker_m else "")
+    return Board(int(given.columns), int(given.rows), given.square_m, given.marker_m or 0.0, dictionary)
 
 
-def _part(values: Values, folder: Path, turns: bool, notes: list[str]) -> Part:
-    if "box" in values:
-        mesh = _box(values)
+def _part(fields: PartFields, source: SceneSource, index: int, turns: bool) -> Part:
+    if fields.box is not None:
+        mesh = _box(fields, source, index)
+    elif fields.mesh is not None:
+        mesh = _mesh(fields.mesh, source, fields.color)
     else:
-        name = values.text("mesh")
-        if not name:
-            raise SceneError("a part of the scene has no shape", values.where, "nothing", '"mesh", "box" or "board"')
-        mesh = _mesh(folder / name, values, notes)
-    reflectance = values.number("reflectance", -1.0, 0.0, 1.0) if "reflectance" in values else None
-    mesh = replace(mesh, vertices=transform(_pose(values), mesh.vertices * values.number("scale", 1.0, SMALLEST)))
+        raise source.wrong("parts", index, expected='"mesh", "box" or "board"')
+    T = source.pose(fields.pose, "parts", index, "pose")
+    mesh = replace(mesh, vertices=transform(T, mesh.vertices * (fields.scale or 1.0)))
     if mesh.normals is not None:
-        mesh = replace(mesh, normals=(mesh.normals @ _pose(values)[:3, :3].T).astype(np.float32))
-    return Part(mesh, reflectance, values.truth("turns", turns), values.truth("scanned", True))
+        mesh = replace(mesh, normals=(mesh.normals @ T[:3, :3].T).astype(np.float32))
+    return Part(mesh, fields.reflectance, turns, fields.scanned is not False)
 
 
-def _mesh(path: Path, values: Values, notes: list[str]) -> Mesh:
+def _mesh(name: str, source: SceneSource, color: Rgb | None = None) -> Mesh:
+    path: Path = source.path(name)
     try:
-        mesh = read_mesh(path, notes)
+        mesh = read_mesh(path, source.notes)
     except FusionError as error:
         raise SceneError(error.what, error.where, error.found, error.expected, error.do) from error
     if not len(mesh.faces):
         raise SceneError("a point cloud cannot be seen", path, "no faces", "a mesh with triangles")
-    if "color" in values:
-        return replace(mesh, colors=np.tile(_color(values), (len(mesh.vertices), 1)))
-    return mesh
+    if color is None:
+        return mesh
+    return replace(mesh, colors=np.tile(np.rint(color).astype(np.uint8), (len(mesh.vertices), 1)))
 
 
-def _box(values: Values) -> Mesh:
-    corners = values.any("box")
+def _box(fields: PartFields, source: SceneSource, index: int) -> Mesh:
     try:
-        low, high = np.array(corners, float).reshape(2, 3)
-    except (TypeError, ValueError, OverflowError):
-        raise values.wrong("box", "two corners, [[x, y, z], [x, y, z]]") from None
-    if not (np.isfinite([low, high]).all() and (high > low).all() and np.abs([low, high]).max() < 1e6):
-        raise values.wrong("box", "two corners, the lower first, metres")
-    color = _color(values) if "color" in values else np.full(3, 180, np.uint8)
+        low, high = np.array(fields.box, float).reshape(2, 3)
+    except ValueError as problem:  # not six, or rows of different lengths
+        raise source.wrong("parts", index, "box") from problem
+    if not (high > low).all():
+        raise source.wrong("parts", index, "box")
+    color = np.rint(fields.color or GREY).astype(np.uint8)
     return box(tuple(low), tuple(high), tuple(int(c) for c in color))  # type: ignore[arg-type]
-
-
-def _color(values: Values) -> np.ndarray:
-    color = np.array(values.vector("color"))
-    if not ((color >= 0) & (color <= 255)).all():
-        raise values.wrong("color", "red, green and blue, 0 to 255")
-    return np.rint(color).astype(np.uint8)
-
-
-def _pose(values: Values) -> Array:
-    T = values.pose("pose")
-    return np.eye(4) if T is None else T

@@ -44,7 +44,7 @@ WRONG = [
     ({"std": 3}, '"std" of the plant cannot be used; in plant.json; found 3; expected a JSON object'),
     ({"effects": [{}]}, '"effect" of effect 1 of the plant cannot be used; in plant.json; found nothing; expected one'),
     ({"effects": [{"effect": "root"}]}, 'found \'root\'; expected one of "leaf", "stem"'),
-    ({"effects": [3]}, '"effects" of the plant cannot be used; in plant.json; found [3]; expected a list'),
+    ({"effects": [3]}, "effect 1 of the plant cannot be used; in plant.json; found 3; expected a JSON object"),
     ({"effects": [{"effect": "leaf"}]}, '"size" of effect leaf of the plant cannot be used; in plant.json; found noth'),
     ({"effects": [{"effect": "leaf", "size": 0}]}, "found 0; expected a number above 0, up to 2 (side [m])"),
     ({"effects": [{"effect": "leaf", "size": 300}]}, "300 looks like millimetres: write 0.3"),

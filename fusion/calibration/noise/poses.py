@@ -14,6 +14,7 @@ from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.recording.recording import Frame, Recording
+from fusion.recording.scene_file import stated_scene
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.parameter import parameters
@@ -166,8 +167,8 @@ def _mean_ir(recording: Recording, part: range) -> NDArray[np.floating] | None:
 
 
 def _stated_lux(recording: Recording) -> float:
-    value = recording.scene.get("ambient_lux")
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else float("nan")
+    value = stated_scene(recording).ambient_lux
+    return float("nan") if value is None else value
 
 
 def _view(seen: TargetNoise, camera: Camera, ir: float) -> View:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import read_camera
@@ -17,6 +16,7 @@ from fusion.recording.frame_files import ASSOCIATION_SECONDS, FrameFiles, associ
 from fusion.recording.images import image_size
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import read_scene_fields
 from fusion.recording.telemetry_file import read_telemetry
 from fusion.recording.text_files import read_image_list
 from fusion.recording.trajectory_file import read_trajectory
@@ -45,7 +45,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         load=partial(load_frame, files, camera, stamps),
         poses=_read_poses(folder),
         telemetry=read_telemetry(telemetry) if telemetry.is_file() else {},
-        scene=read_json(scene, RecordingError) if scene.is_file() else {},
+        scene=read_scene_fields(scene) if scene.is_file() else {},
         warnings=(*_list_warnings(files), *warnings),
         files=files,
     )
