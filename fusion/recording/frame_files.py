@@ -26,7 +26,7 @@ class FrameFiles:
         depth: file name per frame.
         color, ir: file name per frame, None where a frame has none; empty when no frame has one.
         color_apart: as `color`, images in the pixels of the colour camera, which is not where the depth camera is.
-        read_depth: reads a depth file as counts (height, width) uint16, 0 and 65535 missing.
+        read_depth: reads a depth file as counts (height, width) uint16, 0 and 65535 missing; given the camera's shape.
         to_metres: depth [m] of counts where it is not counts / depth_scale, or None.
         steps_back: how many stamps of the depth list were earlier than the one before.
         unmatched: list name: (images without a depth frame in time, images in the list).
@@ -37,7 +37,7 @@ class FrameFiles:
     color: Sequence[str | None] = ()
     ir: Sequence[str | None] = ()
     color_apart: Sequence[str | None] = ()
-    read_depth: Callable[[Path], NDArray[np.uint16]] = read_counts
+    read_depth: Callable[[Path, tuple[int, int]], NDArray[np.uint16]] = read_counts
     to_metres: Callable[[NDArray[np.uint16]], NDArray[np.float32]] | None = None
     steps_back: int = 0
     unmatched: dict[str, tuple[int, int]] = field(default_factory=dict)

@@ -1,7 +1,5 @@
 """Single images of a recording: whole files only, as arrays, with errors that name the file."""
 
-import struct
-import zlib
 from pathlib import Path
 
 import cv2
@@ -9,18 +7,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.limits import check_size
+from fusion.files.reading import read_bytes as read_regular
+from fusion.recording.image_header import JPEG_START, PNG_START, ImageHeader, plain_png, read_header
 
-PNG_START = b"\x89PNG\r\n\x1a\n"
-JPEG_START = b"\xff\xd8\xff"
+HEAD = 1 << 16  # bytes that hold the header of an image
+TAKES = 8  # times its own size: what is made of an image while it is used (as floats, turned about, laid side by side)
+DO = "copy the file again or take its line out of the list"
 
 
-def read_counts(path: Path) -> NDArray[np.uint16]:
-    """(height, width) counts of a 16-bit grey image. Raises RecordingError."""
-    image = _decode(path, cv2.IMREAD_UNCHANGED)
-    if image.dtype != np.uint16 or image.ndim != 2:
-        channels = 1 if image.ndim == 2 else image.shape[2]
-        found = f"{8 * image.dtype.itemsize} bit, {channels} channel(s)"
+def read_counts(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint16]:
+    """(height, width) counts of a 16-bit grey image; of another shape than a given one it is not decoded.
+
+    Raises:
+        RecordingError: also for another kind of image.
+    """
+    data = read_bytes(path)
+    header = _header(data, path)
+    if shape is not None:
+        check_shape((header.height, header.width), shape, path)
+    if (header.channels, header.depth) != (1, 2) and not data.startswith(b"P5"):
+        found = f"{8 * header.depth} bit, {header.channels} channel(s)"
         raise RecordingError("the image is not a 16-bit grey image", path, found, "16-bit PNG with one channel")
+    image = _decoded(data, cv2.IMREAD_UNCHANGED, path)
+    if image.dtype != np.uint16 or image.ndim != 2:
+        raise RecordingError("the image is not a 16-bit grey image", path, "8 bit", "16-bit PNG with one channel")
     return image
 
 
@@ -51,67 +62,58 @@ def read_mask(path: Path) -> NDArray[np.bool_]:
 
 
 def image_size(path: Path) -> tuple[int, int]:
-    """(width, height) [px] of an image, from its header where that is simple. Raises RecordingError."""
-    data = read_bytes(path, 1 << 16)
-    if data.startswith(PNG_START) and len(data) >= 24:
-        width, height = struct.unpack(">II", data[16:24])
-        return width, height
-    image = _decode(path, cv2.IMREAD_UNCHANGED)
-    return image.shape[1], image.shape[0]
+    """(width, height) [px] of an image, from its header. Raises RecordingError."""
+    data = read_bytes(path, HEAD)
+    try:
+        header = read_header(data)
+    except ValueError:  # some cameras write a picture before the picture
+        header = _header(read_bytes(path), path)
+    return header.width, header.height
+
+
+def check_shape(found: tuple[int, int], camera: tuple[int, int], path: Path) -> None:
+    """Refuse a depth image (height, width) that is not of the camera's size. Raises RecordingError."""
+    if found != camera:
+        expected = f"{camera[1]} x {camera[0]}, the size of the camera"
+        shown = f"{found[1]} x {found[0]}"
+        raise RecordingError("the depth image has another size", path, shown, expected, "pass the right --camera")
 
 
 def read_bytes(path: Path, limit: int = -1) -> bytes:
     """The first `limit` bytes of a file (-1: all). Raises RecordingError."""
-    try:
-        with Path(path).open("rb") as file:
-            return file.read(limit)
-    # ValueError: a null byte in the name
-    except (OSError, ValueError) as error:
-        found = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise RecordingError("an image cannot be read", path, found, "an image file") from error
+    return read_regular(path, RecordingError, "an image", limit)
 
 
 def _decode(path: Path, flags: int) -> NDArray:
     data = read_bytes(path)
-    problem = _damage(data)
-    image = None
-    if not problem:
-        try:
-            image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-        except cv2.error:
-            image = None
+    _header(data, path)
+    return _decoded(data, flags, path)
+
+
+def _header(data: bytes, path: Path) -> ImageHeader:
+    """What the header promises. Raises RecordingError where that is damaged, or too large to decode."""
+    try:
+        header = read_header(data)
+    except ValueError as error:
+        raise _damaged(path, error) from error
+    check_size(TAKES * header.size, path, RecordingError, f"an image of {header.width} x {header.height} pixels")
+    return header
+
+
+def _decoded(data: bytes, flags: int, path: Path) -> NDArray:
+    """OpenCV fills what a cut file lacks, or writes to the terminal; so the container is looked at first."""
+    try:
+        if data.startswith(PNG_START):
+            data = plain_png(data)
+        elif data.startswith(JPEG_START) and b"\xff\xd9" not in data[-4096:]:  # a few bytes may follow the end marker
+            raise ValueError(f"a file cut off after {len(data)} bytes")
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except (ValueError, cv2.error) as error:
+        raise _damaged(path, error if isinstance(error, ValueError) else "no image data") from error
     if image is None:
-        do = "copy the file again or take its line out of the list"
-        raise RecordingError("an image is damaged", path, problem or "no image data", "a whole PNG or JPEG file", do)
+        raise _damaged(path, "no image data")
     return image
 
 
-def _damage(data: bytes) -> str:
-    """What is wrong with the bytes of an image file; empty when nothing shows.
-
-    OpenCV fills what a cut file lacks, or writes to the terminal; so the container is looked at first.
-    """
-    if not data:
-        return "an empty file"
-    if data.startswith(PNG_START):
-        return _png_damage(data)
-    # some writers put a few bytes behind the end marker
-    if data.startswith(JPEG_START) and b"\xff\xd9" not in data[-4096:]:
-        return f"a file cut off after {len(data)} bytes"
-    return ""
-
-
-def _png_damage(data: bytes) -> str:
-    at = len(PNG_START)
-    while at + 12 <= len(data):
-        (length,) = struct.unpack(">I", data[at : at + 4])
-        end = at + 12 + length
-        if end > len(data):
-            break
-        (stated,) = struct.unpack(">I", data[end - 4 : end])
-        if zlib.crc32(data[at + 4 : end - 4]) != stated:
-            return f"a wrong check sum at byte {at}"
-        if data[at + 4 : at + 8] == b"IEND":
-            return ""
-        at = end
-    return f"a file cut off after {len(data)} bytes"
+def _damaged(path: Path, found: object) -> RecordingError:
+    return RecordingError("an image is damaged", path, found, "a whole PNG or JPEG file", DO)

@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.frame_files import INVALID_COUNT, FrameFiles
-from fusion.recording.images import read_color, read_ir
+from fusion.recording.images import check_shape, read_color, read_ir
 from fusion.recording.recording import Frame
 
 
@@ -31,11 +30,8 @@ def load_frame(files: FrameFiles, camera: Camera, timestamps: NDArray[np.float64
 def load_depth(files: FrameFiles, camera: Camera, index: int) -> NDArray[np.float32]:
     """(height, width) [m] depth of one frame, NaN where missing. Raises RecordingError."""
     path = files.folder / files.depth[index]
-    counts = files.read_depth(path)
-    if counts.shape != camera.shape:
-        found = f"{counts.shape[1]} x {counts.shape[0]}"
-        expected = f"{camera.width} x {camera.height}, the size of the camera"
-        raise RecordingError("the depth image has another size", path, found, expected, "pass the right --camera")
+    counts = files.read_depth(path, camera.shape)
+    check_shape(counts.shape, camera.shape, path)  # type: ignore[arg-type]  # two dimensions
     if files.to_metres is not None:
         return files.to_metres(counts)
     return counts_to_metres(counts, camera.depth_scale)

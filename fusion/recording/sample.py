@@ -71,5 +71,5 @@ def spread(count: int, most: int) -> list[int]:
 def _histogram(recording: Recording, index: int) -> NDArray[np.int64]:
     if recording.files is None:
         return np.zeros(INVALID_COUNT + 1, np.int64)
-    counts = recording.files.read_depth(recording.files.folder / recording.files.depth[index])
+    counts = recording.files.read_depth(recording.files.folder / recording.files.depth[index], recording.camera.shape)
     return np.bincount(counts.reshape(-1), minlength=INVALID_COUNT + 1)

@@ -11,7 +11,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import PRESETS
 from fusion.recording.frame_files import INVALID_COUNT, FrameFiles, associate
-from fusion.recording.images import read_bytes
+from fusion.recording.images import check_shape, read_bytes
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
 from fusion.recording.text_files import data_lines, number
@@ -68,13 +68,15 @@ def raw_to_metres(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
     return np.where(seen, 1 / np.where(seen, inverse_depth, 1), np.nan).astype(np.float32)
 
 
-def read_pgm(path: Path, swapped: bool) -> NDArray[np.uint16]:
+def read_pgm(path: Path, shape: tuple[int, int] | None = None, swapped: bool = True) -> NDArray[np.uint16]:
     """(height, width) counts of a 16-bit PGM; `swapped`: little endian, as fakenect writes. Raises RecordingError."""
     data = read_bytes(path)
     head = HEADER.match(data)
     if not head or int(head[3]) < 256:
         raise RecordingError("the image is not a 16-bit PGM", path, repr(data[:16]), "P5 width height 65535")
     width, height = int(head[1]), int(head[2])
+    if shape is not None:
+        check_shape((height, width), shape, path)
     body = data[head.end() : head.end() + 2 * width * height]
     if len(body) < 2 * width * height or not body:
         raise RecordingError("an image is damaged", path, f"{len(body)} bytes", f"{2 * width * height} bytes")
@@ -96,7 +98,7 @@ def _encoding(path: Path) -> tuple[bool, bool]:
     In the wrong byte order neighbours differ wildly. Raw values end at 2047, which stands for no reading;
     millimetres go on and mark no reading with 0.
     """
-    readings = [read_pgm(path, swapped) for swapped in (False, True)]
+    readings = [read_pgm(path, swapped=swapped) for swapped in (False, True)]
     jumps = [np.abs(np.diff(reading.astype(np.int64), axis=1)).mean() for reading in readings]
     swapped = bool(jumps[1] < jumps[0])
     counts = readings[int(swapped)]
