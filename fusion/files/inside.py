@@ -1,5 +1,7 @@
 """Names that a recording or a scene gives to its files: they stay inside its folder."""
 
+import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from fusion.errors import FusionError
@@ -41,3 +43,28 @@ def inside(folder: Path, name: str, error: type[FusionError] = FusionError, wher
                 "a file lies outside its folder", where or folder, repr(name)[:80], f"a name inside {folder}", do
             )
     return path
+
+
+def part(folder: Path, name: str, error: type[FusionError] = FusionError) -> Path | None:
+    """The path of a part that a folder may have, or None where it has none. Raises as `inside`."""
+    return inside(folder, name, error) if os.path.lexists(folder / name) else None
+
+
+def all_inside(
+    folder: Path, names: Iterable[str], error: type[FusionError] = FusionError, where: object = ""
+) -> list[str]:
+    """The same for many names, which come back: each folder among them is looked at once, each file for a link only.
+
+    Raises:
+        FusionError: as `inside`, for the first name that leads out.
+    """
+    names = list(names)
+    if _follow:
+        return names
+    seen: set[str] = set()
+    for name in names:
+        parent = name.rpartition("/")[0]
+        if parent not in seen or name.endswith("..") or (folder / name).is_symlink():
+            inside(folder, name, error, where)
+            seen.add(parent)
+    return names

@@ -31,7 +31,7 @@ def load_depth(files: FrameFiles, camera: Camera, index: int) -> NDArray[np.floa
     """(height, width) [m] depth of one frame, NaN where missing. Raises RecordingError."""
     path = files.folder / files.depth[index]
     counts = files.read_depth(path, camera.shape)
-    check_shape(counts.shape, camera.shape, path)  # type: ignore[arg-type]  # two dimensions
+    check_shape(counts.shape, camera.shape, path)
     if files.to_metres is not None:
         return files.to_metres(counts)
     return counts_to_metres(counts, camera.depth_scale)

@@ -9,17 +9,34 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fusion.errors import RecordingError
-from fusion.recording.text_files import read_text
+from fusion.files.reading import read_text
+from fusion.quantity import FAR
+from fusion.recording.text_files import stamp
+
+# what a log can hold: beyond, it is an error code or another unit
+PLAUSIBLE = {
+    "turntable_deg": (-1e6, 1e6),  # 2800 turns
+    "temperature_c": (-40.0, 150.0),
+    "ambient_lux": (0.0, 200_000.0),
+    "distance_m": (0.0, FAR),
+    "shutter_s": (0.0, 1e4),
+}
 
 
-def read_telemetry(path: Path) -> dict[str, NDArray[np.float64]]:
-    """Columns (m,) of a telemetry file by their name, NaN where blank; columns that hold words are left out.
+def read_telemetry(path: Path, notes: list[str] | None = None) -> dict[str, NDArray[np.float64]]:
+    """Columns (m,) of a telemetry file by their name, in the order of time; NaN where blank or not possible.
+
+    Columns that hold words are left out.
+
+    Args:
+        path: a table with commas and a header row.
+        notes: what was left out or sorted is appended here.
 
     Raises:
-        RecordingError: no column `timestamp`, a row of another length, a stamp that is not a number.
+        RecordingError: no column `timestamp`, a row of another length, a stamp that is not a number of seconds.
     """
-    # NUL is refused by the csv module of Python 3.11 only
-    text = read_text(path).replace("\0", "?")
+    notes = [] if notes is None else notes
+    text = read_text(path, RecordingError, "the table")
     try:
         rows = [
             (i, row) for i, row in enumerate(csv.reader(text.splitlines()), 1) if row and not row[0].startswith("#")
@@ -37,15 +54,32 @@ def read_telemetry(path: Path) -> dict[str, NDArray[np.float64]]:
         if len(row) != len(names):
             raise RecordingError("a row has another length", f"{path}, line {line}", len(row), f"{len(names)} values")
         for name, cell in zip(names, row, strict=True):
-            value = _value(cell)
-            if value is None and name == "timestamp":
-                raise RecordingError("a time stamp cannot be read", f"{path}, line {line}", repr(cell[:40]), "seconds")
+            value = _value(cell) if name != "timestamp" else stamp(cell, path, line)
             if value is None:
                 words.add(name)
             values[name].append(math.nan if value is None else value)
     if any(len(column) != len(rows) - 1 for column in values.values()):
         raise RecordingError("a column appears twice", path, ",".join(names)[:80], "different names")
-    return {name: np.array(column, float) for name, column in values.items() if name not in words}
+    columns = {name: np.array(column, float) for name, column in values.items() if name not in words}
+    steps_back = int((np.diff(columns["timestamp"]) < 0).sum())
+    if steps_back:
+        notes.append(f"{path.name} is not in the order of time ({steps_back} steps back): sorted")
+        order = np.argsort(columns["timestamp"], kind="stable")
+        columns = {name: column[order] for name, column in columns.items()}
+    return {name: _possible(name, column, path, notes) for name, column in columns.items()}
+
+
+def _possible(name: str, column: NDArray[np.float64], path: Path, notes: list[str]) -> NDArray[np.float64]:
+    """The column without what it cannot hold."""
+    low, high = PLAUSIBLE.get(name, (-np.inf, np.inf))
+    wrong = (column < low) | (column > high)
+    if not wrong.any():
+        return column
+    notes.append(
+        f"{int(wrong.sum())} of {len(column)} values of {name} in {path.name} are left out: "
+        f"{column[wrong][0]:.4g} lies outside {low:g} to {high:g}"
+    )
+    return np.where(wrong, np.nan, column)
 
 
 def telemetry_text(telemetry: Mapping[str, ArrayLike]) -> str:

@@ -5,23 +5,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fusion.errors import RecordingError
+from fusion.files.inside import all_inside
+from fusion.files.reading import read_text
 
+LATEST = 1e12  # [s] 32 000 years: milliseconds and finer since 1970 lie beyond
 
-def read_text(path: Path) -> str:
-    """The text of a UTF-8 file. Raises RecordingError."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise RecordingError("the file cannot be read", path, error.strerror or error) from error
-    except UnicodeDecodeError as error:
-        raise RecordingError(
-            "the file is not text", path, f"byte {error.object[error.start]} at {error.start}"
-        ) from error
+FARTHEST = 1e7  # [m] the coordinates of any map on Earth
 
 
 def data_lines(path: Path) -> Iterator[tuple[int, str]]:
     """Numbered lines (from 1) of a text file without blank lines and `#` comments. Raises RecordingError."""
-    for number, line in enumerate(read_text(path).split("\n"), start=1):
+    for number, line in enumerate(read_text(path, RecordingError).split("\n"), start=1):
         line = line.strip()
         if line and not line.startswith("#"):
             yield number, line
@@ -38,13 +32,25 @@ def number(text: str, path: Path, line: int) -> float:
     return value
 
 
+def stamp(text: str, path: Path, line: int) -> float:
+    """A time stamp [s]. Raises RecordingError with the line."""
+    value = number(text, path, line)
+    if abs(value) > LATEST:
+        raise RecordingError("a time stamp is not in seconds", f"{path}, line {line}", repr(text[:40]), "seconds")
+    return value
+
+
 def read_image_list(path: Path) -> tuple[list[float], list[str]]:
-    """Time stamps [s] and file names of a TUM list (`timestamp filename` a line), unsorted. Raises RecordingError."""
+    """Time stamps [s] and file names of a TUM list (`timestamp filename` a line), unsorted.
+
+    Raises:
+        RecordingError: a line of another form, a stamp that is none in seconds, a name that leads out of the folder.
+    """
     stamps, names = [], []
     for line, text in data_lines(path):
         parts = text.split(maxsplit=1)
-        if len(parts) != 2 or "\0" in text:
+        if len(parts) != 2:
             raise RecordingError("a line cannot be read", f"{path}, line {line}", repr(text[:60]), "timestamp filename")
-        stamps.append(number(parts[0], path, line))
+        stamps.append(stamp(parts[0], path, line))
         names.append(parts[1])
-    return stamps, names
+    return stamps, all_inside(path.parent, names, RecordingError, path)

@@ -8,7 +8,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.pose import from_tum, to_tum
 from fusion.geometry.trajectory import Trajectory
 from fusion.output import atomic_file
-from fusion.recording.text_files import data_lines, number
+from fusion.recording.text_files import FARTHEST, data_lines, number, stamp
 
 HEADER = "# timestamp tx ty tz qx qy qz qw\n"
 
@@ -26,7 +26,10 @@ def read_trajectory(path: Path) -> Trajectory:
         if len(parts) != 8:
             expected = "timestamp tx ty tz qx qy qz qw"
             raise RecordingError("a pose cannot be read", f"{path}, line {line}", repr(text[:60]), expected)
-        row = [number(part, path, line) for part in parts]
+        row = [stamp(parts[0], path, line), *(number(part, path, line) for part in parts[1:])]
+        if max(map(abs, row[1:4])) > FARTHEST:
+            expected = f"metres, up to {FARTHEST:g}"
+            raise RecordingError("a pose is out of bounds", f"{path}, line {line}", " ".join(parts[1:4])[:60], expected)
         # 0.05: files with two decimals are still read, other orders or units are not
         if abs(sum(q * q for q in row[4:]) ** 0.5 - 1) > 0.05:
             raise RecordingError("a quaternion is not of unit length", f"{path}, line {line}", " ".join(parts[4:]))

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.recording.recording import Recording
+from fusion.recording.telemetry_file import PLAUSIBLE
 from fusion.sensor.moment import Moment
 
 Array = NDArray[np.float64]
 
-# what a log can hold: beyond, it is an error code or another unit
-PLAUSIBLE = {"temperature_c": (-40.0, 150.0), "ambient_lux": (0.0, 200_000.0), "turntable_deg": (-1e7, 1e7)}
+USED = ("temperature_c", "ambient_lux", "turntable_deg")
 UPTIME = 1e8  # [s] three years: larger stamps are dates, which do not tell when the sensor was switched on
 
 
@@ -45,7 +45,8 @@ class Moments:
 def moments_of(recording: Recording) -> Moments:
     """The moments of all frames; a column that is missing, blank or beyond all sense counts as not logged."""
     columns, warnings = {}, []
-    for name, (low, high) in PLAUSIBLE.items():
+    for name in USED:
+        low, high = PLAUSIBLE[name]
         values = recording.telemetry_at_frames(name)
         if values is not None and not ((values >= low) & (values <= high)).all():
             seen = f"{np.min(values):.3g} to {np.max(values):.3g}"

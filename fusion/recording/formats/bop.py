@@ -9,6 +9,7 @@ from msgspec import Meta, Struct
 
 from fusion.errors import RecordingError
 from fusion.files.content import Content
+from fusion.files.inside import all_inside, inside
 from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, is_rigid, pose
@@ -46,7 +47,7 @@ def recognises(folder: Path) -> bool:
 
 def read(folder: Path, camera: Camera | None) -> Recording:
     """The recording in a BOP scene folder. Raises RecordingError."""
-    path = folder / "scene_camera.json"
+    path = inside(folder, "scene_camera.json", RecordingError)
     content = Content(read_json(path, RecordingError), path, "the scene", RecordingError)
     entries = _entries(content)
     depth = _names(folder, "depth", list(entries))
@@ -91,7 +92,9 @@ def _names(folder: Path, kind: str, numbers: list[int]) -> dict[int, str]:
     if not (folder / kind).is_dir():
         return {}
     there = {entry.stem: entry.name for entry in (folder / kind).iterdir()}
-    return {number: f"{kind}/{there[f'{number:06d}']}" for number in numbers if f"{number:06d}" in there}
+    names = {number: f"{kind}/{there[f'{number:06d}']}" for number in numbers if f"{number:06d}" in there}
+    all_inside(folder, names.values(), RecordingError)
+    return names
 
 
 def _camera(entries: dict[int, Entry], size: tuple[int, int], content: Content) -> tuple[Camera, list[str]]:

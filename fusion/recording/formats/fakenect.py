@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.inside import all_inside, inside
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import PRESETS
 from fusion.recording.frame_files import INVALID_COUNT, FrameFiles, associate
 from fusion.recording.images import check_shape, read_bytes
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import data_lines, number
+from fusion.recording.text_files import data_lines, stamp
 
 HEADER = re.compile(rb"P5\s+(\d{1,5})\s+(\d{1,5})\s+(\d{1,5})\s")
 # largest 11-bit value: the sensor saw nothing
@@ -28,7 +29,7 @@ def recognises(folder: Path) -> bool:
 
 def read(folder: Path, camera: Camera | None) -> Recording:
     """The recording in a fakenect dump, by default with a Kinect v1's nominal camera. Raises RecordingError."""
-    index = folder / "INDEX.txt"
+    index = inside(folder, "INDEX.txt", RecordingError)
     depth, color = _listed(index, "d-"), _listed(index, "r-")
     if not depth:
         raise RecordingError("the recording is empty", index, "no depth image", "lines such as d-1300000000.1-2.pgm")
@@ -87,8 +88,9 @@ def _listed(index: Path, start: str) -> list[tuple[float, str]]:
     """(stamp [s], name) of the images whose name begins so: `d-<host seconds>-<device ticks>.pgm`."""
     found = []
     for line, text in data_lines(index):
-        if text.startswith(start) and "\0" not in text:
-            found.append((number(text[2:].split("-")[0], index, line), text))
+        if text.startswith(start):
+            found.append((stamp(text[2:].split("-")[0], index, line), text))
+    all_inside(index.parent, [name for _, name in found], RecordingError, index)
     return found
 
 

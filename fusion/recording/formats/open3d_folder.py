@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.files.content import Content
+from fusion.files.inside import all_inside, inside, part
 from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
@@ -21,7 +22,7 @@ from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import data_lines, number
+from fusion.recording.text_files import FARTHEST, data_lines, number
 
 COLOR_FOLDERS = ("color", "rgb", "image")
 CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json")
@@ -82,7 +83,8 @@ def _images(folder: Path, name: str) -> list[str]:
     if not (folder / name).is_dir():
         return []
     names = [entry.name for entry in (folder / name).iterdir() if entry.suffix.lower() in IMAGES]
-    return [f"{name}/{file}" for file in sorted(names, key=lambda file: (_number(file), file))]
+    listed = [f"{name}/{file}" for file in sorted(names, key=lambda file: (_number(file), file))]
+    return all_inside(folder, listed, RecordingError)
 
 
 def _number(name: str) -> int:
@@ -101,7 +103,7 @@ def _stamps(names: list[str]) -> NDArray[np.float64]:
 
 
 def _camera(folder: Path) -> Camera:
-    path = next((folder / name for name in CAMERA_FILES if (folder / name).is_file()), None)
+    path = next((part(folder, name) for name in CAMERA_FILES if (folder / name).is_file()), None)
     if path is None:
         do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
         raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
@@ -119,7 +121,7 @@ def _camera(folder: Path) -> Camera:
 
 def _poses(folder: Path, stamps: Array) -> Trajectory | None:
     path = next(iter(sorted(folder.glob("*.log"))), None)
-    return None if path is None else read_log(path, stamps)
+    return None if path is None else read_log(inside(folder, path.name, RecordingError), stamps)
 
 
 def read_log(path: Path, stamps: Array) -> Trajectory:
@@ -133,7 +135,7 @@ def read_log(path: Path, stamps: Array) -> Trajectory:
             raise RecordingError("a pose cannot be read", where, "", "three numbers, then four rows of four")
         T, index = np.array(block[1:]), block[0][0]
         # 0.01: logs are written with few decimals
-        if not is_rigid(T, 0.01):
+        if not is_rigid(T, 0.01) or np.abs(T).max() > FARTHEST:
             raise RecordingError("a pose is not rigid", where)
         if 0 <= index < len(poses):
             poses[int(index)] = T

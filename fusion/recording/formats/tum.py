@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.inside import inside, part
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import read_camera
@@ -29,14 +30,16 @@ def recognises(folder: Path) -> bool:
 
 def read(folder: Path, camera: Camera | None) -> Recording:
     """The recording in a native or plain TUM folder; its images stay on disk. Raises RecordingError."""
-    native = (folder / "camera.json").is_file()
-    if camera is None and not native:
+    own = part(folder, "camera.json")
+    native = own is not None
+    if camera is None and own is None:
         do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
         raise RecordingError("the recording has no camera", folder, "no camera.json", "intrinsics", do)
-    camera = camera or read_camera(folder / "camera.json")
+    camera = camera or read_camera(own or "")
     stamps, files = _read_lists(folder)
     files, warnings = with_color_placed(files, camera)
-    scene, telemetry = folder / "scene.json", folder / "telemetry.csv"
+    scene, telemetry = part(folder, "scene.json"), part(folder, "telemetry.csv")
+    logged = {} if telemetry is None else read_telemetry(telemetry, warnings)
     return Recording(
         path=folder,
         format="native" if native else "tum",
@@ -44,8 +47,8 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         timestamps=stamps,
         load=partial(load_frame, files, camera, stamps),
         poses=_read_poses(folder),
-        telemetry=read_telemetry(telemetry) if telemetry.is_file() else {},
-        scene=read_scene_fields(scene) if scene.is_file() else {},
+        telemetry=logged,
+        scene={} if scene is None else read_scene_fields(scene),
         warnings=(*_list_warnings(files), *warnings),
         files=files,
     )
@@ -85,14 +88,14 @@ def _registered(camera: Camera, color: Camera) -> bool:
 
 
 def _read_lists(folder: Path) -> tuple[NDArray[np.float64], FrameFiles]:
-    unsorted, names = read_image_list(folder / "depth.txt")
+    unsorted, names = read_image_list(inside(folder, "depth.txt", RecordingError))
     if not names:
         raise RecordingError("the recording is empty", folder / "depth.txt", "no frame", "lines timestamp filename")
     given = np.array(unsorted)
     order = np.argsort(given, kind="stable")
     stamps = given[order]
-    color, unmatched_color = _associated(folder / "rgb.txt", stamps)
-    ir, unmatched_ir = _associated(folder / "ir.txt", stamps)
+    color, unmatched_color = _associated(part(folder, "rgb.txt"), stamps)
+    ir, unmatched_ir = _associated(part(folder, "ir.txt"), stamps)
     unmatched = {"rgb.txt": unmatched_color, "ir.txt": unmatched_ir}
     files = FrameFiles(
         folder=folder,
@@ -105,9 +108,9 @@ def _read_lists(folder: Path) -> tuple[NDArray[np.float64], FrameFiles]:
     return stamps, files
 
 
-def _associated(path: Path, stamps: NDArray[np.float64]) -> tuple[list[str | None], tuple[int, int]]:
+def _associated(path: Path | None, stamps: NDArray[np.float64]) -> tuple[list[str | None], tuple[int, int]]:
     """File name per depth stamp, and (images that belong to no frame, images in the list)."""
-    if not path.is_file():
+    if path is None:
         return [], (0, 0)
     other, names = read_image_list(path)
     match = associate(stamps, np.array(other))
@@ -116,8 +119,8 @@ def _associated(path: Path, stamps: NDArray[np.float64]) -> tuple[list[str | Non
 
 
 def _read_poses(folder: Path) -> Trajectory | None:
-    path = folder / "groundtruth.txt"
-    return read_trajectory(path) if path.is_file() else None
+    path = part(folder, "groundtruth.txt")
+    return None if path is None else read_trajectory(path)
 
 
 def _list_warnings(files: FrameFiles) -> list[str]:
