@@ -45,7 +45,7 @@ def inside(folder: Path, name: str, error: type[FusionError] = FusionError, wher
     return path
 
 
-def part(folder: Path, name: str, error: type[FusionError] = FusionError) -> Path | None:
+def part(folder: Path, name: str, error: type[FusionError]) -> Path | None:
     """The path of a part that a folder may have, or None where it has none. Raises as `inside`."""
     return inside(folder, name, error) if os.path.lexists(folder / name) else None
 
@@ -61,10 +61,21 @@ def all_inside(
     names = list(names)
     if _follow:
         return names
-    seen: set[str] = set()
+    links: dict[str, set[str]] = {}
     for name in names:
-        parent = name.rpartition("/")[0]
-        if parent not in seen or name.endswith("..") or (folder / name).is_symlink():
+        parent, _, last = name.rpartition("/")
+        if parent not in links:
             inside(folder, name, error, where)
-            seen.add(parent)
+            links[parent] = _links(folder / parent)
+        if last in links[parent] or last == "..":
+            inside(folder, name, error, where)
     return names
+
+
+def _links(folder: Path) -> set[str]:
+    """The names in a folder that are links; none where there is no folder."""
+    try:
+        with os.scandir(folder) as entries:
+            return {entry.name for entry in entries if entry.is_symlink()}
+    except OSError:
+        return set()

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from fusion.errors import RecordingError
+from fusion.files.reading import open_regular
 from fusion.recording.finding import Finding
 from fusion.recording.sample import Sample
 
@@ -45,13 +47,13 @@ def _look_at(kind: str, folder: Path, names: Sequence[str | None]) -> list[Findi
 def _state(path: Path) -> str:
     """ "missing", "cut off" or "" for a file that looks whole."""
     try:
-        with path.open("rb") as file:
+        with open_regular(path, RecordingError) as file:
             start = file.read(8)
             file.seek(0, 2)
             # some writers put a few bytes behind the end
             file.seek(max(0, file.tell() - 256))
             end = file.read()
-    except (OSError, ValueError):
+    except (OSError, RecordingError):
         return "missing"
     if not start:
         return "cut off"

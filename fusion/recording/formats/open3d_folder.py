@@ -103,7 +103,7 @@ def _stamps(names: list[str]) -> NDArray[np.float64]:
 
 
 def _camera(folder: Path) -> Camera:
-    path = next((part(folder, name) for name in CAMERA_FILES if (folder / name).is_file()), None)
+    path = next((part(folder, name, RecordingError) for name in CAMERA_FILES if (folder / name).is_file()), None)
     if path is None:
         do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
         raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)

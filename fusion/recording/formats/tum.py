@@ -30,7 +30,7 @@ def recognises(folder: Path) -> bool:
 
 def read(folder: Path, camera: Camera | None) -> Recording:
     """The recording in a native or plain TUM folder; its images stay on disk. Raises RecordingError."""
-    own = part(folder, "camera.json")
+    own = part(folder, "camera.json", RecordingError)
     native = own is not None
     if camera is None and own is None:
         do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
@@ -38,7 +38,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     camera = camera or read_camera(own or "")
     stamps, files = _read_lists(folder)
     files, warnings = with_color_placed(files, camera)
-    scene, telemetry = part(folder, "scene.json"), part(folder, "telemetry.csv")
+    scene, telemetry = part(folder, "scene.json", RecordingError), part(folder, "telemetry.csv", RecordingError)
     logged = {} if telemetry is None else read_telemetry(telemetry, warnings)
     return Recording(
         path=folder,
@@ -94,8 +94,8 @@ def _read_lists(folder: Path) -> tuple[NDArray[np.float64], FrameFiles]:
     given = np.array(unsorted)
     order = np.argsort(given, kind="stable")
     stamps = given[order]
-    color, unmatched_color = _associated(part(folder, "rgb.txt"), stamps)
-    ir, unmatched_ir = _associated(part(folder, "ir.txt"), stamps)
+    color, unmatched_color = _associated(part(folder, "rgb.txt", RecordingError), stamps)
+    ir, unmatched_ir = _associated(part(folder, "ir.txt", RecordingError), stamps)
     unmatched = {"rgb.txt": unmatched_color, "ir.txt": unmatched_ir}
     files = FrameFiles(
         folder=folder,
@@ -119,7 +119,7 @@ def _associated(path: Path | None, stamps: NDArray[np.float64]) -> tuple[list[st
 
 
 def _read_poses(folder: Path) -> Trajectory | None:
-    path = part(folder, "groundtruth.txt")
+    path = part(folder, "groundtruth.txt", RecordingError)
     return None if path is None else read_trajectory(path)
 
 
