@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.lens.board import Board as CalibrationBoard
+from fusion.calibration.lens.board import knows_markers
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array, transform
 from fusion.mesh.mesh import Mesh
@@ -33,9 +34,9 @@ class Board(CalibrationBoard):
             raise SceneError('"square_m" of the board cannot be used', found=self.square_m, expected="metres")
         if self.marker_m and not 0 < self.marker_m < self.square_m:
             raise SceneError('"marker_m" of the board cannot be used', found=self.marker_m, expected="below square_m")
-        if self.marker_m and not hasattr(cv2.aruco, self.dictionary):
+        if self.marker_m and not knows_markers(self.dictionary):
             raise SceneError(
-                '"dictionary" of the board is unknown', found=self.dictionary, expected="DICT_5X5_100, ..."
+                '"dictionary" of the board is unknown', found=self.dictionary[:60], expected="DICT_5X5_100, ..."
             )
 
     @property

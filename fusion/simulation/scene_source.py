@@ -10,6 +10,7 @@ from msgspec import Struct
 from fusion.errors import SceneError
 from fusion.files.content import Content
 from fusion.files.inside import inside
+from fusion.files.json_file import shown
 from fusion.geometry.pose import Array, from_tum, is_rigid
 from fusion.recording.scene_file import LookAt, Posed
 from fusion.simulation.course import looking_at
@@ -37,6 +38,8 @@ class SceneSource:
 
     def path(self, name: str) -> Path:
         """The file of a name. A recording is somebody else's: its names stay inside it."""
+        if "\0" in name:
+            raise self.wrong(found=shown(name), expected="a file's name")
         if (self.folder / "depth.txt").is_file():
             return inside(self.folder, name, SceneError, self.content.where)
         return self.folder / name

@@ -111,6 +111,11 @@ def board_from_dict(fields: dict[str, Any], where: object = "board.json") -> Boa
     return _charuco(board, given, replace(content, do=CHARUCO))
 
 
+def knows_markers(dictionary: str) -> bool:
+    """True for OpenCV's name of a set of markers, such as DICT_5X5_100."""
+    return dictionary.startswith("DICT_") and hasattr(cv2.aruco, dictionary)
+
+
 def _charuco(board: Board, given: BoardFile, content: Content) -> Board:
     """The board with its markers, which must fit into the squares and be known."""
     name = given.dictionary or ""
@@ -118,7 +123,7 @@ def _charuco(board: Board, given: BoardFile, content: Content) -> Board:
         raise content.wrong(BoardFile, "marker_m")
     if given.marker_m >= board.square_m:
         raise content.wrong(BoardFile, "marker_m", expected=f"less than the squares' {board.square_m:g} m")
-    if not (name.startswith("DICT_") and hasattr(cv2.aruco, name)):
+    if not knows_markers(name):
         raise content.wrong(BoardFile, "dictionary")
     known = len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name)).bytesList)
     needed = (board.columns + 1) * (board.rows + 1) // 2
