@@ -1,6 +1,7 @@
 """What a JSON schema says, in words, at any place of a file: messages and published schemas have one source."""
 
 from collections.abc import Iterator
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -8,6 +9,7 @@ import msgspec
 
 from fusion.files.places import Place, at
 
+MOST_NAMES = 12  # more are not read: those like what was found are told
 Node = dict[str, Any]  # a JSON schema, or a part of one
 
 
@@ -35,7 +37,7 @@ def expectation(schema: Node, node: Node, found: Any = None) -> str:
     meaning = next(filter(None, meant), "")
     if meaning and all(option.get("type") in ("array", "object") for option in options):
         return str(meaning)  # of a shape that it tells better
-    words = " or ".join(filter(None, dict.fromkeys(map(_words, options))))
+    words = " or ".join(filter(None, dict.fromkeys(_words(option, found) for option in options)))
     if meaning and words != meaning:  # a unit alone needs no brackets of its own
         words = f"{words} {meaning}" if meaning.startswith("[") else f"{words} ({meaning})"
     most = max((option.get("maximum", 0) for option in options), default=0)
@@ -115,10 +117,9 @@ def _value_at(content: Any, place: Place) -> Any:
         return None
 
 
-def _words(option: Node) -> str:
+def _words(option: Node, found: Any) -> str:
     if "enum" in option:
-        names = [f'"{name}"' if isinstance(name, str) else str(name) for name in option["enum"] if name != ""]
-        return names[0] if len(names) == 1 else "one of " + ", ".join(names)
+        return _names([name for name in option["enum"] if name != ""], found)
     kind = {"string": "a text", "boolean": "true or false", "array": "a list", "object": "a JSON object"}
     if option.get("type") == "string" and "description" in option:
         return str(option["description"])
@@ -128,6 +129,14 @@ def _words(option: Node) -> str:
         return kind[option["type"]]
     whole = option.get("type") == "integer" or option.get("multipleOf") == 1
     return ("a whole number" if whole else "a number") + _bounds(option)
+
+
+def _names(names: list[str], found: Any) -> str:
+    quoted = [f'"{name}"' for name in names]
+    if len(names) <= MOST_NAMES:
+        return quoted[0] if len(names) == 1 else "one of " + ", ".join(quoted)
+    near = get_close_matches(str(found)[:60], names, 3, 0.4) or names[:3]
+    return f"one of {len(names)} names, such as " + ", ".join(f'"{name}"' for name in near)
 
 
 def _bounds(option: Node) -> str:

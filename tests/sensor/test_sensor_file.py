@@ -161,7 +161,7 @@ BROKEN = [
     (r'variables\.value" of effect tabulated .*depth, range', tabulated(variables={"value": [1]})),
     ("cannot depend on these", tabulated(variables="colour", grid=[1, 2])),
     ("the grid of a table is wrong", tabulated(**TABLE | {"grid": [[2, 1]]})),
-    ('"effect" of effect wiggle .*one of .*"multipath"', [{"effect": "wiggle"}]),
+    (r'"effect" of effect temp_drift .*one of \d+ names, such as "temperature_drift"', [{"effect": "temp_drift"}]),
     ('"parameters.factor" of .*is not known.*one of scale', [{"effect": "depth_scale", "parameters": {"factor": 1}}]),
     ('offset.unit" of effect depth_offset .*found \'mm\'; expected "m"', offset(value=0.3, unit="mm")),
     (r"from -0\.5 to 0\.5 .*at true depth 0 \[m\].*3 looks like millimetres", offset(value=3)),
