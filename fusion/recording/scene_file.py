@@ -34,7 +34,7 @@ class LookAt(Struct, frozen=True, kw_only=True):
 
 Pose = Annotated[
     list[Metres | list[Metres]] | LookAt | None,
-    Meta(description="a rigid 4x4 matrix [m], tx ty tz qx qy qz qw, or eye and target; below 1e6"),
+    Meta(description="a rigid 4x4 matrix [m], tx ty tz qx qy qz qw, or eye and target; below 1e7"),
 ]
 
 

@@ -10,8 +10,6 @@ from fusion.files.reading import read_text
 
 LATEST = 1e12  # [s] 32 000 years: milliseconds and finer since 1970 lie beyond
 
-FARTHEST = 1e7  # [m] the coordinates of any map on Earth
-
 
 def data_lines(path: Path) -> Iterator[tuple[int, str]]:
     """Numbered lines (from 1) of a text file without blank lines and `#` comments. Raises RecordingError."""

@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from fusion.errors import RecordingError
+from fusion.files.values import FARTHEST_M
 from fusion.geometry.pose import from_tum, to_tum
 from fusion.geometry.trajectory import Trajectory
 from fusion.output import atomic_file
-from fusion.recording.text_files import FARTHEST, data_lines, number, stamp
+from fusion.recording.text_files import data_lines, number, stamp
 
 HEADER = "# timestamp tx ty tz qx qy qz qw\n"
 
@@ -27,8 +28,8 @@ def read_trajectory(path: Path) -> Trajectory:
             expected = "timestamp tx ty tz qx qy qz qw"
             raise RecordingError("a pose cannot be read", f"{path}, line {line}", repr(text[:60]), expected)
         row = [stamp(parts[0], path, line), *(number(part, path, line) for part in parts[1:])]
-        if max(map(abs, row[1:4])) > FARTHEST:
-            expected = f"metres, up to {FARTHEST:g}"
+        if max(map(abs, row[1:4])) > FARTHEST_M:
+            expected = f"metres, up to {FARTHEST_M:g}"
             raise RecordingError("a pose is out of bounds", f"{path}, line {line}", " ".join(parts[1:4])[:60], expected)
         # 0.05: files with two decimals are still read, other orders or units are not
         if abs(sum(q * q for q in row[4:]) ** 0.5 - 1) > 0.05:

@@ -22,7 +22,7 @@ from fusion.recording.recording import Recording
 # image numbers carry no time
 FRAMES_PER_SECOND = 30.0
 
-Number = Annotated[float, Meta(gt=-1e9, lt=1e9)]
+Number = Annotated[float, Meta(gt=-1e10, lt=1e10)]  # lengths are millimetres
 Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
 
 

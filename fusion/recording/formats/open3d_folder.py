@@ -13,6 +13,7 @@ from fusion.errors import RecordingError
 from fusion.files.content import Content
 from fusion.files.inside import all_inside, inside, part
 from fusion.files.json_file import read_json
+from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
@@ -22,7 +23,7 @@ from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import FARTHEST, data_lines, number
+from fusion.recording.text_files import data_lines, number
 
 COLOR_FOLDERS = ("color", "rgb", "image")
 CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json")
@@ -135,7 +136,7 @@ def read_log(path: Path, stamps: Array) -> Trajectory:
             raise RecordingError("a pose cannot be read", where, "", "three numbers, then four rows of four")
         T, index = np.array(block[1:]), block[0][0]
         # 0.01: logs are written with few decimals
-        if not is_rigid(T, 0.01) or np.abs(T).max() > FARTHEST:
+        if not is_rigid(T, 0.01) or np.abs(T).max() > FARTHEST_M:
             raise RecordingError("a pose is not rigid", where)
         if 0 <= index < len(poses):
             poses[int(index)] = T

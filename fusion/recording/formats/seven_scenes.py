@@ -8,6 +8,7 @@ import numpy as np
 
 from fusion.errors import RecordingError
 from fusion.files.inside import all_inside
+from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
@@ -15,7 +16,7 @@ from fusion.recording.camera_presets import PRESETS
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import FARTHEST, data_lines, number
+from fusion.recording.text_files import data_lines, number
 
 DEPTH = re.compile(r"frame-(\d+)\.depth(\.proj)?\.png$")
 # the files carry no time; Kinect v1 gives 30 frames a second
@@ -79,7 +80,7 @@ def read_matrix(path: Path) -> Array:
     values = [[number(value, path, line) for value in row] for line, row in rows]
     T = np.array(values) if len(values) == 4 and all(len(row) == 4 for row in values) else np.zeros(0)
     # 0.01: the data set's matrices are rounded and not re-orthonormalised
-    if not is_rigid(T, 0.01) or np.abs(T).max() > FARTHEST:
+    if not is_rigid(T, 0.01) or np.abs(T).max() > FARTHEST_M:
         raise RecordingError(
             "the pose is not a rigid matrix", path, f"{len(rows)} rows", "4 rows of 4, camera to world"
         )
