@@ -15,14 +15,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from taichi.lang import impl
-from taichi.lang.enums import AutodiffMode
-from taichi.types.annotations import template
-from taichi.types.ndarray_type import NdarrayType
-from taichi.types.primitive_types import type_ids
 
 from fusion.compute.taichi_copy import kernel_impl, reading, ti, turn
 
+impl = kernel_impl.impl  # no import of Taichi beside the one that keeps it from greeting
 Put = Callable[[Any, tuple[int], Any], None]
 Given = list[Callable[[], Any]]  # the arrays of an earlier call, as long as they live
 
@@ -47,7 +43,7 @@ class Kernel:
     """
 
     def __init__(self, function: Callable[..., None]) -> None:
-        self.plain = kernel_impl.Kernel(function, AutodiffMode.NONE)
+        self.plain = kernel_impl.Kernel(function, kernel_impl.AutodiffMode.NONE)
         self.ready: dict[tuple[Any, ...], Ready | None] = {}
         functools.update_wrapper(self, function)
 
@@ -94,7 +90,7 @@ def _nothing() -> None:
 
 def _types(kernel: Any, args: tuple[Any, ...]) -> tuple[Any, ...] | None:
     """What a compiled kernel depends on; None for a call that Taichi has to see itself."""
-    if kernel.return_type is not None or kernel.autodiff_mode != AutodiffMode.NONE:
+    if kernel.return_type is not None or kernel.autodiff_mode != kernel_impl.AutodiffMode.NONE:
         return None
     found: list[Any] = []
     for n, value in enumerate(args):
@@ -111,7 +107,9 @@ def _ready(kernel: Any, args: tuple[Any, ...], program: Any) -> Ready | None:
     """None where an argument is of a kind that is not handed over here, or on a device where nobody has tried it."""
     if program.config().arch not in (ti.x64, ti.arm64):
         return None
-    given = [(n, a.annotation) for n, a in enumerate(kernel.arguments) if not isinstance(a.annotation, template)]
+    given = [
+        (n, a.annotation) for n, a in enumerate(kernel.arguments) if not isinstance(a.annotation, kernel_impl.template)
+    ]
     puts = [(n, (place,), _put(annotation)) for place, (n, annotation) in enumerate(given)]
     known = [(n, place, put) for n, place, put in puts if put is not None]
     if len(known) < len(puts):
@@ -122,8 +120,8 @@ def _ready(kernel: Any, args: tuple[Any, ...], program: Any) -> Ready | None:
 
 
 def _put(annotation: Any) -> Put | None:
-    if isinstance(annotation, NdarrayType):
-        return _array if id(annotation.dtype) in type_ids else None
+    if isinstance(annotation, kernel_impl.ndarray_type.NdarrayType):
+        return _array if id(annotation.dtype) in kernel_impl.primitive_types.type_ids else None
     return {id(ti.f32): _real, id(ti.f64): _real, id(ti.i32): _whole, id(ti.i64): _whole}.get(id(annotation))
 
 

@@ -74,7 +74,7 @@ def flat(value: Any, name: str = "result") -> dict[str, Any]:
         found[name] = repr(value)
     elif hasattr(value, "__dict__"):
         found[name] = type(value).__name__
-        for key in vars(value):
+        for key in [key for key in vars(value) if not key.startswith("_")]:
             found |= flat(vars(value)[key], f"{name}.{key}")
     else:
         found[name] = type(value).__name__

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fusion.calibration.lens.solve import NAMES, residual, solve
-from fusion.calibration.lens.spread import eliminated, jacobian
+from fusion.calibration.lens.solve import NAMES, jacobian, residual, solve
+from fusion.calibration.lens.spread import eliminated
 from fusion.calibration.lens.views import View
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array

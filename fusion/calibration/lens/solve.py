@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 
+from fusion.calibration.lens.adjust import adjusted
 from fusion.calibration.lens.views import View
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
@@ -14,7 +14,6 @@ from fusion.geometry.pose import Array
 
 # in the order of OpenCV's distortion behind the camera matrix
 NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-10)
 
 
 @dataclass(frozen=True)
@@ -73,20 +72,16 @@ def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = No
     if len(views) < 3:
         do = "record 10 or more pictures with the board tilted in several directions"
         raise RecordingError("too few views of the board", found=len(views), expected="3 or more", do=do)
-    points = [np.ascontiguousarray(view.points, np.float32) for view in views]
-    pixels = [np.ascontiguousarray(view.pixels.reshape(-1, 1, 2), np.float32) for view in views]
-    K: Any = None
-    lens: Any = None
-    flags = cv2.CALIB_FIX_K3 if hold_k3 else 0
-    if start is not None:
-        K, lens, flags = matrix(start), start[4:].copy(), flags | cv2.CALIB_USE_INTRINSIC_GUESS
+    free = np.array([name != "k3" or not hold_k3 for name in NAMES])
     try:
-        _, K, lens, turns, shifts = cv2.calibrateCamera(points, pixels, size, K, lens, flags=flags, criteria=STOP)
-    except cv2.error as error:
+        begin = _guess(views, size) if start is None else np.array(start, float)
+        found = [pose for view in views if (pose := placed(view, begin)) is not None]
+        if len(found) < len(views):
+            raise np.linalg.LinAlgError("a view without a pose")
+        parameters, poses = adjusted(lambda n, *at: jacobian(views[n], *at), begin, np.array(found), free)
+    except (cv2.error, np.linalg.LinAlgError) as error:
         do = "tilt the board in several directions, and check board.json"
         raise RecordingError("no camera explains the views", found=f"{len(views)} views", do=do) from error
-    parameters = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *np.ravel(lens)[:5]], np.float64)
-    poses = np.array([np.concatenate([r.ravel(), t.ravel()]) for r, t in zip(turns, shifts, strict=True)])
     if not (np.isfinite(parameters).all() and np.isfinite(poses).all()):
         raise RecordingError(
             "no camera explains the views", found="a solution that is not finite", do="check the pictures"
@@ -94,10 +89,25 @@ def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = No
     return Solution(parameters, poses, [residual(v, p, parameters) for v, p in zip(views, poses, strict=True)])
 
 
+def _guess(views: Sequence[View], size: tuple[int, int]) -> Array:
+    """Parameters (9,) of a camera without distortion, from what the board's squares look like."""
+    points = [np.ascontiguousarray(view.points, np.float32) for view in views]
+    pixels = [np.ascontiguousarray(view.pixels.reshape(-1, 1, 2), np.float32) for view in views]
+    K = cv2.initCameraMatrix2D(points, pixels, size, 0)
+    return np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], 0, 0, 0, 0, 0], float)
+
+
 def residual(view: View, pose: Array, parameters: Array) -> Array:
     """(n, 2) seen minus predicted [px] of a view with its pose (6,)."""
     predicted, _ = cv2.projectPoints(view.points, pose[:3], pose[3:], matrix(parameters), parameters[4:])
     return view.pixels - predicted.reshape(-1, 2)
+
+
+def jacobian(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
+    """(2n, 9 + 6) derivative of the predicted pixels in camera and pose, (2n,) predicted minus seen [px]."""
+    predicted, J = cv2.projectPoints(view.points, pose[:3], pose[3:], matrix(parameters), parameters[4:])
+    # OpenCV's columns: rotation, translation, focal length, principal point, distortion
+    return np.hstack([J[:, 6:15], J[:, :6]]), (predicted.reshape(-1, 2) - view.pixels).ravel()
 
 
 def placed(view: View, parameters: Array) -> Array | None:

@@ -7,10 +7,9 @@ the covariance, and the difference to the sum gives the camera without that view
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from fusion.calibration.lens.solve import NAMES, Solution, matrix
+from fusion.calibration.lens.solve import NAMES, Solution, jacobian
 from fusion.calibration.lens.views import View
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
@@ -91,13 +90,6 @@ def eliminated(J: Array, r: Array, kept: int) -> tuple[Array, Array]:
     Q, _ = np.linalg.qr(J[:, kept:] * scale[kept:])
     J_free = J[:, :kept] - Q @ (Q.T @ J[:, :kept])
     return J_free.T @ J_free, J_free.T @ (r - Q @ (Q.T @ r))
-
-
-def jacobian(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
-    """(2n, 9 + 6) derivative of the predicted pixels in camera and pose, (2n,) predicted minus seen [px]."""
-    predicted, J = cv2.projectPoints(view.points, pose[:3], pose[3:], matrix(parameters), parameters[4:])
-    # OpenCV's columns: rotation, translation, focal length, principal point, distortion
-    return np.hstack([J[:, 6:15], J[:, :6]]), (predicted.reshape(-1, 2) - view.pixels).ravel()
 
 
 def _without(total: Array, S: Array, s: Array, unit: Array) -> Array:

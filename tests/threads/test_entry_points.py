@@ -1,0 +1,77 @@
+"""Whatever two threads call at the same time, they get what they get one after the other.
+
+tools/thread_rounds.py repeats it 100 times, in an order that is another every time.
+"""
+
+import inspect
+from pathlib import Path
+from types import FunctionType
+
+import calls
+import pytest
+from inputs import Inputs, made
+from side_by_side import compared
+
+import fusion
+
+METHODS = (FunctionType, staticmethod, classmethod)
+SEEN = Path(calls.__file__).read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("threads")
+    return [made(folder / str(seed), seed) for seed in (1, 2)]
+
+
+def both(call: calls.Call, inputs: list[Inputs], tmp_path: Path, rounds: int) -> list[str]:
+    """What differs when each thread makes a call with inputs of its own."""
+    numbers = iter(range(10**6))
+
+    def once(given: Inputs):
+        out = tmp_path / str(next(numbers))
+        out.mkdir()
+        return call(given, out)
+
+    return compared(lambda: once(inputs[0]), lambda: once(inputs[1]), rounds)
+
+
+@pytest.mark.parametrize("call", calls.LIGHT, ids=lambda call: call.__name__)
+def test_light_calls(call, inputs, tmp_path):
+    assert not both(call, inputs, tmp_path, rounds=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("call", calls.HEAVY, ids=lambda call: call.__name__)
+def test_heavy_calls(call, inputs, tmp_path):
+    assert not both(call, inputs, tmp_path, rounds=3)
+
+
+@pytest.mark.slow
+def test_the_same_objects_in_both_threads(inputs, tmp_path):
+    """What is given may be shared: nothing of it is changed."""
+    wrong = {call.__name__: both(call, [inputs[0]] * 2, tmp_path, rounds=2) for call in calls.LIGHT + calls.HEAVY}
+    assert not {name: found[:5] for name, found in wrong.items() if found}
+
+
+def test_every_public_name_is_called():
+    assert [name for name in fusion.__all__ if f"fusion.{name}" not in SEEN and name not in RESULTS] == []
+
+
+def test_every_method_of_the_public_classes_is_called():
+    missing = []
+    for name in fusion.__all__:
+        cls = getattr(fusion, name)
+        if inspect.isclass(cls):
+            methods = [
+                n for n, value in vars(cls).items() if isinstance(value, FunctionType | staticmethod | classmethod)
+            ]
+            missing += [f"{name}.{n}" for n in methods if not n.startswith("_") and f".{n}(" not in SEEN]
+    assert missing == []
+
+
+# what calls give, and the error: no calls of their own
+RESULTS = {
+    "__version__", "Comparison", "DenseField", "Explanation", "FusionError", "Reconstruction", "Recording", "Scan",
+    "Simulation",
+}  # fmt: skip
