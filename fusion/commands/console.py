@@ -1,17 +1,37 @@
 """Where the console program begins: Ctrl-C is one line from here on, also while the rest is still being loaded."""
 
-import signal
+import os
 import sys
+
+STOPPED = 128  # and above: the status of a run that a signal ended
 
 
 def run() -> int:
     """`fusion.commands.main.main`, from its import to its end."""
+    sys.unraisablehook = _again
     try:
+        import signal  # even this takes long enough to be interrupted
+
         from fusion.commands.main import main
 
         status = main()
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is done and told: what is left is Python's own end
-        return status
     except KeyboardInterrupt:
         sys.stderr.write("fusion: interrupted\n")
-        return 130
+        status = STOPPED + 2
+    if status >= STOPPED:
+        # at once: libraries that were stopped in the middle complain in their own ends, and change the status
+        sys.stderr.flush()
+        os._exit(status)
+    return status
+
+
+def _again(lost: "sys.UnraisableHookArgs") -> None:
+    """Ctrl-C in a callback, where Python can raise nothing, comes again a moment later."""
+    if not isinstance(lost.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    import _thread
+    import threading
+
+    threading.Timer(0.01, _thread.interrupt_main).start()

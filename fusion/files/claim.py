@@ -115,7 +115,7 @@ def claimed(
 
 def _refuse_other_kind(path: Path, place: Path, folder: bool) -> None:
     if folder and place.exists() and not place.is_dir():
-        found, do = "something that is no folder", "choose another name"
+        found, do = "a file" if place.is_file() else "something that is no folder", "choose another name"
         raise FusionError("the output is not a folder", path, found, "a folder or a new name", do)
     if not folder and place.exists() and not place.is_file():
         found, do = "a folder" if place.is_dir() else "something that is no file", "choose another name"
