@@ -11,7 +11,7 @@ from pathlib import Path
 
 from fusion.errors import FusionError
 from fusion.files.refused_output import told
-from fusion.files.staging import Staging, staging
+from fusion.files.staging import Staging, is_staged, staging
 from fusion.progress import note
 
 _HERE, _EXCHANGE = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
@@ -28,6 +28,10 @@ def atomic_file(path: Path) -> Iterator[Path]:
         place = place_of(path)
         if place.is_dir():
             raise FusionError("the output is a folder", path, "a folder", "a file's name", "choose another name")
+        if is_staged(place):  # a part of something that is made: that appears whole or not at all
+            place.parent.mkdir(parents=True, exist_ok=True)
+            yield place
+            return
         with staging(place) as at:
             yield at.made
             put(at, place)

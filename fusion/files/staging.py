@@ -59,9 +59,13 @@ def staging(path: Path) -> Iterator[Staging]:
         place.made.parent.mkdir(parents=True)
         yield place
     finally:
-        with suppress(OSError):  # what cannot be removed now is swept by the next run
-            _clear(place.folder)
-        os.close(lock)
+        try:
+            _remove(place.folder)
+        except KeyboardInterrupt:  # the work is undone all the same, unless somebody insists
+            _remove(place.folder)
+            raise
+        finally:
+            os.close(lock)
 
 
 def sweep(home: Path) -> None:
@@ -109,8 +113,7 @@ def _make(home: Path, name: Path) -> tuple[Staging, int]:
             if not home.exists():
                 raise
         except BaseException:
-            with suppress(OSError):
-                _clear(folder)
+            _remove(folder)
             if lock >= 0:
                 os.close(lock)
             raise
@@ -159,6 +162,11 @@ def _clear_if_dead(folder: Path) -> None:
             _clear(folder)
     finally:
         os.close(lock)
+
+
+def _remove(folder: Path) -> None:
+    with suppress(OSError):  # what cannot be removed now is swept by the next run
+        _clear(folder)
 
 
 def _clear(folder: Path) -> None:
