@@ -31,21 +31,13 @@ def _problem(error: BaseException | None, path: Path) -> FusionError | None:
     """Also where a reader took the error for one of its own: the cause tells."""
     while error is not None:
         if isinstance(error, OSError):
-            # numpy tells no number when an array does not fit, only how much was written
-            full = FULL.get(error.errno or 0) or (FULL[errno.ENOSPC] if error.errno is None and not _free(path) else "")
-            if full:
-                found = f"{_free(path) / 1e6:.1f} MB free in {_mount(path)}"
+            if full := FULL.get(error.errno or 0):
+                found = f"{shutil.disk_usage(_standing(path)).free / 1e6:.1f} MB free in {_mount(path)}"
                 return FusionError(full, path, found, do=f"free some space, or {DO}")
             if any(is_staged(Path(os.fsdecode(name))) for name in (error.filename, error.filename2) if name):
                 return FusionError("the output cannot be written", path, error.strerror, "a folder to write in", DO)
         error = error.__cause__ or error.__context__
     return None
-
-
-def _free(path: Path) -> int:
-    """Bytes that fit there; 0 below 4 kB, which is no room for a file."""
-    free = shutil.disk_usage(_standing(path)).free
-    return free if free >= 4096 else 0
 
 
 def _mount(path: Path) -> Path:

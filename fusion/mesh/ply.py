@@ -27,8 +27,8 @@ def write_ply(path: Path, mesh: Mesh) -> None:
     faces["count"], faces["indices"] = 3, mesh.faces
     with path.open("wb") as file:
         file.write(_header(vertices, len(mesh.faces)).encode("ascii", "replace"))
-        vertices.tofile(file)
-        faces.tofile(file)
+        file.write(vertices.tobytes())  # not tofile: it does not tell why it could not write
+        file.write(faces.tobytes())
 
 
 def _header(vertices: NDArray, face_count: int) -> str:

@@ -13,6 +13,7 @@ from fusion.output import atomic_file
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.entries import GivenEffect, Stds, given_effects
+from fusion.sensor.map_files import store_map
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
@@ -79,7 +80,7 @@ def write_sensor(path: str | Path, sensor: Sensor) -> None:
         content["modulation_hz"] = list(sensor.frequencies)
     content["effects"] = [*entries, *sensor.kept]
     with atomic_file(path) as partial:
-        partial.write_text(json.dumps(content, indent=1) + "\n")
+        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
@@ -112,10 +113,7 @@ def _stored(effect: Effect, about: Parameter, path: Path) -> Any:
         return value
     if about.kind in ("list", "table") and value.size <= LONGEST_INLINE:
         return value.tolist()
-    stored = f"{path.stem}_{effect.name}_{about.name}.npy"
-    with atomic_file(path.parent / stored) as partial:
-        np.save(partial, value)
-    return stored
+    return store_map(path.parent, f"{path.stem}_{effect.name}_{about.name}", value)
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -92,6 +92,20 @@ def test_every_effect_survives_the_file(kind, tmp_path):
     assert again != replace(sensor, effects=(kind(),))
 
 
+def test_a_map_that_another_file_names_stays_as_it_is(tmp_path):
+    """Also where a stop comes between the map and the file: the older file names the older map."""
+
+    def model(size: float) -> Sensor:
+        return Sensor("s", effects=(DisparityDistortion(map=np.full((6, 8), size)),))
+
+    for size in (0.1, 0.2, 0.1, 0.2):
+        write_sensor(tmp_path / "s.json", model(size))
+        (tmp_path / "s.json").rename(tmp_path / f"kept_{size}.json")
+    for size in (0.1, 0.2):
+        assert read_sensor(tmp_path / f"kept_{size}.json") == model(size)
+    assert len(list(tmp_path.glob("*.npy"))) == 2
+
+
 def test_lists_and_tables_survive_the_file(tmp_path):
     effects = (
         VerticalBanding(columns=[100.0, 200.5], steps=[0.1, -0.05]),
