@@ -28,6 +28,7 @@ class Case:
         once: functions that are computed once for all stops: `module:name`, or `module:Class.name`.
         file: the output is a file.
         quick: all its stops take a second.
+        every: which stops are tried: each, or each so many (all were tried once).
     """
 
     name: str
@@ -35,6 +36,7 @@ class Case:
     once: tuple[str, ...] = ()
     file: bool = False
     quick: bool = False
+    every: int = 1
 
     def run(self, inputs: Path, out: Path) -> int:
         """Run the command in this process; returns its exit status."""
@@ -45,6 +47,7 @@ class Case:
 
 FRAMES, SIGHT = "fusion.simulation.simulate:Simulation.frames", "fusion.simulation.write:check_sight"
 SCAN, COMPARE = "fusion.scan.pipeline:scan_turntable", "fusion.mesh.compare:compare"
+ENCODE = "fusion.recording.write:cv2.imencode"
 EXPLAIN = ("fusion.discrepancy.explain:explain", "fusion.discrepancy.verdict.verdict:verdict_of")
 CASES = [
     Case("convert", "IN/ball.ply OUT", file=True, quick=True),
@@ -58,7 +61,7 @@ CASES = [
         ("fusion.reconstruction.pipeline:reconstruct",),
     ),
     Case("turntable", "IN/table -o OUT --no-report", (SCAN,)),
-    Case("demo", "-o OUT --frames 2 --no-report", (FRAMES, SCAN, COMPARE)),
+    Case("demo", "-o OUT --frames 12 --no-report", (FRAMES, ENCODE, SCAN, COMPARE), every=11),
     Case("explain", "IN/walls --sensor kinect-v1 -o OUT --no-report", EXPLAIN),
     Case(
         "calibrate intrinsics",

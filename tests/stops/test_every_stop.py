@@ -122,7 +122,7 @@ def every_stop(case: Case, inputs: Path, folder: Path, over: bool, how: str) -> 
     assert whole.status == 0, whole.said
     assert content(place.out) == place.states[1]
     assert len(whole.operations) > 10
-    for number in range(1, len(whole.operations) + 1):
+    for number in range(1, len(whole.operations) + 1, case.every):
         judge(place, place.stopped(number, how), how)
     assert content(inputs) == before
 
@@ -162,6 +162,15 @@ def inputs(tmp_path_factory):
 def test_a_stop_at_any_operation_leaves_the_old_or_the_new(case, over, how, inputs, tmp_path, monkeypatch):
     memorise(case, monkeypatch)
     every_stop(case, inputs, tmp_path.resolve(), over, how)
+
+
+@pytest.mark.parametrize("how", ["killed", "full"])
+def test_the_judge_finds_a_result_that_is_not_put_in_its_place_at_once(how, inputs, tmp_path, monkeypatch):
+    """A check that cannot fail would be worth nothing."""
+    monkeypatch.setattr("fusion.files.publish.put", lambda at, place: shutil.copyfile(at.made, place))
+    monkeypatch.setattr("fusion.files.claim.put", lambda at, place: shutil.copyfile(at.made, place))
+    with pytest.raises(AssertionError, match=rf"{how} at [0-9]+"):
+        every_stop(CASES[0], inputs, tmp_path.resolve(), True, how)
 
 
 @pytest.fixture(scope="module")
