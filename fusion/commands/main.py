@@ -14,8 +14,11 @@ from fusion import __version__
 from fusion.commands.inputs import inputs
 from fusion.commands.parser import CommandParser, Parser
 from fusion.commands.stopping import Stop, stoppable
+from fusion.commands.terminal import show_own_lines
 from fusion.compute.process import tune_process
 from fusion.errors import FusionError
+from fusion.files.limits import USUAL_GB
+from fusion.files.trust import trust
 
 # command: what it does, in the order of the work
 COMMANDS = {
@@ -48,7 +51,8 @@ def _main(arguments: list[str] | None, stop: Stop) -> int:
     # read when numpy is loaded. The many small systems here gain nothing from more threads, which spin while they wait:
     # `fusion explain` took 29 instead of 15 s of processor, and no less time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    if arguments is None:  # not called by another program
+    alone = arguments is None  # not called by another program
+    if arguments is None:
         tune_process()
         arguments = sys.argv[1:]
     if not arguments:  # who asks nothing wants to know what there is: no error
@@ -76,6 +80,9 @@ def _main(arguments: list[str] | None, stop: Stop) -> int:
         sys.stderr.write(f"{parser.prog}: {error}\n")
         return 1
     options.quiet, options.verbose = "quiet" in options, "verbose" in options
+    if alone:
+        show_own_lines(options.verbose)
+    trust(options.allow_gb if "allow_gb" in options else USUAL_GB, "follow_links" in options)
     if getattr(options, "device", None):
         os.environ["FUSION_DEVICE"] = options.device
     return _run(chosen.command, command, options, stop)
@@ -147,7 +154,7 @@ def _refused(error: ImportError | OSError, verbose: bool) -> str:
         return str(problem)
     if isinstance(error, ImportError):
         return _unexpected(error, verbose)
-    return f"{error.strerror or error}" + (f"; in {error.filename}" if error.filename else "")
+    return str(FusionError(error.strerror or str(error), error.filename or ""))
 
 
 def _unexpected(error: Exception, verbose: bool) -> str:
@@ -156,9 +163,9 @@ def _unexpected(error: Exception, verbose: bool) -> str:
         traceback.print_exception(error)
     last = traceback.extract_tb(error.__traceback__)[-1]
     where = f"{Path(last.filename).name}, line {last.lineno}"
-    what = " ".join(f"{type(error).__name__}: {error}".split())
-    hint = "" if verbose else "; -v shows the traceback"
-    return f"a fault of the program itself, please report it: {what}; in {where}{hint}"
+    hint = "" if verbose else "-v shows the traceback"
+    what = "a fault of the program itself, please report it"
+    return str(FusionError(f"{what}: {type(error).__name__}: {error}", where, do=hint))
 
 
 def overview() -> Parser:

@@ -7,6 +7,14 @@ import sys
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
+from fusion.commands.numbers import number
+from fusion.files.inside import OPTION as LINKS_OPTION
+from fusion.files.limits import OPTION as LIMIT_OPTION
+from fusion.files.limits import USUAL_GB
+from fusion.quantity import Quantity
+
+GIGABYTES = Quantity("memory for one input", LIMIT_OPTION, "GB", 0.001, 1e6)
+
 
 class Parser(argparse.ArgumentParser):
     """Wrong usage is one line and status 2; options are written out, since a new one would break what is shortened."""
@@ -51,6 +59,10 @@ class CommandParser(Parser):
         add, off = self.add_argument, argparse.SUPPRESS
         add("-v", "--verbose", action="store_true", default=off, help="tell versions, settings, files, tracebacks too")
         add("-q", "--quiet", action="store_true", default=off, help="tell nothing but errors and the result")
+        size = f"let one input take up to N gigabytes of memory (default: {USUAL_GB:g})"
+        add(LIMIT_OPTION, type=number(GIGABYTES), default=off, metavar="N", help=size)
+        trust = "read files that a recording names outside its own folder"
+        add(LINKS_OPTION, action="store_true", default=off, help=trust)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

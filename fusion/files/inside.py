@@ -11,10 +11,10 @@ OPTION = "--follow-links"
 _follow = False
 
 
-def follow_links() -> None:
-    """From now on, in this process, names may lead out of their folder: for the console program, when it is asked."""
+def follow_links(follow: bool) -> None:
+    """From now on, in this process, names may lead out of their folder, or not."""
     global _follow
-    _follow = True
+    _follow = follow
 
 
 def inside(folder: Path, name: str, error: type[FusionError] = FusionError, where: object = "") -> Path:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from fusion.compute.process import own_process
 from fusion.mesh.similarity import IDENTITY, Array, Matches, Similarity, step, tukey
 from fusion.mesh.surface_samples import Samples
 
@@ -100,6 +101,9 @@ def _cube_rotations() -> list[Array]:
 def _by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
     """Poses by local shape (FPFH, fast global registration), for parts whose middles say little."""
     import open3d
+
+    if own_process():  # of pairs that do not fit it warns, through Python's own output
+        open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
 
     o3d: Any = open3d  # its stubs know no default arguments
     if mesh.normals is None or reference.normals is None:
