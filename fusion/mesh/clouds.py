@@ -1,10 +1,51 @@
-"""Point clouds are written as PCD (by Open3D) and XYZ text."""
+"""Point clouds: PCD (by Open3D) and XYZ text."""
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from fusion.files.reading import decoded
+from fusion.mesh.formats.pcd import checked_pcd
+from fusion.mesh.formats.rows import filled, table
 from fusion.mesh.mesh import Mesh
+
+
+def read_pcd(data: bytes) -> Mesh:
+    """Points, normals and colours; a point that was not measured is NaN, as it stands in the file."""
+    import open3d as o3d
+
+    whole, points = checked_pcd(data)
+    with tempfile.NamedTemporaryFile(suffix=".pcd") as file:
+        file.write(whole)
+        file.flush()
+        with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
+            cloud = o3d.io.read_point_cloud(Path(file.name), format="pcd")
+    if len(cloud.points) != points:
+        raise ValueError(f"{len(cloud.points)} of {points} points could be read")
+    return Mesh(
+        np.asarray(cloud.points, np.float64),
+        normals=np.asarray(cloud.normals, np.float32) if cloud.has_normals() else None,
+        colors=np.rint(np.asarray(cloud.colors) * 255).astype(np.uint8) if cloud.has_colors() else None,
+    )
+
+
+def read_xyz(data: bytes) -> Mesh:
+    """Text with `x y z` per line, and perhaps three more: a normal, or a colour of 0-255; `#` and `//` comment."""
+    text = decoded(data).replace(",", " ").replace(";", " ").replace("//", "#")
+    values = table(filled(text, "#"))
+    if values.shape[1] < 3:
+        raise ValueError(f"{values.shape[1]} columns")
+    more = values[:, 3:6]
+    normals = colors = None
+    if more.shape[1] == 3:
+        with np.errstate(over="ignore"):
+            lengths = np.linalg.norm(more, axis=1)
+        if np.abs(lengths - 1).max(initial=0) < 0.01:
+            normals = more.astype(np.float32)
+        elif (more == np.rint(more)).all() and (more >= 0).all() and (more <= 255).all():
+            colors = more.astype(np.uint8)
+    return Mesh(vertices=values[:, :3], normals=normals, colors=colors)
 
 
 def write_pcd(path: Path, mesh: Mesh) -> None:

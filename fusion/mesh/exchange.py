@@ -1,5 +1,6 @@
 """Meshes for Open3D and trimesh, and back: points, triangles, normals, colours and all values per vertex."""
 
+import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,6 +103,16 @@ def from_trimesh(geometry: Any) -> Mesh:
             if np.shape(value) == (len(geometry.vertices),)
         },
     )
+
+
+def by_trimesh(data: bytes, ending: str, resolver: Any = None) -> Mesh:
+    """The mesh in a file's bytes; a resolver gives the files that they name. Raises all kinds where they break."""
+    import trimesh
+
+    with np.errstate(all="ignore"):  # numbers out of bounds are found where the mesh is checked
+        return from_trimesh(
+            trimesh.load(io.BytesIO(data), ending[1:], resolver=resolver, process=False, skip_materials=True)
+        )
 
 
 def _indices(faces: NDArray) -> NDArray[np.int32]:

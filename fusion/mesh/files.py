@@ -10,24 +10,20 @@ from numpy.typing import NDArray
 from fusion.errors import FusionError, MeshError
 from fusion.files.limits import check_size
 from fusion.files.reading import TEXT_TAKES, read_bytes
-from fusion.mesh.clouds import write_pcd, write_xyz
-from fusion.mesh.exchange import to_trimesh
-from fusion.mesh.formats.gltf import read_gltf
-from fusion.mesh.formats.obj import read_obj
-from fusion.mesh.formats.off import read_off
-from fusion.mesh.formats.pcd import read_pcd
-from fusion.mesh.formats.ply import read_ply
-from fusion.mesh.formats.stl import read_stl
-from fusion.mesh.formats.xyz import read_xyz
+from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
+from fusion.mesh.exchange import by_trimesh, to_trimesh
+from fusion.mesh.formats.gltf import Beside, check_gltf
+from fusion.mesh.formats.obj import checked_obj
+from fusion.mesh.formats.off import checked_off
+from fusion.mesh.formats.stl import checked_stl
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.ply import write_ply
+from fusion.mesh.ply import read_ply, write_ply
 from fusion.mesh.vertices import joined, vertices_kept
 from fusion.output import atomic_file
 
 FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz")
-_READERS = {
-    ".ply": read_ply, ".obj": read_obj, ".stl": read_stl, ".off": read_off, ".pcd": read_pcd, ".xyz": read_xyz,
-}  # fmt: skip
+_READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz}
+_CHECKED = {".obj": checked_obj, ".stl": checked_stl, ".off": checked_off}  # before trimesh reads
 _TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
 _WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz}
 _LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
@@ -60,7 +56,7 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
     if b"\0" not in data[:TEXT_TOLD_BY]:
         check_size(TEXT_TAKES * len(data), path, MeshError, "the mesh file")
     try:
-        mesh = _READERS[ending](data) if ending in _READERS else read_gltf(data, path)
+        mesh = _READERS[ending](data) if ending in _READERS else _by_trimesh(data, ending, path)
     except FusionError:  # told already: too large, or outside its folder
         raise
     except Exception as error:  # ValueError; and trimesh, which reads glTF, raises all kinds on broken files
@@ -68,13 +64,20 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
         do = "export the file again, as PLY if you can"
         raise MeshError("the mesh file cannot be read", path, reason, f"a complete {ending} file", do) from error
     mesh, told = _checked(mesh, path)
-    mesh = joined(mesh) if ending in _TRIANGLE_SOUP and len(mesh.faces) else mesh
+    mesh = _without_lines(joined(mesh) if ending in _TRIANGLE_SOUP and len(mesh.faces) else mesh)
     for note in told:
         if notes is None:
             _log.warning("%s: %s", path, note)
         else:
             notes.append(f"{path}: {note}")
     return mesh
+
+
+def _by_trimesh(data: bytes, ending: str, path: Path) -> Mesh:
+    if ending in _CHECKED:
+        return by_trimesh(_CHECKED[ending](data), ending)
+    check_gltf(data, path)
+    return by_trimesh(data, ending, Beside(path))
 
 
 def write_mesh(path: Path | str, mesh: Mesh) -> None:
@@ -141,8 +144,13 @@ def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
     largest = float(np.abs(mesh.vertices).max())
     if largest > _LARGEST:
         raise MeshError("coordinates out of bounds", path, f"{largest:.3g}", f"at most {_LARGEST:g}", "check the unit")
+    return mesh, notes
+
+
+def _without_lines(mesh: Mesh) -> Mesh:
+    """Triangles that name a vertex twice are left out; joined corners may make such."""
     degenerate = (mesh.faces == np.roll(mesh.faces, 1, axis=1)).any(axis=1)
-    return replace(mesh, faces=mesh.faces[~degenerate].astype(np.int32)), notes
+    return replace(mesh, faces=mesh.faces[~degenerate].astype(np.int32))
 
 
 def _write_by_trimesh(path: Path, mesh: Mesh) -> None:

@@ -1,13 +1,65 @@
-"""PLY files as CloudCompare likes them."""
+"""PLY files: read by trimesh, written as CloudCompare likes them."""
 
+import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.mesh.formats.ply import checked_ply
 from fusion.mesh.mesh import Mesh
 
 _FLOAT32_EXACT = 8.0  # [m] below this float32 is exact to half a micrometre
+
+
+def read_ply(data: bytes) -> Mesh:
+    """Vertices, faces (polygons become triangles), normals, colours and every other number per vertex.
+
+    CloudCompare's fields `scalar_<name>` come back as scalars under `<name>`.
+    """
+    from trimesh.exchange.ply import load_ply
+    from trimesh.geometry import triangulate_quads
+
+    file = io.BytesIO(checked_ply(data))
+    with np.errstate(all="ignore"):  # numbers out of bounds are found where the mesh is checked
+        loaded = load_ply(file, fix_texture=False, skip_materials=True, prefer_color="vertex")
+        return _mesh(_columns(loaded["metadata"]["_ply_raw"]["vertex"]), triangulate_quads(loaded.get("faces", ())))
+
+
+def _mesh(vertex: dict[str, NDArray], faces: NDArray) -> Mesh:
+    return Mesh(
+        vertices=np.stack([vertex.pop(name) for name in "xyz"], axis=1).astype(np.float64),
+        faces=faces.reshape(-1, 3),
+        normals=_taken(vertex, ("nx", "ny", "nz"), np.float32),
+        colors=_colors(vertex),
+        scalars={
+            name.removeprefix("scalar_"): values.astype(np.float32)
+            for name, values in vertex.items()
+            if name not in ("alpha", "a")
+        },
+    )
+
+
+def _columns(element: dict[str, Any]) -> dict[str, NDArray]:
+    data = element["data"]  # a structured array, or columns by name where the file is text
+    return {name: np.asarray(data[name]).reshape(-1) for name in element["properties"]}
+
+
+def _taken(columns: dict[str, NDArray], names: tuple[str, str, str], dtype: type) -> NDArray | None:
+    if not all(name in columns for name in names):
+        return None
+    return np.stack([columns.pop(name) for name in names], axis=1).astype(dtype)
+
+
+def _colors(columns: dict[str, NDArray]) -> NDArray[np.uint8] | None:
+    for names in (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue")):
+        if all(name in columns for name in names):
+            bytes_already = columns[names[0]].dtype.kind in "ui"
+            values = np.stack([columns.pop(name) for name in names], axis=1)
+            values = np.nan_to_num(values.astype(np.float64) * (1 if bytes_already else 255))
+            return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+    return None
 
 
 def write_ply(path: Path, mesh: Mesh) -> None:

@@ -9,7 +9,6 @@ import trimesh
 
 from fusion.errors import MeshError
 from fusion.mesh.files import read_mesh, write_mesh
-from fusion.mesh.formats.lzf import unpacked
 from fusion.mesh.mesh import Mesh
 
 PLY = (
@@ -108,7 +107,8 @@ def test_binary_polygons_of_different_lengths(tmp_path, order):
     faces = struct.pack(f"{sign}B4iB3i", 4, 0, 1, 2, 3, 3, 0, 1, 2)
     path = tmp_path / "a.ply"
     path.write_bytes(head.encode() + corners + faces)
-    assert sorted(map(tuple, read_mesh(path).faces.tolist())) == [(0, 1, 2), (0, 1, 2), (0, 2, 3)]
+    faces_read = [tuple(np.roll(face, -face.argmin())) for face in read_mesh(path).faces]
+    assert sorted(faces_read) == [(0, 1, 2), (0, 1, 2), (0, 2, 3)]
     for length in range(1, len(faces)):
         path.write_bytes(head.encode() + corners + faces[:length])
         with pytest.raises(MeshError):
@@ -118,19 +118,22 @@ def test_binary_polygons_of_different_lengths(tmp_path, order):
         read_mesh(path)
 
 
-def test_compressed_points(tmp_path):
-    # literals, a repetition that reaches into itself, and 264 bytes at once
-    assert unpacked(b"\x02abc" + b"\x20\x02", 6) == b"abcabc"
-    assert unpacked(b"\x00a" + b"\xe0\xff\x00", 265) == b"a" * 265
-    for wrong in (b"\x02ab", b"\x20\x00", b"\x00a\xe0", b"\x00a\x20\x05"):
-        with pytest.raises(ValueError, match=r"packed|bytes"):
-            unpacked(wrong, 6)
+def test_compressed_points(tmp_path, capfd):
     plain = np.arange(9, dtype="<f4").tobytes()  # field by field
-    packed = bytes([31]) + plain[:32] + bytes([3]) + plain[32:]
-    head = PCD[: PCD.index("ascii")] + "binary_compressed\n"
+    packed = bytes([31]) + plain[:32] + bytes([3]) + plain[32:]  # as they are
+    head = PCD[: PCD.index("ascii")].encode() + b"binary_compressed\n"
     path = tmp_path / "a.pcd"
-    path.write_bytes(head.encode() + struct.pack("<II", len(packed), len(plain)) + packed)
+    path.write_bytes(head + struct.pack("<II", len(packed), len(plain)) + packed)
     np.testing.assert_array_equal(read_mesh(path).vertices, np.arange(9.0).reshape(3, 3).T)
+    # cut off, a repetition of what is not there, too much, too little, another size promised
+    for wrong in (packed[:-1], b"\x20\x00" + packed, packed + b"\x00a", packed[:33]):
+        path.write_bytes(head + struct.pack("<II", len(wrong), len(plain)) + wrong)
+        with pytest.raises(MeshError, match="0 of 3 points could be read"):
+            read_mesh(path)
+    path.write_bytes(head + struct.pack("<II", len(packed), 10**9) + packed)
+    with pytest.raises(MeshError, match="1000000000 promised"):
+        read_mesh(path)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_pcd_of_open3d_comes_back_compressed_too(tmp_path):
@@ -144,6 +147,41 @@ def test_pcd_of_open3d_comes_back_compressed_too(tmp_path):
         again = read_mesh(tmp_path / "a.pcd")
         np.testing.assert_allclose(again.vertices, points, atol=1e-6)
         np.testing.assert_array_equal(again.colors, colors)
+
+
+def test_what_open3d_would_take_for_zeros_or_write_beyond_its_memory(tmp_path):
+    path = tmp_path / "a.pcd"
+    header = PCD[: PCD.index("0 0 0\n1 0 0")]
+    rows = struct.pack("<3d", 1, 2, 3) * 3
+    path.write_bytes(header.replace("SIZE 4 4 4", "SIZE 8 8 8").replace("ascii", "binary").encode() + rows)
+    with pytest.raises(MeshError, match="field x of 8 bytes a number"):
+        read_mesh(path)
+    # a part of a normal, one name twice, a colour of two bytes: left out
+    many = header.replace("x y z", "x y z normal_x normal_y rgb").replace("SIZE 4 4 4", "SIZE 4 4 4 4 4 2")
+    many = many.replace("TYPE F F F", "TYPE F F F F F U").replace("COUNT 1 1 1", "COUNT 1 1 1 1 1 1")
+    path.write_text(many + "1 2 3 0 1 7\n" * 3)
+    mesh = read_mesh(path)
+    assert mesh.normals is None and mesh.colors is None
+    path.write_text(many.replace("y z n", "x z n") + "1 2 3 0 1 7\n" * 3)
+    with pytest.raises(MeshError, match="one x, y and z"):
+        read_mesh(path)
+    colored = many.replace("4 4 4 2", "4 4 4 4")
+    path.write_text(colored + "1 2 3 0 1 7\n1 2 3 0 1 010\n1 2 3 0 1 7\n")  # which strtol takes for 8
+    with pytest.raises(MeshError, match=r"line 13.*rgb as a whole number"):
+        read_mesh(path)
+
+
+def test_triangles_that_are_lines_are_left_out_once_corners_are_joined(tmp_path):
+    flat = FACET.replace("vertex 0 1 0", "vertex 1 0 0")
+    (tmp_path / "a.stl").write_text(f"solid a\n{FACET}{flat}endsolid a\n")
+    assert read_mesh(tmp_path / "a.stl").faces.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize("brightest", [1.0, 255.0])
+def test_colors_of_obj_reach_to_one_or_255(tmp_path, brightest):
+    lines = [f"v {x} 0 0 {0.2 * brightest:g} 0 {brightest:g}" for x in range(3)]
+    (tmp_path / "a.obj").write_text("\n".join([*lines, "v 0 1 0 0 0 0", "f 1 2 4", "f 2 3 4"]))
+    assert read_mesh(tmp_path / "a.obj").colors.tolist() == [[51, 0, 255]] * 3 + [[0, 0, 0]]
 
 
 def glb(change) -> bytes:

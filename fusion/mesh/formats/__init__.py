@@ -1,1 +1,4 @@
-"""One file per mesh format that is read: bytes in, a mesh out; ValueError where not all is there that is promised."""
+"""One file per mesh format: what it promises is held against what it holds, and is handed on to the library that reads.
+
+Each gives bytes in which nothing is left that was not looked at; ValueError where not all is there.
+"""

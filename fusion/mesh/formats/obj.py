@@ -1,93 +1,58 @@
-"""OBJ files: vertices, perhaps with colours, and faces; materials and textures are not read."""
+"""OBJ files: each vertex and face is looked at, and trimesh reads them; materials and textures are left out."""
 
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fusion.files.reading import decoded
-from fusion.mesh.formats.polygons import triangles
-from fusion.mesh.formats.rows import Lines, filled, table, told, whole
-from fusion.mesh.mesh import Mesh
-from fusion.mesh.vertices import vertices_kept
+from fusion.mesh.formats.rows import Lines, filled, joined, table, told
 
-COLUMNS = {
-    3: None,
-    4: None,
-    6: 3,
-    7: 4,
-}  # numbers of a vertex (a weight may stand behind the place): where colour begins
+WIDTHS = {3: 3, 4: 4, 6: 3, 7: 4}  # numbers of a vertex (a weight may stand behind the place): where colour begins
+CORNER = re.compile(r"([-+]?[0-9]{1,9})(?:/[0-9]*(?:/([0-9]*))?)?")  # of vertex, texture and normal
 
 
-def read_obj(data: bytes) -> Mesh:
-    """The vertices that faces use, or all of them where there is no face; normals where each vertex has its own."""
+def checked_obj(data: bytes) -> bytes:
+    """The vertices that faces use, or all of them where there is no face; normals where each vertex has one only."""
     text = decoded(data)
-    lines = filled(text.replace("\\\n", " ") if "\\\n" in text else text, "#")
-    found: dict[str, Lines] = {"v": [], "vn": [], "f": []}
-    before = []  # vertices above each face: negative indices count back from there
-    for number, line in lines:
+    vertices: Lines = []
+    normals: Lines = []
+    faces: list[tuple[int, str, int]] = []  # and how many vertices stand above
+    for number, line in filled(text.replace("\\\n", " "), "#"):
         key, _, rest = line.lstrip().replace("\t", " ").partition(" ")
-        if key in found:
-            found[key].append((number, rest))
-            if key == "f":
-                before.append(len(found["v"]))
-    values = table(found["v"])
-    if len(values) and values.shape[1] not in COLUMNS:
-        raise ValueError(told(*found["v"][0], "3 numbers"))
-    mesh = Mesh(values[:, :3].reshape(-1, 3), colors=_colors(values))
-    if not found["f"]:
-        return mesh
-    polygons, same_normals = _polygons(found["f"], np.array(before), len(values))
-    normals = table(found["vn"], 3) if same_normals and len(found["vn"]) == len(values) else None
-    faces = triangles(polygons)
-    used = np.zeros(len(values), bool)
-    used[faces] = True
-    whole_mesh = Mesh(
-        mesh.vertices,
-        faces.astype(np.int32),
-        None if normals is None else normals.astype(np.float32),
-        mesh.colors,
-    )
-    return vertices_kept(whole_mesh, used)
+        if key == "v":
+            vertices.append((number, rest))
+        elif key == "vn":
+            normals.append((number, rest))
+        elif key == "f":
+            faces.append((number, rest, len(vertices)))
+    vertices = _vertices(vertices)
+    table(normals, 3)
+    kept = [(0, f"v {line}") for _, line in vertices] + [(0, f"vn {line}") for _, line in normals]
+    kept += [(0, face) for one in faces for face in _triangles(*one, len(vertices), len(normals))]
+    return joined(kept)
 
 
-def _colors(values: NDArray[np.float64]) -> NDArray[np.uint8] | None:
-    at = COLUMNS[values.shape[1]] if len(values) else None
-    if at is None:
-        return None
-    colors = np.nan_to_num(values[:, at:])
-    return np.rint(np.clip(colors if colors.max() > 1 else 255 * colors, 0, 255)).astype(np.uint8)
+def _vertices(lines: Lines) -> Lines:
+    """Places and colours from 0 to 1, as trimesh takes them."""
+    values = table(lines)
+    if lines and values.shape[1] not in WIDTHS:
+        raise ValueError(told(*lines[0], "3 numbers"))
+    colors = values[:, WIDTHS.get(values.shape[1], 3) :]
+    if colors.size and np.nanmax(colors, initial=0) > 1:
+        colors = colors / 255
+    elif values.shape[1] in (3, 6):
+        return lines
+    return [(0, " ".join(map(str, row))) for row in np.hstack([values[:, :3], colors]).tolist()]
 
 
-def _polygons(lines: Lines, before: NDArray[np.int64], count: int) -> tuple[list[NDArray[np.int64]], bool]:
-    """Corners from 0 in groups of equal length, and whether each corner names the normal with its vertex's number."""
-    groups: dict[int, list[int]] = {}
-    same_normals = "/" in lines[0][1]
-    for place, (_, rest) in enumerate(lines):
-        groups.setdefault(len(rest.split()), []).append(place)
-    found = []
-    for corners, places in groups.items():
-        same = [lines[place] for place in places]
-        if corners < 3:
-            raise ValueError(told(same[0][0], "f " + same[0][1], "3 corners or more"))
-        plain = _without(r"/\S*", same)  # the numbers of texture and normal behind a vertex's
-        indices = _from_zero(whole(table(plain, corners), plain), before[places], count, same)
-        same_normals = same_normals and _without(r"[^\s/]+/[^\s/]*/(?=\S)", same) == plain
-        found.append(indices)
-    return found, same_normals
-
-
-def _without(pattern: str, lines: Lines) -> Lines:
-    """The same lines without what a regular expression finds."""
-    texts = re.sub(pattern, "", "\n".join(line for _, line in lines)).split("\n")
-    return [(number, text) for (number, _), text in zip(lines, texts, strict=True)]
-
-
-def _from_zero(indices: NDArray[np.int64], before: NDArray[np.int64], count: int, lines: Lines) -> NDArray[np.int64]:
-    """Indices from 0 of those from 1, or back from the last vertex above."""
-    made = np.where(indices > 0, indices - 1, before[:, None] + indices)
-    wrong = ((indices == 0) | (made < 0) | (made >= count)).any(axis=1)
-    if wrong.any():
-        number, rest = lines[int(np.argmax(wrong))]
-        raise ValueError(told(number, "f " + rest, f"indices from 1 to {count}"))
-    return made
+def _triangles(number: int, line: str, above: int, vertices: int, normals: int) -> list[str]:
+    """A face's lines as trimesh reads them, counted from 1; it counts back from the end of the file, not from here."""
+    found = [CORNER.fullmatch(word) for word in line.split()]
+    places = [int(one[1]) if one else 0 for one in found]
+    places = [above + 1 + place if place < 0 else place for place in places]
+    if len(places) < 3 or min(places) < 1 or max(places) > vertices:
+        raise ValueError(told(number, f"f {line}", f"3 corners or more, from 1 to {vertices},"))
+    words = [str(place) for place in places]
+    if all(one and one[2] and 1 <= int(one[2][:9]) <= normals for one in found):
+        words = [f"{word}//{one[2]}" for word, one in zip(words, found, strict=True) if one]
+    return [f"f {words[0]} {words[i]} {words[i + 1]}" for i in range(1, len(words) - 1)]

@@ -1,18 +1,15 @@
-"""OFF files: counts, vertices, faces."""
+"""OFF files: the lines are counted and looked at, and trimesh reads them."""
 
 import re
 
-import numpy as np
-
 from fusion.files.reading import decoded
-from fusion.mesh.formats.polygons import triangles
-from fusion.mesh.formats.rows import Lines, filled, table, told, whole
-from fusion.mesh.mesh import Mesh
+from fusion.mesh.formats.rows import filled, joined, table, told
 
 START = re.compile(r"\s*(C|N|CN)?OFF\b", re.IGNORECASE)  # colours and normals of vertices are not read
+FACE = re.compile(r"\s*([0-9]{1,9})((?:\s+[0-9]{1,9})*)(?:\s.*)?")  # colours may follow
 
 
-def read_off(data: bytes) -> Mesh:
+def checked_off(data: bytes) -> bytes:
     """Vertices and faces, polygons as triangles."""
     lines = filled(decoded(data), "#")
     begin = START.match(lines[0][1]) if lines else None
@@ -26,18 +23,10 @@ def read_off(data: bytes) -> Mesh:
     vertices, faces = int(counts[0]), int(counts[1])
     if len(body) != 1 + vertices + faces:
         raise ValueError(f"{len(body) - 1} lines for {vertices} vertices and {faces} faces")
-    values = table(body[1 : 1 + vertices])
-    if vertices and values.shape[1] < 3:
+    if vertices and table(body[1 : 1 + vertices]).shape[1] < 3:
         raise ValueError(told(*body[1], "3 numbers"))
-    return Mesh(values[:, :3].reshape(-1, 3), triangles(_polygons(body[1 + vertices :])))  # type: ignore[arg-type]
-
-
-def _polygons(lines: Lines) -> list[np.ndarray]:
-    groups: dict[int, Lines] = {}
-    for number, line in lines:
-        words = line.split()
-        count = int(words[0]) if re.fullmatch("[0-9]{1,9}", words[0]) else -1
-        if not 3 <= count < len(words):  # colours may follow
+    for number, line in body[1 + vertices :]:
+        face = FACE.fullmatch(line)
+        if face is None or not 3 <= int(face[1]) <= len(face[2].split()):
             raise ValueError(told(number, line, "the number of corners, 3 or more, and as many indices"))
-        groups.setdefault(count, []).append((number, " ".join(words[1 : count + 1])))
-    return [whole(table(same, count), same) for count, same in groups.items()]
+    return joined(body[1:], f"OFF\n{vertices} {faces} 0\n")
