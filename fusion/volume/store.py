@@ -1,14 +1,15 @@
 """A volume as a .npz file."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.errors import VolumeError
+from fusion.files.npy import read_npz
 from fusion.output import atomic_file
 from fusion.volume.blocks import Blocks, by_row, by_voxel
-from fusion.volume.settings import VOXELS, VolumeSettings
+from fusion.volume.settings import LATTICE, VOXELS, VolumeSettings
 
 FORMAT = "fusion-volume/1"
 
@@ -33,25 +34,34 @@ def save(blocks: Blocks, path: Path) -> None:
 
 def load(path: Path) -> Blocks:
     """Read what `save` wrote; raises VolumeError when the file is missing or no volume."""
+    data = read_npz(path, VolumeError, "the volume")
+    if str(data.get("format")) != FORMAT:
+        raise VolumeError("not a saved volume", path, f"format {data.get('format')}"[:60], f"format {FORMAT}")
     try:
-        with np.load(path, allow_pickle=False) as data:
-            if str(data["format"]) != FORMAT:
-                raise ValueError(f"format {data['format']}")
-            box = data["bounds"]
-            bounds = (tuple(box[0]), tuple(box[1])) if len(box) else None
-            settings = VolumeSettings(
-                float(data["voxel"]), float(data["truncation"]), bool(data["color"]), bounds, int(data["max_bytes"])
-            )
-            coordinates, voxels, colors = data["coordinates"], data["voxels"], data["colors"]
-    except (OSError, KeyError, ValueError, IndexError, zipfile.BadZipFile) as error:
-        raise VolumeError("not a saved volume", path, error, f"a .npz file of format {FORMAT}") from error
-    n = len(coordinates)
-    if coordinates.shape != (n, 3) or voxels.shape != (n, VOXELS, 2) or len(colors) != n * settings.color:
-        raise VolumeError("a damaged volume", path, f"{coordinates.shape} blocks, {voxels.shape} voxels")
+        settings = _settings(data)
+        coordinates, voxels, colors = data["coordinates"], data["voxels"], data["colors"]
+    except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
+        raise VolumeError("a damaged volume", path, repr(error)[:80], "what fusion saved") from error
+    n = len(coordinates) if coordinates.ndim else -1
+    shapes = [array.shape for array in (coordinates, voxels, colors)]
+    kinds = "".join(array.dtype.kind for array in (coordinates, voxels, colors))
+    colored = (n, VOXELS, 4) if settings.color else (0, *colors.shape[1:])
+    if shapes != [(n, 3), (n, VOXELS, 2), colored] or kinds != "iff":
+        raise VolumeError("a damaged volume", path, f"arrays {shapes} of types {kinds}", "what fusion saved")
+    if n and (np.abs(coordinates).max() >= LATTICE or len(np.unique(coordinates, axis=0)) < n):
+        raise VolumeError("a damaged volume", path, "blocks in one place, or beyond all bounds", "what fusion saved")
     blocks = Blocks(settings)
-    blocks.insert(coordinates)
+    blocks.insert(coordinates.astype(np.int32))
     blocks.voxels[:n] = by_row(voxels)
     blocks.mark(slice(n))
     if settings.color:
         blocks.colors[:n] = colors
     return blocks
+
+
+def _settings(data: dict[str, NDArray]) -> VolumeSettings:
+    box = data["bounds"]
+    bounds = (tuple(box[0]), tuple(box[1])) if len(box) else None
+    return VolumeSettings(
+        float(data["voxel"]), float(data["truncation"]), bool(data["color"]), bounds, int(data["max_bytes"])
+    )

@@ -351,7 +351,7 @@ def test_save_and_load(tmp_path, sphere):
     assert np.array_equal(again.surface().vertices, sphere.surface().vertices)
     (tmp_path / "broken.npz").write_bytes(b"PK no")
     for name in ("broken.npz", "absent.npz"):
-        with pytest.raises(VolumeError, match="not a saved volume"):
+        with pytest.raises(VolumeError, match="the volume cannot be read"):
             Volume.load(tmp_path / name)
 
 
