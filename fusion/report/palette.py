@@ -5,6 +5,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
@@ -55,10 +56,14 @@ STYLE: Any = {
 }
 
 
+# matplotlib has one style for the whole process: two threads that set it back in the wrong order would leave ours
+_drawing = RLock()
+
+
 @contextmanager
-def styled() -> Iterator[None]:
-    """Everything drawn inside the block has the house style."""
-    with matplotlib.rc_context(STYLE):
+def styled(more: dict[str, Any] | None = None) -> Iterator[None]:
+    """Everything drawn inside the block has the house style, and more settings; one thread draws at a time."""
+    with _drawing, matplotlib.rc_context(STYLE | (more or {})):
         yield
 
 
@@ -78,7 +83,7 @@ def to_svg(figure: "Figure", name: str, photos: bool = False) -> str:
     `photos` are pictures to look at and not to measure in: they are kept as WebP, a sixth of the size.
     """
     buffer = io.BytesIO()
-    with matplotlib.rc_context(STYLE | {"svg.hashsalt": name}):
+    with styled({"svg.hashsalt": name}):
         figure.savefig(buffer, format="svg", dpi=160, metadata={"Date": None, "Creator": None})
     svg = buffer.getvalue().decode()
     svg = svg[svg.index("<svg") :]

@@ -1,5 +1,6 @@
 """The demo's object: an owl on two books, one wing raised, made from one implicit function."""
 
+from copy import deepcopy
 from functools import cache
 
 import numpy as np
@@ -23,9 +24,13 @@ TEAL, RED, PAPER = (44, 122, 124), (178, 58, 52), (240, 234, 218)
 ORANGE, BLACK, WHITE = (232, 146, 42), (28, 26, 30), (250, 250, 246)
 
 
-@cache
 def demo_object() -> Mesh:
-    """The watertight owl (about 22 cm tall) with normals and vertex colours; always the same."""
+    """The watertight owl (about 22 cm tall) with normals and vertex colours; always the same, and the caller's own."""
+    return deepcopy(_owl())
+
+
+@cache
+def _owl() -> Mesh:
     import open3d as o3d
 
     surface = o3d.t.geometry.TriangleMesh.create_isosurfaces(o3d.core.Tensor.from_numpy(_grid()), [0.0])

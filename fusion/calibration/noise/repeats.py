@@ -1,6 +1,5 @@
 """Repeated values of some pixels: their standard deviation without outliers, and how well it is known."""
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,9 +70,7 @@ def batch_error(squares: Image) -> float:
 
     Frames are joined into batches, so that what lasts for a few frames counts too.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # a frame without a value
-        per_frame = np.nanmean(squares, axis=1)
+    per_frame = np.nanmean(squares[np.isfinite(squares).any(axis=1)], axis=1)  # a frame without a value has no mean
     per_frame = per_frame[np.isfinite(per_frame)]
     parts = min(BATCHES, len(per_frame))
     if parts < 2:

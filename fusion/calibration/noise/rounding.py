@@ -47,4 +47,6 @@ def _table() -> tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.flo
     at = np.linspace(0.02, 1.0, 99)
     phase = np.linspace(-0.5, 0.5, PHASES, endpoint=False)
     behind = rounded(phase[None, :], np.broadcast_to(at[:, None], (len(at), PHASES)))[1] ** 2
-    return at, behind.mean(axis=1), behind.std(axis=1)
+    mean, scatter = behind.mean(axis=1), behind.std(axis=1)
+    at.flags.writeable = mean.flags.writeable = scatter.flags.writeable = False
+    return at, mean, scatter

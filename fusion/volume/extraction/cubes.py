@@ -25,7 +25,9 @@ def table() -> NDArray[np.int8]:
     """(256, 3 * n) edge indices of each case's triangles, counter-clockwise seen from outside, -1 after the last."""
     cases = [[edge for loop in _loops(case) for triangle in _cut(loop) for edge in triangle] for case in range(256)]
     width = max(len(case) for case in cases)
-    return np.array([case + [-1] * (width - len(case)) for case in cases], np.int8)
+    found = np.array([case + [-1] * (width - len(case)) for case in cases], np.int8)
+    found.flags.writeable = False
+    return found
 
 
 def _loops(case: int) -> list[tuple[int, ...]]:

@@ -108,7 +108,9 @@ def _beyond(distance: Image) -> Image:
 def _normal_shares() -> tuple[Image, Image]:
     """Distances, and the shares beyond. A table, as scipy's import would be a tenth of the time to a first frame."""
     distance = np.linspace(-6, 6, 6001)
-    return distance, np.array([0.5 * erfc(x / sqrt(2)) for x in distance])
+    beyond = np.array([0.5 * erfc(x / sqrt(2)) for x in distance])
+    distance.flags.writeable = beyond.flags.writeable = False
+    return distance, beyond
 
 
 def _edge_pixel(where: NDArray[np.intp], distance: Image, edges: Edges) -> NDArray[np.intp]:

@@ -95,8 +95,10 @@ def _steps(columns: NDArray[np.floating], steps: NDArray[np.floating], u: NDArra
 
 @lru_cache(maxsize=16)
 def _frozen_steps(width: int, unit: int) -> NDArray[np.float64]:
-    """(1, w) BANDS jumps of +-1 at random columns, with mean 0."""
+    """(1, w) BANDS jumps of +-1 at random columns, with mean 0; read only."""
     rng = np.random.default_rng([unit, *b"vertical_banding"])
     columns, signs = rng.uniform(-0.5, width - 0.5, BANDS), np.sign(rng.uniform(-1, 1, BANDS))
     bands = _steps(columns, signs, np.arange(float(width))[None, :])
-    return bands - bands.mean()
+    bands = bands - bands.mean()
+    bands.flags.writeable = False
+    return bands
