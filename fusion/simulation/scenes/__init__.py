@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.errors import SceneError
+from fusion.errors import FusionError, SceneError
 from fusion.simulation.scene import Scene
 from fusion.simulation.scenes.boards import charuco, checkerboard
 from fusion.simulation.scenes.corner import corner
@@ -50,7 +50,13 @@ def built_in(name: str, settings: Mapping[str, Any] | None = None) -> Scene:
         if key not in known:
             raise SceneError(f"the scene {name} has no such setting", "--set", key, "one of " + ", ".join(known))
         values[key] = _value(f"{name}: {key}", text, known[key])
-    return SCENES[name](**values)
+    try:
+        return SCENES[name](**values)
+    except FusionError as error:
+        if not settings:
+            raise
+        given = ", ".join(f"{key}={str(value)[:40]}" for key, value in settings.items())
+        raise SceneError(error.what, f"{name} with {given}", error.found, error.expected, error.do) from error
 
 
 def settings_of(name: str) -> dict[str, Any]:
