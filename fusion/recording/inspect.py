@@ -14,6 +14,7 @@ from fusion.recording.checks.intrinsics import check_intrinsics
 from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.range_or_z import check_range_or_z
 from fusion.recording.checks.stamps import check_stamps, frames_per_second
+from fusion.recording.checks.table_log import check_table_log
 from fusion.recording.finding import Finding, Findings
 from fusion.recording.images import read_bytes
 from fusion.recording.recording import Recording
@@ -28,6 +29,7 @@ CHECKS: tuple[Check, ...] = (
     check_intrinsics,
     check_range_or_z,
     check_poses,
+    check_table_log,
 )
 
 

@@ -3,10 +3,20 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.errors import FusionError, RecordingError
+from fusion.files.limits import check_size
 from fusion.geometry.camera import Camera
 from fusion.recording.frame_files import INVALID_COUNT, FrameFiles
 from fusion.recording.images import check_shape, read_color, read_ir
 from fusion.recording.recording import Frame
+
+PIXEL_TAKES = 64  # bytes of a pixel in work: counts, depth, a point, a normal, a ray, a weight
+
+
+def check_frame_size(camera: Camera, where: object, error: type[FusionError] = RecordingError) -> None:
+    """Refuse a camera whose frames would take more memory than is allowed. Raises `error`."""
+    size = f"a frame of {camera.width} x {camera.height} pixels"
+    check_size(PIXEL_TAKES * camera.width * camera.height, where, error, size)
 
 
 def load_frame(files: FrameFiles, camera: Camera, timestamps: NDArray[np.float64], index: int) -> Frame:

@@ -6,6 +6,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import find_camera
 from fusion.recording.formats import bop, fakenect, open3d_folder, seven_scenes, tum
+from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Recording
 
 # in the order of asking: the first that recognises the folder reads it
@@ -35,7 +36,9 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None) 
     chosen = None if camera is None else find_camera(camera)
     for form in FORMATS:
         if form.recognises(folder):
-            return form.read(folder, chosen)
+            recording = form.read(folder, chosen)
+            check_frame_size(recording.camera, folder)
+            return recording
     raise _not_recognised(folder)
 
 

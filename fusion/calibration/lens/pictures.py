@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.inside import all_inside
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_file import read_camera
 from fusion.recording.frame_files import associate
@@ -121,7 +122,8 @@ def _named(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
 def _images(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in ENDINGS and not p.name.startswith("."))
+    names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in ENDINGS and not p.name.startswith("."))
+    return [folder / name for name in all_inside(folder, names, RecordingError)]
 
 
 def usual_size(sizes: dict[str, tuple[int, int]]) -> tuple[int, int]:
