@@ -15,19 +15,19 @@ NAMED = {
 
 def inputs(options: argparse.Namespace) -> list[Path]:
     """All files and folders that the options name, besides the output."""
-    found: list[Path] = []
+    found = []
     for name, value in vars(options).items():
-        if name != "output":
-            values = value if isinstance(value, list) else [value]
-            found += [Path(one) for one in values if isinstance(one, Path) or (one and name in NAMED)]
-            if found and name in NAMED and _exists(found[-1]) and _is_known(name, str(value)):
-                found.pop()  # a folder of that name is not what is meant
-    return [path for path in found if _exists(path)]
+        for one in value if isinstance(value, list) else [value]:
+            may_be = isinstance(one, Path) or (name in NAMED and isinstance(one, str))
+            if may_be and name != "output" and _exists(Path(one)) and not _is_known(name, one):
+                found.append(Path(one))
+    return found
 
 
-def _is_known(option: str, value: str) -> bool:
-    module, _, names = NAMED[option].rpartition(".")
-    return bool(module) and value in getattr(importlib.import_module(module), names)
+def _is_known(option: str, value: Path | str) -> bool:
+    """True for a name: a folder that is called so is not what is meant."""
+    module, _, names = NAMED.get(option, "").rpartition(".")
+    return bool(module) and isinstance(value, str) and value in getattr(importlib.import_module(module), names)
 
 
 def _exists(path: Path) -> bool:
