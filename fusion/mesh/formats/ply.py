@@ -20,7 +20,7 @@ LENGTHS = {name for name, kind in TYPES.items() if kind[0] != "f"}
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 PROPERTY = re.compile(rf"(?:list ({'|'.join(LENGTHS)}) )?({'|'.join(TYPES)}) (\S+)")
 START = re.compile(rb"ply[ \t]*(\r\n|\n|\r)", re.IGNORECASE)
-INDEX = re.compile("[0-9]{1,9}")
+INDEX, INDICES = re.compile("[0-9]{1,9}"), re.compile("[0-9]{1,9}( [0-9]{1,9})*")
 MOST = 1_000_000  # bytes of a header
 PADDING = b" \t\r\n\0"  # what may follow the last element
 FEW = 64  # rows that are looked at together where lists differ in length
@@ -121,11 +121,12 @@ def _corners(element: Element, index: int, number: int, line: str) -> str:
         at += many
     if at != len(words):
         raise ValueError(told(number, line, f"{at} numbers"))
-    if not all(map(INDEX.fullmatch, found)):
+    row = " ".join(found)
+    if not INDICES.fullmatch(row):
         raise ValueError(told(number, line, "whole numbers"))
     if len(found) <= 3:
         raise ValueError(f"a face of {len(found) - 1} corners in line {number}")
-    return " ".join(found)
+    return row
 
 
 def _binary(elements: dict[str, Element], order: str, data: bytes, at: int) -> tuple[bytes, bytes, int]:
