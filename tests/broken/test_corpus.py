@@ -1,0 +1,74 @@
+"""Broken inputs against the program: the quick part in every test, all of them among the slow ones."""
+
+import itertools
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import SimpleQueue
+
+import pytest
+from broken import corpus
+from broken.case import Case
+from broken.judge import judged
+from broken.open import OPEN
+from broken.runner import Server, forget, run
+
+WORKERS = min(4, os.cpu_count() or 1)
+
+
+@pytest.fixture(scope="module")
+def servers(good_inputs: Path) -> Iterator[SimpleQueue[Server]]:
+    """Forking servers, as many as there are cores; a case takes one and puts it back."""
+    free: SimpleQueue[Server] = SimpleQueue()
+    started = [Server() for _ in range(1 if "PYTEST_XDIST_WORKER" in os.environ else WORKERS)]
+    for server in started:
+        free.put(server)
+    yield free
+    for server in started:
+        server.close()
+
+
+def broken_rules(cases: Iterable[Case], servers: SimpleQueue[Server], place: Path) -> dict[str, list[str]]:
+    """Names of the cases that break the rule, with what they break."""
+    count = itertools.count()
+
+    def one(case: Case) -> tuple[str, list[str]]:
+        server, folder = servers.get(), place / f"{next(count):05d}"
+        try:
+            return case.name, judged(case, run(case, server, folder))
+        finally:
+            servers.put(server)
+            forget(folder)
+
+    with ThreadPoolExecutor(servers.qsize()) as pool:
+        return {name: wrong for name, wrong in pool.map(one, cases) if wrong}
+
+
+def held_against_open(found: dict[str, list[str]], tried: set[str]) -> None:
+    """What fails is what is known to fail, no less and no more."""
+    news = {name: wrong for name, wrong in found.items() if name not in OPEN}
+    assert not news, "\n".join(f"{name}: {'; '.join(wrong)}" for name, wrong in news.items())
+    mended = [name for name in OPEN if name in tried and name not in found]
+    assert not mended, f"mended, so take them out of tests/broken/open.py: {mended}"
+
+
+@pytest.mark.parametrize("theme", corpus.THEMES)
+def test_quick_cases_keep_the_rule(theme, servers, tmp_path):
+    cases = [case for case in corpus.cases((theme,)) if case.quick]
+    held_against_open(broken_rules(cases, servers, tmp_path), {case.name for case in cases})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theme", corpus.THEMES)
+def test_all_inputs_keep_the_rule(theme, servers, tmp_path):
+    cases = list(corpus.spread(corpus.cases((theme,))))
+    held_against_open(broken_rules(cases, servers, tmp_path), {case.name for case in cases})
+
+
+def test_the_corpus_is_as_large_as_is_said(good_inputs):
+    names = [case.name for case in corpus.cases()]
+    inputs = {name.rsplit(": ", 1)[0] for name in names}
+    assert len(set(names)) == len(names)
+    assert len(inputs) >= 400
+    assert set(OPEN) <= set(names), "open.py names cases that are not there"
