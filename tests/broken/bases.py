@@ -52,7 +52,7 @@ SIMULATED = {
     ],
     "checkerboard": ["checkerboard", "--set", "frames=6", "--camera", "board_camera.json"],
 }
-PROGRAM = "import sys; from fusion.commands.main import main; sys.exit(main())"
+PROGRAM = "import sys; from fusion.commands.console import run; sys.exit(run())"  # what pip installs as `fusion`
 
 
 def place() -> Path:

@@ -15,10 +15,13 @@ THEMES = (
     "scenes",
     "poses",
     "solids",
+    "boards",
     "seen",
     "options",
+    "words",
     "places",
     "foreign",
+    "no_recording",
 )
 
 

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from broken import bases, meshes
-from broken.inputs import foreign
+from broken import bases, foreign, meshes
+from broken.inputs.foreign import FORMATS
 from broken.pictures import with_right_sums
 
 
@@ -115,7 +115,7 @@ def _foreign() -> Iterator[Reader]:
         ("fakenect", "INDEX.txt"),
         ("Open3D", "intrinsic.json"),
     ):
-        build, more = foreign.FORMATS[kind]
+        build, more = FORMATS[kind]
 
         def prepare(folder: Path, build: Callable[[Path], object] = build) -> None:
             build(folder / "rec")

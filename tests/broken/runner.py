@@ -11,7 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from broken.bases import PROGRAM
 from broken.case import Case
+from broken.server import follow
 from broken.snapshot import Snapshot, snapshot
 
 LIMIT_S = 30.0
@@ -73,7 +75,28 @@ class Server:
         self.process.wait(timeout=10)
 
 
-def run(case: Case, server: Server, place: Path) -> Ran:
+class Fresh:
+    """A new process for every run, as a user starts it: slower, and nothing is there from before."""
+
+    def ask(self, request: dict) -> dict:
+        """One run."""
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(HERE.parent.parent),
+            "TMPDIR": request["scratch"],
+            "MPLBACKEND": "Agg",
+        }
+        with Path(request["stdout"]).open("wb") as out, Path(request["stderr"]).open("wb") as err:
+            child = subprocess.Popen(
+                [sys.executable, "-c", PROGRAM, *request["words"]], cwd=request["folder"], env=environment,
+                stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,
+            )  # fmt: skip
+        answer = follow(child.pid, request)
+        child.returncode = answer["status"]  # it has been waited for
+        return answer
+
+
+def run(case: Case, server: Server | Fresh, place: Path) -> Ran:
     """Make the case's input in a new folder below `place`, run the program there, look before and after."""
     folder, beside = place / "case", place / "beside"
     scratch = beside / "scratch"
@@ -83,7 +106,7 @@ def run(case: Case, server: Server, place: Path) -> Ran:
     return run_words(words, server, folder, beside)
 
 
-def run_words(words: list[str], server: Server, folder: Path, beside: Path) -> Ran:
+def run_words(words: list[str], server: Server | Fresh, folder: Path, beside: Path) -> Ran:
     """Run `fusion WORDS` in a folder; files of the run itself go beside it."""
     before = snapshot(folder)
     scratch, events = beside / "scratch", beside / "events"

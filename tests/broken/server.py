@@ -98,10 +98,10 @@ def act(request: dict) -> int:
     be_nobody_special()
     watch(Path(request["events"]))
     sys.argv = ["fusion", *request["words"]]
-    from fusion.commands.main import main
+    from fusion.commands.console import run
 
     try:
-        ended = main()
+        ended = run()
     except SystemExit as end:
         ended = end.code
     if ended is None or isinstance(ended, int):

@@ -12,7 +12,7 @@ from broken import corpus
 from broken.case import Case
 from broken.judge import judged
 from broken.open import OPEN
-from broken.runner import Server, forget, run
+from broken.runner import Fresh, Server, forget, run
 
 WORKERS = min(4, os.cpu_count() or 1)
 
@@ -66,9 +66,48 @@ def test_all_inputs_keep_the_rule(theme, servers, tmp_path):
     held_against_open(broken_rules(cases, servers, tmp_path), {case.name for case in cases})
 
 
+@pytest.mark.slow
+def test_processes_of_their_own_keep_the_rule(good_inputs, tmp_path):
+    cases = [case for case in corpus.cases() if case.quick][::4]
+    found = {}
+    for number, case in enumerate(cases):
+        found[case.name] = judged(case, run(case, Fresh(), tmp_path / str(number)))
+        forget(tmp_path / str(number))
+    held_against_open({name: wrong for name, wrong in found.items() if wrong}, {case.name for case in cases})
+
+
+# one case for every text file that is read, by what its name is in each encoding
+TEXTS = (
+    "depth.txt: {}: convert",
+    "groundtruth.txt: {}: stated",
+    "camera.json: {}: convert",
+    "sensor: {} sensor.json: show",
+    "scene: {}: simulate",
+    "board: {} board.json: intrinsics",
+    "mesh: {} ascii.ply: convert",
+    "mesh: {} ascii.pcd: convert",
+    "mesh: {} points.xyz: convert",
+    "mesh: {} cube.obj: convert",
+    "mesh: {} cube.off: convert",
+    "mesh: {} ascii.stl: convert",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("encoding", ["BOM", "CRLF", "UTF-16 with BOM", "UTF-16 without BOM", "NUL after each line"])
+def test_every_text_is_read_or_refused_alike(encoding, servers, tmp_path):
+    named = {case.name: case for case in corpus.cases()}
+    server, ended = servers.get(), {}
+    for number, text in enumerate(TEXTS):
+        case = named[text.format(encoding)]
+        ended[case.name] = run(case, server, tmp_path / str(number)).status
+    servers.put(server)
+    assert len(set(ended.values())) == 1, ended
+
+
 def test_the_corpus_is_as_large_as_is_said(good_inputs):
-    names = [case.name for case in corpus.cases()]
+    names = [case.name for theme in corpus.THEMES for case in corpus.cases((theme,))]
     inputs = {name.rsplit(": ", 1)[0] for name in names}
     assert len(set(names)) == len(names)
-    assert len(inputs) >= 400
+    assert len(inputs) >= 400 and len(names) >= 4000
     assert set(OPEN) <= set(names), "open.py names cases that are not there"

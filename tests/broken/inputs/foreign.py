@@ -1,70 +1,17 @@
 """Recordings of other programs: 7-Scenes, BOP, fakenect, Open3D, plain TUM; and folders that are no recording."""
 
 import json
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 from broken import bases, pictures
 from broken.case import ACCEPTED, EITHER, REFUSED, TOLD, Case, Expected
 from broken.crossing import outside
+from broken.foreign import UNIT, Build, bop, bop_cameras, fakenect, intrinsic, open3d, seven_scenes, tum
 from broken.odd_files import clear, fifo, folder, link
-from broken.odd_values import LETTERS, NUMBERS, whole, with_raw
+from broken.odd_values import NUMBERS, whole, with_raw
 
-Build = Callable[[Path], object]
-UNIT = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
 CAMERA = ["--camera", "camera.json"]
-
-
-def seven_scenes(rec: Path) -> None:
-    """As the data set's page tells: three files a frame, depth in millimetres, poses camera to world."""
-    rec.mkdir()
-    for n in range(3):
-        (rec / f"frame-{n:06d}.depth.png").write_bytes(pictures.png(bases.depth_counts("wall", n)))
-        (rec / f"frame-{n:06d}.pose.txt").write_text(UNIT, encoding="ascii")
-
-
-def bop(rec: Path) -> None:
-    """As bop_toolkit's docs/bop_datasets_format.md tells: depth_scale takes counts to millimetres."""
-    (rec / "depth").mkdir(parents=True)
-    for n in range(3):
-        (rec / "depth" / f"{n:06d}.png").write_bytes(pictures.png(bases.depth_counts("wall", n)))
-    bases.write_json(rec / "scene_camera.json", bop_cameras())
-
-
-def bop_cameras() -> dict:
-    return {str(n): {"cam_K": [144, 0, 79.5, 0, 144, 59.5, 0, 0, 1], "depth_scale": 1.0} for n in range(3)}
-
-
-def fakenect(rec: Path) -> None:
-    """As OpenKinect's fakenect-record leaves them: an index, and 640 x 480 pictures of 11 or 16 bits as PGM."""
-    rec.mkdir()
-    names = [f"d-{1306361010 + n}.25-{3408212745 + 2000000 * n}.pgm" for n in range(3)]
-    counts = np.full((480, 640), 700, "<u2")
-    for name in names:
-        (rec / name).write_bytes(b"P5 640 480 65535\n" + counts.tobytes())
-    (rec / "INDEX.txt").write_text("\n".join(names) + "\n", encoding="ascii")
-
-
-def open3d(rec: Path) -> None:
-    """As Open3D's reconstruction system takes it: depth/, color/, the matrix column by column."""
-    for kind in ("depth", "color"):
-        (rec / kind).mkdir(parents=True)
-    for n in range(3):
-        (rec / "depth" / f"{n:06d}.png").write_bytes(pictures.png(bases.depth_counts("wall", n)))
-        (rec / "color" / f"{n:06d}.png").write_bytes(pictures.png(np.full((120, 160, 3), 80, np.uint8), 2))
-    bases.write_json(rec / "intrinsic.json", intrinsic())
-
-
-def intrinsic() -> dict:
-    return {"width": 160, "height": 120, "intrinsic_matrix": [144, 0, 0, 0, 144, 0, 79.5, 59.5, 1]}
-
-
-def tum(rec: Path) -> None:
-    """Without camera.json."""
-    bases.recording(rec.parent, rec.name)
-    (rec / "camera.json").unlink()
 
 
 FORMATS: dict[str, tuple[Build, list[str]]] = {
@@ -367,72 +314,9 @@ def tums() -> Iterator[Case]:
     )
 
 
-def nothing() -> Iterator[Case]:
-    """Folders and files that are no recording, for every command that takes one."""
-
-    def deep(rec: Path) -> None:
-        rec.mkdir()
-        place = rec
-        for _ in range(200):
-            place = place / "d"
-            place.mkdir()
-
-    def many(rec: Path) -> None:
-        rec.mkdir()
-        for n in range(3000):
-            (rec / f"{n}.txt").touch()
-
-    def file(content: bytes) -> Build:
-        return lambda rec: rec.write_bytes(content)
-
-    things: dict[str, Build] = {
-        "an empty folder": lambda rec: rec.mkdir(),
-        "a deep folder": deep,
-        "3000 strange files": many,
-        "a text": file(b"hello\n"),
-        "an empty file": file(b""),
-        "a PNG": file(pictures.png(np.zeros((4, 4), np.uint16))),
-        "a mesh": file(b"ply\nformat ascii 1.0\n"),
-        "a FIFO": fifo,
-        "a link in a loop": link("rec"),
-        "a link to /dev/zero": link("/dev/zero"),
-        "strange names": lambda rec: (rec.mkdir(), (rec / LETTERS.replace("/", "")).touch(), (rec / "\udcff").touch()),
-        "two formats in one": lambda rec: (
-            open3d(rec),
-            shutil.copytree(bases.place() / "wall", rec, dirs_exist_ok=True),
-        ),
-    }
-    runs = {
-        **RUNS,
-        "turntable": ["turntable", "rec", "-o", "out"],
-        "evaluate": ["evaluate", "rec", "-o", "out"],
-        "depth": ["calibrate", "depth", "rec", "-o", "out"],
-        "noise": ["calibrate", "noise", "rec", "-o", "out"],
-        "explain": ["explain", "rec", "--sensor", "kinect-v1", "-o", "out"],
-        "intrinsics": ["calibrate", "intrinsics", "rec", "--board", "board.json", "-o", "out"],
-        "simulate": ["simulate", "rec", "-o", "out"],
-    }
-    for name, build in things.items():
-        for run, words in runs.items():
-
-            def make(place: Path, words: list[str] = words, build: Build = build) -> list[str]:
-                bases.write_json(place / "board.json", bases.BOARD)
-                build(place / "rec")
-                return words
-
-            yield Case(
-                f"no recording: {name}: {run}",
-                make,
-                REFUSED if name != "two formats in one" else EITHER,
-                ("rec",),
-                quick=run == "info" and name in ("a FIFO", "strange names"),
-            )
-
-
 def cases() -> Iterator[Case]:
     yield from scenes_7()
     yield from bops()
     yield from fakenects()
     yield from open3ds()
     yield from tums()
-    yield from nothing()

@@ -1,6 +1,6 @@
 """Words on the command line: numbers, names, paths, commands."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from broken import bases
@@ -74,7 +74,7 @@ SETTINGS = {
 }
 
 
-def _case(
+def option_case(
     name: str, words: list[str], expected: Expected, where: tuple[str, ...], quick: bool = False, weight: int = 1
 ) -> Case:
     def make(folder: Path) -> list[str]:
@@ -97,7 +97,7 @@ def numbers() -> Iterator[Case]:
         option = words[-1]
         for value in NUMBERS:
             right = value in fine or value in READABLE
-            yield _case(
+            yield option_case(
                 f"{name} {shown(value)}",
                 [*words, value],
                 EITHER if right else REFUSED,
@@ -106,7 +106,7 @@ def numbers() -> Iterator[Case]:
                 3,
             )
     for value in ("90", "-400", "400", "180", "1e-9"):
-        yield _case(
+        yield option_case(
             f"turntable --step {value}",
             [*NUMERIC["turntable --step"][0], value],
             EITHER,
@@ -117,31 +117,31 @@ def numbers() -> Iterator[Case]:
         six = [value] * 6
         for command in ("reconstruct", "turntable"):
             of = "wall" if command == "reconstruct" else "turntable"
-            yield _case(
+            yield option_case(
                 f"{command} --box {value}",
                 [command, of, *SCAN, "--voxel", "0.02", "--box", *six],
                 REFUSED,
                 ("--box",),
                 (command, value) == ("turntable", "nan"),
             )
-    yield _case(
+    yield option_case(
         "turntable --box turned",
         ["turntable", "turntable", *SCAN, "--box", "1", "1", "1", "0", "0", "0"],
         REFUSED,
         ("--box",),
     )
-    yield _case(
+    yield option_case(
         "turntable --box huge",
         ["turntable", "turntable", *SCAN, "--voxel", "0.008", "--box", *["-1e30"] * 3, *["1e30"] * 3],
         EITHER,
         ("--box",),
         weight=4,
     )
-    yield _case(
+    yield option_case(
         "turntable --box five", ["turntable", "turntable", *SCAN, "--box", "0", "0", "0", "1", "1"], REFUSED, ("--box",)
     )
     for pixel in (("nan", "1"), ("-1", "-1"), ("160", "0"), ("1e300", "0"), ("1.5", "2"), ("9" * 400, "0")):
-        yield _case(
+        yield option_case(
             f"evaluate --pixel {shown(' '.join(pixel))}",
             ["evaluate", "wall", *SCAN, "--pixel", *pixel],
             REFUSED if pixel[0] != "1.5" else EITHER,
@@ -174,7 +174,7 @@ def settings() -> Iterator[Case]:
                     ("wobble_deg", "-1"),
                     ("mesh", ""),
                 ) or (name == "slip_frame" and value == "-1")
-                yield _case(
+                yield option_case(
                     f"{scene} --set {name}={shown(value)}",
                     words,
                     EITHER if fine else REFUSED,
@@ -183,20 +183,20 @@ def settings() -> Iterator[Case]:
                     2,
                 )
     for frames in ("0", "1000000000", "2.5"):
-        yield _case(
+        yield option_case(
             f"wall --set frames={frames}",
             ["simulate", "wall", "--camera", "camera.json", "-o", "out", "--set", f"frames={frames}"],
             REFUSED,
             ("frames", "--allow-gb"),
         )
     for text in ("frames", "=5", "nonsense=5", "frames=1=2", "", LETTERS + "=1", "x" * 5000 + "=1", "\udcff=1"):
-        yield _case(
+        yield option_case(
             f"wall --set {shown(text)}",
             ["simulate", "wall", "-o", "out", "--camera", "camera.json", "--set", text],
             REFUSED,
             ("--set", "frames", "nonsense", "red", "xxx", "udcff", "setting"),
         )
-    yield _case(
+    yield option_case(
         "wall --set 1000 distances",
         [
             "simulate",
@@ -226,131 +226,9 @@ def settings() -> Iterator[Case]:
             "--set",
             f"mesh={mesh}",
         ]
-        yield _case(f"turntable --set mesh={shown(mesh)}", words, REFUSED, (mesh[:20], "mesh"))
-
-
-PATHS = {
-    "info REC": ["info", "PATH"],
-    "info --camera": ["info", "wall", "--camera", "PATH"],
-    "convert IN": ["convert", "PATH", "out"],
-    "sensor show": ["sensor", "show", "PATH"],
-    "simulate SCENE": ["simulate", "PATH", "-o", "out"],
-    "simulate --sensor": ["simulate", "wall", "-o", "out", "--camera", "camera.json", "--sensor", "PATH"],
-    "reconstruct --poses": ["reconstruct", "wall", *SCAN, "--voxel", "0.02", "--poses", "PATH"],
-    "reconstruct --sensor": ["reconstruct", "wall", *SCAN, "--voxel", "0.02", "--sensor", "PATH"],
-    "turntable --mask": ["turntable", "turntable", *SCAN, "--voxel", "0.008", "--mask", "PATH"],
-    "compare MESH": ["compare", "PATH", "good.ply", *SCAN],
-    "compare REFERENCE": ["compare", "good.ply", "PATH", *SCAN],
-    "compare --seen": ["compare", "good.ply", "good.ply", *SCAN, "--seen", "PATH"],
-    "intrinsics --board": ["calibrate", "intrinsics", "checkerboard", *SCAN, "--board", "PATH"],
-    "depth --camera": ["calibrate", "depth", "wall", *SCAN, "--camera", "PATH"],
-    "evaluate REC": ["evaluate", "wall", "PATH", *SCAN],
-    "explain --sensor": ["explain", "wall", "-o", "out", "--sensor", "PATH"],
-    "explain --simulated": ["explain", "wall", "-o", "out", "--sensor", "kinect-v1", "--simulated", "PATH"],
-    "noise REC": ["calibrate", "noise", "PATH", *SCAN],
-}
-THINGS: dict[str, Callable[[], str]] = {
-    "empty": lambda: "",
-    "missing": lambda: "missing.json",
-    "a folder": lambda: "outside",
-    "5 kB": lambda: "x" * 5000,
-    "escape codes": lambda: LETTERS,
-    "no UTF-8": lambda: "\udcff\udcfe",
-    "a new line": lambda: "a\nb",
-    "/dev/zero": lambda: "/dev/zero",
-    "/dev/null": lambda: "/dev/null",
-    "/etc/passwd": lambda: "/etc/passwd",
-    "below a file": lambda: "/etc/passwd/x.json",
-    "a web address": lambda: "http://127.0.0.1:9/x.json",
-    "/proc/self/mem": lambda: "/proc/self/mem",
-    "a dash": lambda: "-",
-}
-
-
-def paths() -> Iterator[Case]:
-    for name, words in PATHS.items():
-        for thing, value in THINGS.items():
-            word = value()
-            marks = (
-                ascii(word)[1:-1][:15],
-                word[:15] or "''",
-                words[-1],
-                *(w for w in words if w.startswith("--")),
-                words[0],
-                *((r"a\nb", "a?b", "a\ufffdb") if "\n" in word else ()),
-                "red",
-                "udcff",
-                "xff",
-            )
-            yield _case(
-                f"{name} {thing}",
-                [word if w == "PATH" else w for w in words],
-                REFUSED,
-                tuple(m for m in marks if m),
-                (name, thing) in (("info REC", "escape codes"), ("sensor show", "/dev/zero"), ("info REC", "no UTF-8")),
-                2,
-            )
-
-
-def wrong_usage() -> Iterator[Case]:
-    lines = {
-        "no command": [],
-        "unknown command": ["magic"],
-        "command with escape codes": [LETTERS],
-        "command of 5 kB": ["x" * 5000],
-        "command no UTF-8": ["\udcff"],
-        "empty command": [""],
-        "unknown option": ["info", "wall", "--magic"],
-        "option with escape codes": ["info", "wall", "--" + LETTERS],
-        "option of 5 kB": ["info", "wall", "--" + "x" * 5000],
-        "option no UTF-8": ["info", "wall", "--\udcff"],
-        "no recording": ["info"],
-        "two recordings": ["info", "wall", "wall"],
-        "no output": ["reconstruct", "wall"],
-        "unknown unit": ["compare", "a.ply", "b.ply", "-o", "out", "--unit", "furlong"],
-        "unknown device": ["reconstruct", "wall", "-o", "out", "--device", LETTERS],
-        "unknown strength": ["turntable", "turntable", "-o", "out", "--strength", "x" * 5000],
-        "room and object": ["reconstruct", "wall", "-o", "out", "--room", "--object"],
-        "unknown shell": ["completion", "tcsh"],
-        "shell with escape codes": ["completion", LETTERS],
-        "shell of 5 kB": ["completion", "x" * 5000],
-        "sensor magic": ["sensor", "magic"],
-        "calibrate magic": ["calibrate", "magic", "wall"],
-        "unknown preset": ["sensor", "show", "kinect-v9"],
-        "preset with a path": ["sensor", "show", "../kinect-v1"],
-        "show without a name": ["sensor", "show"],
-        "unknown scene": ["simulate", "moon", "-o", "out"],
-        "unknown camera": ["info", "wall", "--camera", "leica"],
-        "10,000 recordings": ["evaluate", *["missing"] * 10_000, "-o", "out"],
-        "the same recording twice": ["explain", "wall", "wall", "--sensor", "kinect-v1", "-o", "out"],
-        "more simulated than recorded": [
-            "explain",
-            "wall",
-            "--simulated",
-            "wall",
-            "wall",
-            "--sensor",
-            "kinect-v1",
-            "-o",
-            "out",
-        ],
-        "a number for a name": ["explain", "5", "--sensor", "5", "-o", "out"],
-        "simulate without output": ["simulate", "wall"],
-        "keep and refine": ["turntable", "turntable", "-o", "out", "--keep-camera", "--refine-camera"],
-    }
-    for name, words in lines.items():
-        yield _case(
-            f"usage, {name}",
-            words,
-            EITHER if name == "no command" else REFUSED,
-            (),
-            name in ("command with escape codes", "option no UTF-8", "the same recording twice"),
-            2,
-        )
+        yield option_case(f"turntable --set mesh={shown(mesh)}", words, REFUSED, (mesh[:20], "mesh"))
 
 
 def cases() -> Iterator[Case]:
     yield from numbers()
     yield from settings()
-    yield from paths()
-    yield from wrong_usage()
