@@ -72,7 +72,7 @@ class Server:
     def close(self) -> None:
         self._lines.close()
         self._channel.close()
-        self.process.wait(timeout=10)
+        self.process.wait(timeout=60)
 
 
 class Fresh:
