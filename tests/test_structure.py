@@ -13,7 +13,7 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 
 # each room may import from itself and from those before it
 ROOMS = [
-    "errors", "quantity", "progress", "files", "output", "compute", "geometry", "recording", "devices", "mesh",
+    "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
     "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "simulation", "turntable", "discrepancy",
     "results", "report", "reconstruction", "scan", "commands",
 ]  # fmt: skip

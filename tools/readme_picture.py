@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import fusion
+from fusion.files.publish import atomic_file
 from fusion.mesh.picture import raised, shaded
 from fusion.mesh.sight import Side, sides
-from fusion.output import atomic_file
 from fusion.report.figures.views import Scale, scale_colors
 from fusion.report.palette import DIVERGING, INK, SOFT, new_figure, styled
 

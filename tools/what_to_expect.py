@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import fusion
-from fusion.output import atomic_file
+from fusion.files.publish import atomic_file
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "first_scan.md"
 START, END = "<!-- noise over distance: start -->\n", "<!-- noise over distance: end -->\n"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError, MeshError
 from fusion.files.limits import check_size
+from fusion.files.publish import atomic_file
 from fusion.files.reading import TEXT_TAKES, read_bytes
 from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
 from fusion.mesh.exchange import by_trimesh, to_trimesh
@@ -19,7 +20,6 @@ from fusion.mesh.formats.stl import checked_stl
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import read_ply, write_ply
 from fusion.mesh.vertices import joined, vertices_kept
-from fusion.output import atomic_file
 
 FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz")
 _READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz}

@@ -11,10 +11,10 @@ from msgspec import Meta, Struct
 from fusion.errors import RecordingError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json
+from fusion.files.publish import atomic_file
 from fusion.files.values import Name, Rigid
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import is_rigid
-from fusion.output import atomic_file
 
 Principle = Literal["structured_light", "itof", "active_stereo", "unknown"]
 # OpenCV's lengths; longer models (thin prism, tilt) are not those of CONTRACT's camera.json

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from fusion.errors import RecordingError
+from fusion.files.publish import atomic_file
 from fusion.files.values import FARTHEST_M
 from fusion.geometry.pose import from_tum, to_tum
 from fusion.geometry.trajectory import Trajectory
-from fusion.output import atomic_file
 from fusion.recording.text_files import data_lines, number, stamp
 
 HEADER = "# timestamp tx ty tz qx qy qz qw\n"

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.publish import output_folder
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
-from fusion.output import output_folder
 from fusion.recording.camera_file import write_camera
 from fusion.recording.frame_files import INVALID_COUNT
 from fusion.recording.recording import Frame

@@ -9,7 +9,7 @@ import numpy as np
 from fusion.errors import SensorError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json, shown
-from fusion.output import atomic_file
+from fusion.files.publish import atomic_file
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.entries import GivenEffect, Stds, given_effects

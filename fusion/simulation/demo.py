@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fusion.files.publish import output_folder
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
-from fusion.output import output_folder
 from fusion.progress import each
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor

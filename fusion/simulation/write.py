@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from fusion import __version__
+from fusion.files.publish import output_folder
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
-from fusion.output import output_folder
 from fusion.progress import each
 from fusion.recording.camera_file import write_camera
 from fusion.recording.trajectory_file import write_trajectory
