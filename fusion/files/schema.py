@@ -1,5 +1,6 @@
 """What a JSON schema says, in words, at any place of a file: messages and published schemas have one source."""
 
+import re
 from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import cache
@@ -142,9 +143,14 @@ def _names(names: list[str], found: Any) -> str:
 def _bounds(option: Node) -> str:
     low, high = option.get("minimum"), option.get("maximum")
     if low is not None and high is not None:
-        return f" from {low:g} to {high:g}"
-    words = [f"{name} {option[key]:g}" for key, name in _BOUNDS.items() if key in option]
+        return f" from {_short(low)} to {_short(high)}"
+    words = [f"{name} {_short(option[key])}" for key, name in _BOUNDS.items() if key in option]
     return " " + ", ".join(words) if words else ""
+
+
+def _short(number: float) -> str:
+    """1e6 rather than 1e+06."""
+    return re.sub(r"e\+?(-?)0*", r"e\1", f"{number:g}")
 
 
 _BOUNDS = {"minimum": "of at least", "exclusiveMinimum": "above", "maximum": "up to", "exclusiveMaximum": "below"}
