@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from fusion.errors import FusionError
+from fusion.files.limits import check_size
 from fusion.files.places import Place, place_words
 from fusion.files.reading import read_text
 
 DEEPEST = 64  # a table of a sensor model has up to 32 dimensions; nothing else comes near
 LONGEST_WHOLE = 18  # digits that 64 bits hold; a longer number is taken as a real one
+UNPACKED = 100  # bytes that a character may come to take: the objects of `{"a":1},` take 30, and all are looked at
 SHOWN = 60  # characters of a wrong value
 
 
@@ -32,6 +34,7 @@ def read_json(path: Path | str, error: type[FusionError] = FusionError, what: st
             that is not finite, or nests too deep.
     """
     text = read_text(path, error, what)
+    check_size(UNPACKED * len(text), path, error, f"{what} with all its values")
     deep = f"at most {DEEPEST} levels"
     try:
         content = json.loads(text, object_pairs_hook=_once, parse_int=_whole)
@@ -46,7 +49,7 @@ def read_json(path: Path | str, error: type[FusionError] = FusionError, what: st
         raise error(f"{what} is nested too deep", path, expected=deep) from None
     if not isinstance(content, dict):
         raise error(f"{what} holds no JSON object", path, shown(content), '{"key": value, ...}')
-    for place, value in _leaves(content, ()):
+    for place, value in _leaves(content, ()) if _doubtful(content) else ():
         if len(place) > DEEPEST:
             raise error(f"{what} is nested too deep", path, f"{place_words(place[:2], content)} ...", deep)
         if isinstance(value, float) and not math.isfinite(value):
@@ -72,6 +75,19 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _whole(digits: str) -> int | float:
     return int(digits) if len(digits) <= LONGEST_WHOLE else float(digits)
+
+
+def _doubtful(content: dict[str, Any]) -> bool:
+    """True where something lies too deep or is not finite: level by level, as a large file has millions of values."""
+    level: list[Any] = [content]
+    for _ in range(DEEPEST):
+        values = [value for node in level for value in (node.values() if type(node) is dict else node)]
+        if not all(math.isfinite(value) for value in values if type(value) is float):
+            return True
+        level = [value for value in values if type(value) is dict or type(value) is list]
+        if not level:
+            return False
+    return True
 
 
 def _leaves(value: Any, place: Place) -> Iterator[tuple[Place, Any]]:
