@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import cv2
 import numpy as np
@@ -93,32 +93,24 @@ def depth_counts(depth: NDArray[np.floating], depth_scale: float) -> NDArray[np.
 
 def _write_frames(folder: Path, camera: Camera, frames: Iterable[Frame]) -> int:
     """Write the images and their lists; returns how many frames there were."""
-    lists: dict[str, TextIO] = {}
+    lists: dict[str, list[str]] = {}
     count = 0
-    try:
-        for count, frame in enumerate(frames, start=1):
-            if not np.isfinite(frame.timestamp):
-                raise RecordingError("a time stamp is not finite", f"frame {count - 1}", frame.timestamp, "seconds")
-            images = {"depth": depth_counts(frame.depth, camera.depth_scale), "rgb": frame.color, "ir": frame.ir}
-            for name, image in images.items():
-                if image is None:
-                    continue
-                if name not in lists:
-                    lists[name] = _start_list(folder, name)
-                file = f"{name}/{count - 1:06d}.png"
-                _write_png(folder / file, image, camera)
-                lists[name].write(f"{frame.timestamp:.6f} {file}\n")
-    finally:
-        for file_ in lists.values():
-            file_.close()
+    for count, frame in enumerate(frames, start=1):
+        if not np.isfinite(frame.timestamp):
+            raise RecordingError("a time stamp is not finite", f"frame {count - 1}", frame.timestamp, "seconds")
+        images = {"depth": depth_counts(frame.depth, camera.depth_scale), "rgb": frame.color, "ir": frame.ir}
+        for name, image in images.items():
+            if image is None:
+                continue
+            if name not in lists:
+                (folder / name).mkdir()
+                lists[name] = [f"# {LISTS[name]}", "# timestamp filename"]
+            file = f"{name}/{count - 1:06d}.png"
+            _write_png(folder / file, image, camera)
+            lists[name].append(f"{frame.timestamp:.6f} {file}")
+    for name, lines in lists.items():
+        (folder / f"{name}.txt").write_text("\n".join([*lines, ""]), encoding="utf-8")
     return count
-
-
-def _start_list(folder: Path, name: str) -> TextIO:
-    (folder / name).mkdir()
-    list_file = (folder / f"{name}.txt").open("w", encoding="utf-8")
-    list_file.write(f"# {LISTS[name]}\n# timestamp filename\n")
-    return list_file
 
 
 def _write_png(path: Path, image: NDArray, camera: Camera) -> None:
