@@ -23,8 +23,9 @@ DO = "correct the file or pass another with --camera"
 
 # 65 535: the largest side of the image formats that a recording may hold
 Size = Annotated[float, Meta(ge=1, le=65535, multiple_of=1, description="pixels")]
-# a million pixels: no lens and no image comes near, and everything that is computed of it stays finite
-Focal = Annotated[float, Meta(gt=0, lt=1e6, description="focal length [px]")]
+# a hundredth of a pixel, a million: no lens and no image comes near, and all that is computed of it stays finite
+SHORTEST, LONGEST = 1e-2, 1e6
+Focal = Annotated[float, Meta(ge=SHORTEST, le=LONGEST, description="focal length [px]")]
 Centre = Annotated[float, Meta(gt=-1e6, lt=1e6, description="where the axis meets the image [px]")]
 # written by Kinects 1000, TUM 5000, RealSense 1000 to 10000, BOP up to 10000; a count of a kilometre or of
 # a ten thousandth of a millimetre is no depth image
@@ -39,6 +40,11 @@ Distortion = Annotated[
         extra_json_schema={"not": {"anyOf": [{"minItems": 1, "maxItems": 3}, {"minItems": 6, "maxItems": 7}]}},
     ),
 ]
+
+
+def are_focal(*lengths: float) -> bool:
+    """True where these can be focal lengths [px]."""
+    return all(SHORTEST <= length <= LONGEST for length in lengths)
 
 
 class Pinhole(Struct, frozen=True, kw_only=True):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import SceneError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
+from fusion.recording.camera_file import are_focal
 from fusion.recording.scene_file import Source
 from fusion.simulation.course import Course
 from fusion.simulation.paint import Paint
@@ -110,8 +111,8 @@ def _check_camera(camera: Camera, where: str) -> None:
     if camera.width * camera.height > MOST_PIXELS:
         found = f"{camera.width} x {camera.height}"
         raise SceneError("the camera has too many pixels", where, found, f"up to {MOST_PIXELS:,}")
-    centre, focal = max(abs(camera.cx), abs(camera.cy)), (camera.fx, camera.fy)
-    if centre > 1e6 or not 1e-2 < min(focal) <= max(focal) < 1e7:
+    centre = max(abs(camera.cx), abs(camera.cy))
+    if centre > 1e6 or not are_focal(camera.fx, camera.fy):
         found = f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}"
         raise SceneError("the camera's intrinsics cannot be used", where, found, "pixels")
     with np.errstate(all="ignore"):

@@ -23,9 +23,10 @@ FULL = replace(
 )
 
 WRONG = [
-    ({"fx": ...}, '"fx" of the camera cannot be used; .*found nothing; expected a number above 0'),
-    ({"fx": 0}, r"found 0; expected a number above 0, below 1e6 .*\[px\].*--camera"),
-    ({"fx": 1e7}, r"expected a number above 0, below 1e6"),
+    ({"fx": ...}, '"fx" of the camera cannot be used; .*found nothing; expected a number from 0.01'),
+    ({"fx": 0}, r"found 0; expected a number from 0.01 to 1e6 .*\[px\].*--camera"),
+    ({"fx": 1e-300}, "found 1e-300; expected a number from 0.01 to 1e6"),
+    ({"fx": 1e7}, r"expected a number from 0.01 to 1e6"),
     ({"cx": 10**400}, '"cx" of the camera'),
     ({"width": 640.5}, "expected a whole number from 1 to 65535"),
     ({"depth_scale": 1e-300}, r"found 1e-300; expected a number from 0.001 to 1e7 \(counts per metre"),
@@ -74,7 +75,7 @@ OPEN3D = {"width": 6, "height": 4, "intrinsic_matrix": [5.0, 0, 0, 0, 5.0, 0, 3.
     [
         (json.dumps(OPEN3D).replace("6", "9" * 400), '"width" cannot be used.*finite'),
         (json.dumps(OPEN3D | {"intrinsic_matrix": [5.0, 0]}), '"intrinsic_matrix" of the camera.*column by column'),
-        (json.dumps(OPEN3D | {"intrinsic_matrix": [0] * 9}), "focal lengths above 0"),
+        (json.dumps(OPEN3D | {"intrinsic_matrix": [0] * 9}), "focal lengths from 0.01"),
         (json.dumps(OPEN3D | {"height": 0}), '"height" of the camera.*whole number'),
     ],
 )

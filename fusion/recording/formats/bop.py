@@ -14,6 +14,7 @@ from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, is_rigid, pose
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_file import are_focal
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.images import image_size
 from fusion.recording.load_frame import load_frame
@@ -23,13 +24,14 @@ from fusion.recording.recording import Recording
 FRAMES_PER_SECOND = 30.0
 
 Number = Annotated[float, Meta(gt=-1e10, lt=1e10)]  # lengths are millimetres
+MATRIX = "9 numbers, the camera matrix row by row [px], focal lengths from 0.01 to 1e6"
 Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
 
 
 class Entry(Struct, frozen=True, kw_only=True):
     """The camera of one image in `scene_camera.json`."""
 
-    cam_K: Annotated[Nine, Meta(description="9 numbers, the camera matrix row by row [px]")] | None = None
+    cam_K: Annotated[Nine, Meta(description=MATRIX)] | None = None
     depth_scale: Annotated[float, Meta(ge=1e-4, le=1e6, description="millimetres per count")] = 1.0
     cam_R_w2c: Annotated[Nine, Meta(description="9 numbers, a rotation row by row")] | None = None
     cam_t_w2c: Annotated[tuple[Number, Number, Number], Meta(description="3 numbers [mm], world to camera")] | None = (
@@ -99,7 +101,7 @@ def _names(folder: Path, kind: str, numbers: list[int]) -> dict[int, str]:
 
 def _camera(entries: dict[int, Entry], size: tuple[int, int], content: Content) -> tuple[Camera, list[str]]:
     for number, entry in entries.items():
-        if entry.cam_K is None or min(entry.cam_K[0], entry.cam_K[4]) <= 0:
+        if entry.cam_K is None or not are_focal(entry.cam_K[0], entry.cam_K[4]):
             raise content.wrong(Entries, str(number), "cam_K")
     matrices = np.array([entry.cam_K for entry in entries.values()])
     scales = np.array([entry.depth_scale for entry in entries.values()])

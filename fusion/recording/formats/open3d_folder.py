@@ -17,7 +17,7 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import Size
+from fusion.recording.camera_file import Size, are_focal
 from fusion.recording.camera_presets import PRESETS
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
@@ -35,7 +35,7 @@ FRAMES_PER_SECOND = 30.0
 DEPTH_SCALE = 1000.0
 
 Number = Annotated[float, Meta(gt=-1e6, lt=1e6)]
-ABOUT = "9 numbers, column by column [px], focal lengths above 0"
+ABOUT = "9 numbers, column by column [px], focal lengths from 0.01 to 1e6"
 
 
 class Intrinsic(Struct, frozen=True, kw_only=True):
@@ -114,7 +114,7 @@ def _camera(folder: Path) -> Camera:
         K = np.array(given.intrinsic_matrix, float).reshape(3, 3).T  # column by column
     except ValueError:  # not nine, or lists of different lengths
         K = np.zeros((3, 3))
-    if K[0, 0] <= 0 or K[1, 1] <= 0:
+    if not are_focal(K[0, 0], K[1, 1]):
         raise content.wrong(Intrinsic, "intrinsic_matrix")
     width, height = int(given.width), int(given.height)
     return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=DEPTH_SCALE)
