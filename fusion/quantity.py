@@ -1,6 +1,5 @@
 """Numbers that a user may give, each with its unit and what is possible: one place for options and settings."""
 
-import math
 from dataclasses import dataclass
 
 from fusion.errors import FusionError
@@ -34,8 +33,11 @@ class Quantity:
             FusionError: it is not finite, or not possible.
         """
         size = 0.0 if value is None else abs(value) if self.signed else value
-        if value is not None and not (math.isfinite(value) and self.low <= size <= self.high):
-            found = f"{value:g} {self.unit}".rstrip()
+        if value is not None and not self.low <= size <= self.high:  # never true of what is not finite
+            try:
+                found = f"{value:g} {self.unit}".rstrip()
+            except OverflowError:  # a whole number of hundreds of digits
+                found = "a number too large to be shown"
             raise FusionError(f"the {self.name} is not possible", self.option, found, self.possible)
         return value
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Any, NoReturn
 
 from fusion.commands.numbers import number
+from fusion.errors import FusionError
 from fusion.files.inside import OPTION as LINKS_OPTION
 from fusion.files.limits import OPTION as LIMIT_OPTION
 from fusion.files.limits import USUAL_GB
@@ -46,8 +47,8 @@ class Parser(argparse.ArgumentParser):
         wrong = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
         if wrong:
             message += nearest(wrong[1], re.findall(r"[\w.-]+", wrong[2]))
-        message = " ".join(message.split())
-        self.exit(2, f"{self.prog}: {message}; usage: {self.prog} --help tells all\n")
+        shown = FusionError(message)  # escaped, and of a readable length
+        self.exit(2, f"{self.prog}: {shown}; usage: {self.prog} --help tells all\n")
 
 
 class CommandParser(Parser):

@@ -28,9 +28,9 @@ SIMULATE = ["simulate", "wall", "-o", "out"]
         (WALL, "--distance-std", ("-0.1", "nan", "inf")),
         (WALL, "--radial-limit", ("0", "nan", "-3")),
         (BENCH, "--distance-std", ("-0.1", "nan", "inf")),
+        (SIMULATE, "--seed", ("-1", "9" * 400)),
         (BOARD, "--distance", ("0", "nan", "inf", "-1")),
         (COMPARE, "--max-distance", ("0", "nan", "inf", "-1")),
-        (SIMULATE, "--seed", ("-1",)),
         (["demo", "-o", "out"], "--frames", ("0", "-5", "11", "1000000000")),
         (["demo", "-o", "out"], "--seed", ("-1",)),
     ],
@@ -46,6 +46,15 @@ def test_what_is_not_possible_is_one_line_that_says_what_is(command, option, val
         assert f"is not possible; in {option}; found " in told
         assert "expected " in told
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("shell", ["x" * 5000, "\x1b[31mred\x07"], ids=["long", "escapes"])
+def test_wrong_usage_is_short_and_shown_as_it_is(shell, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["completion", shell])
+    told = capsys.readouterr().err
+    assert stop.value.code == 2 and len(told) < 700 and told.endswith("--help tells all\n")
+    assert "\x1b" not in told and "\x07" not in told
 
 
 @pytest.mark.parametrize("command", [SCAN, TRACK])

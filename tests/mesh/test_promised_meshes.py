@@ -221,7 +221,17 @@ def packed(tree):
     tree["extensionsRequired"] = ["KHR_draco_mesh_compression"]
 
 
+def flat(tree):
+    tree["accessors"][tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]["type"] = "VEC2"
+
+
+def pairs(tree):
+    tree["accessors"][tree["meshes"][0]["primitives"][0]["indices"]]["type"] = "VEC2"
+
+
 TREES = {
+    flat: "VEC2 instead of VEC3",
+    pairs: "VEC2 instead of SCALAR|rows in",
     no_view: "packed in a way",
     many: "too large",
     twice: "two places",

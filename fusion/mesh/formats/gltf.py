@@ -125,6 +125,11 @@ def _size_of(tree: Tree, one: Primitive, sizes: list[int]) -> int:
     for about in (tree.accessors[place] for place in places):
         if about.bufferView is None or about.sparse is not None or about.normalized:
             raise ValueError("an accessor that is packed in a way that is not read")
+    corners = one.attributes.get("POSITION")
+    if corners is not None and tree.accessors[corners].type != "VEC3":
+        raise ValueError(f"places of type {tree.accessors[corners].type} instead of VEC3")
+    if one.indices is not None and tree.accessors[one.indices].type != "SCALAR":
+        raise ValueError(f"corners of type {tree.accessors[one.indices].type} instead of SCALAR")
     if one.indices is not None and one.mode == 4 and tree.accessors[one.indices].count % 3:
         raise ValueError("a number of corners that is no multiple of three")
     return sum(sizes[place] for place in places)
