@@ -14,6 +14,8 @@ from textwrap import wrap
 from bench_stages.growth import Growth, by_cores, by_frames, by_pixels, by_turns, by_voxel
 from bench_stages.workloads import made
 
+from fusion.compute.process import tune_process
+
 LAWS = ("frames", "voxel", "pixels", "turns", "cores")
 
 
@@ -24,6 +26,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/growth"))
     parser.add_argument("--cache", type=Path, default=Path("out/benchmark/cache"), help="workloads of benchmark.py")
     options = parser.parse_args()
+    tune_process()
     options.out.mkdir(parents=True, exist_ok=True)
     item, room = (made(name, options.cache) for name in ("object", "room"))
     measures: dict[str, Callable[[], list[Growth]]] = {

@@ -19,6 +19,7 @@ import numpy as np
 from bench_stages.growth import Views
 from bench_stages.workloads import WORKLOADS, made
 
+from fusion.compute.process import tune_process
 from fusion.compute.start import start
 from fusion.volume.volume import Volume, VolumeSettings
 
@@ -33,6 +34,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=40)
     parser.add_argument("--cache", type=Path, default=Path("out/benchmark/cache"), help="workloads of benchmark.py")
     options = parser.parse_args()
+    tune_process()
     start()
     rate = bandwidth()
     print(f"memory, read and written: {rate * 1e-6:.1f} GB/s")

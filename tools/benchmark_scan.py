@@ -19,6 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from fusion.compute.process import tune_process
 from fusion.recording.open import open_recording
 from fusion.scan import motion, pipeline
 from fusion.scan.pipeline import scan_turntable
@@ -74,6 +75,7 @@ def measure(folder: Path) -> Times:
 
 
 def main() -> int:
+    tune_process()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--recording", type=Path, help="made there where it is not yet (default: a temporary folder)")
     parser.add_argument("--runs", type=int, default=3)
