@@ -1,6 +1,7 @@
 """What the header of an image file promises, looked at before anything is decoded or allocated."""
 
 import io
+import re
 import struct
 import zlib
 from dataclasses import dataclass
@@ -8,7 +9,8 @@ from itertools import pairwise
 
 PNG_START = b"\x89PNG\r\n\x1a\n"
 JPEG_START = b"\xff\xd8\xff"
-OTHERS = {b"BM": "BMP", b"II*\0": "TIFF", b"MM\0*": "TIFF", b"P5": "PPM", b"P6": "PPM"}  # pictures of boards
+OTHERS = {b"BM": "BMP", b"II*\0": "TIFF", b"MM\0*": "TIFF"}  # pictures of boards
+PNM = re.compile(rb"P([56])\s+(?:#[^\n]*\n\s*)*([0-9]{1,5})\s+([0-9]{1,5})\s+([0-9]{1,5})\s")  # PGM and PPM
 # colour type: (channels, bits that a channel may have)
 _PNG_KINDS = {0: (1, (1, 2, 4, 8, 16)), 2: (3, (8, 16)), 3: (3, (1, 2, 4, 8)), 4: (2, (8, 16)), 6: (4, (8, 16))}
 _PNG_NEEDED = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
@@ -41,6 +43,9 @@ def read_header(data: bytes) -> ImageHeader:
         return _png(data)
     if data.startswith(JPEG_START):
         return _jpeg(data)
+    if plain := PNM.match(data):
+        six, width, height, most = (int(word) for word in plain.groups())
+        return ImageHeader(width, height, 3 if six == 6 else 1, 2 if most > 255 else 1)
     kind = next((name for start, name in OTHERS.items() if data.startswith(start)), None)
     if kind is None:
         raise ValueError(f"a file that begins with {data[:8]!r}" if data else "an empty file")
@@ -74,6 +79,15 @@ def plain_png(data: bytes) -> bytes:
                 return data
             return b"".join(data[begin:end] for begin, end in list(pairwise(parts))[::2])
     raise ValueError(f"a file cut off after {len(data)} bytes")
+
+
+def whole_pnm(data: bytes, header: ImageHeader) -> bytes:
+    """A PGM or PPM as it is; ValueError where it has fewer bytes than its pixels need."""
+    begin = PNM.match(data)
+    there = len(data) - (begin.end() if begin else 0)
+    if not 0 < header.size <= there:
+        raise ValueError(f"{there} of {header.size} bytes")
+    return data
 
 
 def _png(data: bytes) -> ImageHeader:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import read_bytes as read_regular
-from fusion.recording.image_header import JPEG_START, PNG_START, ImageHeader, plain_png, read_header
+from fusion.recording.image_header import JPEG_START, PNG_START, ImageHeader, plain_png, read_header, whole_pnm
 
 HEAD = 1 << 16  # bytes that hold the header of an image
 TAKES = 8  # times its own size: what is made of an image while it is used (as floats, turned about, laid side by side)
@@ -26,10 +26,10 @@ def read_counts(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.
     header = _header(data, path)
     if shape is not None:
         check_shape((header.height, header.width), shape, path)
-    if (header.channels, header.depth) != (1, 2) and not data.startswith(b"P5"):
+    if (header.channels, header.depth) != (1, 2):
         found = f"{8 * header.depth} bit, {header.channels} channel(s)"
         raise RecordingError("the image is not a 16-bit grey image", path, found, "16-bit PNG with one channel")
-    image = _decoded(data, cv2.IMREAD_UNCHANGED, path)
+    image = _decoded(data, header, cv2.IMREAD_UNCHANGED, path)
     if image.dtype != np.uint16 or image.ndim != 2:
         raise RecordingError("the image is not a 16-bit grey image", path, "8 bit", "16-bit PNG with one channel")
     return image
@@ -86,8 +86,7 @@ def read_bytes(path: Path, limit: int = -1) -> bytes:
 
 def _decode(path: Path, flags: int) -> NDArray:
     data = read_bytes(path)
-    _header(data, path)
-    return _decoded(data, flags, path)
+    return _decoded(data, _header(data, path), flags, path)
 
 
 def _header(data: bytes, path: Path) -> ImageHeader:
@@ -100,13 +99,15 @@ def _header(data: bytes, path: Path) -> ImageHeader:
     return header
 
 
-def _decoded(data: bytes, flags: int, path: Path) -> NDArray:
+def _decoded(data: bytes, header: ImageHeader, flags: int, path: Path) -> NDArray:
     """OpenCV fills what a cut file lacks, or writes to the terminal; so the container is looked at first."""
     try:
         if data.startswith(PNG_START):
             data = plain_png(data)
         elif data.startswith(JPEG_START) and b"\xff\xd9" not in data[-4096:]:  # a few bytes may follow the end marker
             raise ValueError(f"a file cut off after {len(data)} bytes")
+        elif data.startswith(b"P"):
+            data = whole_pnm(data, header)
         image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except (ValueError, cv2.error) as error:
         raise _damaged(path, error if isinstance(error, ValueError) else "no image data") from error

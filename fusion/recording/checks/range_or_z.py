@@ -49,7 +49,7 @@ def check_range_or_z(sample: Sample) -> list[Finding]:
 
 def largest_plane(depth: NDArray[np.float32], rays: NDArray[np.float32]) -> Bow | None:
     """The bow of the largest plane in a depth image (h, w) [m] with rays (h, w, 2); None when there is none."""
-    valid = np.isfinite(depth)
+    valid = np.isfinite(depth) & np.isfinite(rays).all(axis=2)
     if valid.sum() < 500:
         return None
     chosen = np.random.default_rng(SEED).permutation(int(valid.sum()))[:6000]
