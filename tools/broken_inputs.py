@@ -36,6 +36,7 @@ class Row:
     wrong: list[str]
     words: list[str]
     seconds: float
+    cpu: float
     peak: int
     said: str
 
@@ -56,14 +57,19 @@ def main() -> int:
         with multiprocessing.get_context("spawn").Pool(options.jobs) as pool:
             for done, row in enumerate(pool.imap_unordered(_one, jobs), 1):
                 rows.append(row)
-                if sys.stderr.isatty() or done % 200 == 0:
+                if done % 100 == 0:
                     print(f"{done} of {len(jobs)}, {time.monotonic() - start:.0f} s", file=sys.stderr, flush=True)
+                    _write(options.output, table(rows, time.monotonic() - start))
     rows.sort(key=lambda row: row.number)
     text = table(rows, time.monotonic() - start)
     print(text)
-    if options.output:
-        options.output.write_text(text + "\n", encoding="utf-8")
+    _write(options.output, text)
     return int(any(row.wrong for row in rows))
+
+
+def _write(path: Path | None, text: str) -> None:
+    if path:
+        path.write_text(text + "\n", encoding="utf-8")
 
 
 def _chosen(options: argparse.Namespace) -> list[int]:
@@ -75,7 +81,7 @@ def _chosen(options: argparse.Namespace) -> list[int]:
         names = {case.name for case in cases if options.match.search(case.name)}
     else:
         names = {case.name for case in cases if case.quick or options.all}
-    return [n for n, case in enumerate(cases) if case.name in names][:: options.every]
+    return [n for n, case in enumerate(cases) if case.name in names][options.skip :: options.every]
 
 
 def _options() -> argparse.Namespace:
@@ -85,9 +91,10 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--match", type=re.compile, help="cases whose name holds this regular expression")
     parser.add_argument("--themes", nargs="+", default=corpus.THEMES, choices=corpus.THEMES)
     parser.add_argument("--every", type=int, default=1, help="only each n-th of them")
+    parser.add_argument("--skip", type=int, default=0, help="leave out the first")
     parser.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2))
     parser.add_argument("--keep", type=Path, help="keep the inputs and results in this folder")
-    parser.add_argument("-o", "--output", type=Path, help="write the table here too")
+    parser.add_argument("-o", "--output", type=Path, help="write the table here too, as it grows")
     return parser.parse_args()
 
 
@@ -104,9 +111,9 @@ def _one(job: tuple[int, str, bool, tuple[str, ...]]) -> Row:
         ran = run(case, _SERVER[0], folder)
         wrong = judge.judged(case, ran)
         said = judge.said(ran)[-1:]
-        return Row(number, case.name, wrong, ran.words, ran.seconds, ran.peak, said[0] if said else "")
+        return Row(number, case.name, wrong, ran.words, ran.seconds, ran.cpu, ran.peak, said[0] if said else "")
     except (AssertionError, OSError, ValueError) as error:  # of the corpus itself: the others go on
-        return Row(number, case.name, [f"the corpus failed: {error!r}"], [], 0.0, 0, "")
+        return Row(number, case.name, [f"the corpus failed: {error!r}"], [], 0.0, 0.0, 0, "")
     finally:
         if not keep:
             forget(folder)
@@ -123,10 +130,9 @@ def table(rows: list[Row], seconds: float) -> str:
             kinds[wrong.split(":")[0]][row.name.rsplit(": ", 1)[0]].append((row, wrong))
     bad = sum(bool(row.wrong) for row in rows)
     longest, largest = max((r.seconds for r in rows), default=0), max((r.peak for r in rows), default=0)
-    told = [
-        f"{len(rows)} cases, {bad} break the rule, {seconds:.0f} s; at most {longest:.1f} s, {largest / 1e9:.2f} GB",
-        "",
-    ]
+    work = sum(row.cpu for row in rows)
+    told = [f"{len(rows)} cases, {bad} break the rule, {seconds:.0f} s, {work:.0f} s of work"]
+    told += [f"the longest {longest:.1f} s, the largest {largest / 1e9:.2f} GB", ""]
     for kind, inputs in sorted(kinds.items(), key=lambda item: -len(item[1])):
         count = sum(map(len, inputs.values()))
         told += [

@@ -61,8 +61,9 @@ def main() -> int:
         _fuzz(options)
         return 0
     status = 0
-    for name in options.parser or list(PARSERS):
-        status |= _guarded(name, options.minutes)
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as made:
+        for name in options.parser or list(PARSERS):
+            status |= _guarded(name, options.minutes, Path(made))
     return status
 
 
@@ -80,19 +81,19 @@ def found_folder(name: str) -> Path:
     return PROJECT / "tests" / "broken" / "found" / PARSERS[name].replace("/", "-").replace(" ", "_")
 
 
-def _guarded(name: str, minutes: float) -> int:
-    """Run the fuzzer again after each end of it, until the time is up."""
+def _guarded(name: str, minutes: float, made: Path) -> int:
+    """Run the fuzzer again after each end of it, until the time is up; the good inputs in `made` are made once."""
     until = time.monotonic() + 60 * minutes
     before = set(found_folder(name).glob("*"))
-    runs = 0
-    with tempfile.TemporaryDirectory(prefix="fuzz-") as place:
-        while (left := until - time.monotonic()) > 1:
-            command = [sys.executable, __file__, name, "--inside", place, "--minutes", str(left / 60)]
-            log = Path(place) / "log"
-            with log.open("wb") as file:
-                subprocess.run(command, stdout=file, stderr=file, check=False)
-            runs += _runs(log)
-            _take_crashes(name, Path(place))
+    runs, place = 0, made / name
+    place.mkdir()
+    while (left := until - time.monotonic()) > 1:
+        command = [sys.executable, __file__, name, "--inside", str(place), "--minutes", str(left / 60)]
+        log = place / "log"
+        with log.open("wb") as file:
+            subprocess.run(command, stdout=file, stderr=file, check=False)
+        runs += _runs(log)
+        _take_crashes(name, place)
     news = sorted(set(found_folder(name).glob("*")) - before)
     print(f"{name}: {minutes:g} minutes, {runs} inputs, {len(news)} found", *news, sep="\n  ", flush=True)
     return int(bool(news))
@@ -170,7 +171,7 @@ def _reader(name: str, place: Path):
 
     (place / "case").mkdir(exist_ok=True)
     os.environ["MPLBACKEND"] = "Agg"
-    bases.prepare(place / "bases")
+    bases.prepare(place.parent / "bases")
     reader = next(it for it in readers() if it.name == PARSERS[name])
     if not any((place / "case").iterdir()):
         reader.prepare(place / "case")

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from broken.meshes import Shape, cube, ply_ascii
+from broken.meshes import cube, ply_header
 
 CAMERA = {
     "width": 160,
@@ -85,12 +85,15 @@ def prepare(folder: Path) -> None:
 
 
 def lump(path: Path) -> None:
-    """A block with a smaller one on it, off the axis: a turn of it can be seen. Metres, z up."""
+    """A block with a smaller one on it, off the axis: a turn of it can be seen. Metres, z up; coloured."""
     low, high = cube(0.16), cube(0.08)
     vertices = low.vertices * [1, 0.6, 0.5] + [0, 0, 0.04]
     top = high.vertices + np.array([0.03, 0.01, 0.12])
     faces = [*low.faces.tolist(), *(high.faces + len(vertices)).tolist()]
-    path.write_bytes(ply_ascii(Shape(np.vstack([vertices, top]), np.array(faces))))
+    colours = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    rows = [f"{x:.4f} {y:.4f} {z:.4f} 200 {150 + n} 120" for n, (x, y, z) in enumerate(np.vstack([vertices, top]))]
+    rows += ["3 " + " ".join(map(str, face)) for face in faces]
+    path.write_bytes(ply_header("ascii", 16, len(faces), colours) + "\n".join(rows).encode() + b"\n")
 
 
 def recording(folder: Path, name: str = "rec", of: str = "wall") -> Path:

@@ -74,7 +74,7 @@ def crossed(theme: str, breaks: Iterable[Break], commands: tuple[str, ...]) -> I
 def _expected(broken: Break, command: str) -> Expected:
     if (not broken.sure and not broken.told) or command in broken.sure:
         return broken.expected
-    return TOLD if command in broken.told else EITHER
+    return TOLD if command in broken.told and broken.expected is REFUSED else EITHER
 
 
 def _maker(broken: Break, command: str) -> Callable[[Path], list[str]]:

@@ -151,7 +151,7 @@ def write(name: str, content: bytes) -> Edit:
 
 
 def cases() -> Iterator[Case]:
-    here = ("groundtruth.txt",)
+    here = ("groundtruth.txt", "--poses")
     stated = [
         Break(
             name,

@@ -182,7 +182,7 @@ def _scene(name: str, content: bytes, expected: Expected, quick: bool) -> Iterat
         (folder / "in" / "scene.json").write_bytes(content)
         return ["simulate", "in/scene.json", "-o", "out"]
 
-    where = ("scene.json", "lump.ply", "missing", "passwd", "outside", "/dev/zero", "in/")
+    where = ("scene.json", "lump.ply", "missing", "passwd", "outside", "/dev/zero", "in/", "in in;")
     yield Case(f"scene: {name}: simulate", make, expected, where, quick=quick, weight=2)
 
 

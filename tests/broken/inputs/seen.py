@@ -144,7 +144,7 @@ def coloured() -> Iterator[Break]:
         yield Break(
             f"rgb.txt names {name}",
             lambda rec, line=line: (rec / "rgb.txt").write_text(f"0.0 {line}\n", encoding="utf-8"),
-            REFUSED if name not in ("escape codes", "missing") else EITHER,
+            REFUSED,
             (*where, "passwd", "good_depth", "/dev/zero"),
             ("none",),
             ("convert",),

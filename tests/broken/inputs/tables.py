@@ -71,7 +71,7 @@ def lines() -> Iterator[Break]:
         "one long line": b"1 " + b"x" * 5_000_000,
     }
     for name, told in refused.items():
-        yield Break(name, content(told), REFUSED, here, SURE)
+        yield Break(name, content(told), REFUSED, (*here, "rec/xxx"), SURE)
     words = {
         "a stamp alone": "3600.0",
         "a name alone": NAME,
