@@ -22,6 +22,7 @@ THEMES = (
     "places",
     "foreign",
     "no_recording",
+    "lifted",
 )
 
 

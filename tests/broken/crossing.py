@@ -64,7 +64,7 @@ def crossed(theme: str, breaks: Iterable[Break], commands: tuple[str, ...]) -> I
                 name=f"{theme}: {broken.name}: {command}",
                 make=_maker(broken, command),
                 expected=expected,
-                where=broken.where if expected in (REFUSED, TOLD) or command in ("info", "convert") else (),
+                where=broken.where if expected in (REFUSED, TOLD) else (),
                 look=broken.look,
                 quick=broken.quick and number == 0,
                 weight=1 if expected is REFUSED else HEAVY.get(command, 1),  # refusing is quick

@@ -3,4 +3,6 @@
 The tests demand that each of them still fails: an entry that is mended must go.
 """
 
-OPEN: dict[str, str] = {}
+OPEN: dict[str, str] = {
+    "found: depth_image_with_right_sums/half_the_rows": "libpng's own line reaches stderr where fusion is a library",
+}
