@@ -128,5 +128,6 @@ def over_file(
                 path.write_bytes(content)
             return [word.replace("FILE", file) for word in words]
 
-        where = (file,) if expected in (REFUSED, TOLD) else ()  # others may be refused for what lies elsewhere
+        options = tuple(word for word in words if word.startswith("--"))
+        where = (file, *options) if expected in (REFUSED, TOLD) else ()  # others may be refused for what lies elsewhere
         yield Case(f"{theme}: {name}: {command}", make, expected, where, out, look, weight=HEAVY.get(command, 1))

@@ -45,9 +45,9 @@ NUMERIC: dict[str, tuple[list[str], tuple[str, ...]]] = {
         ["calibrate", "intrinsics", "checkerboard", "--board", "board.json", *SCAN, "--distance"],
         (),
     ),
-    "depth --distance-std": (["calibrate", "depth", "wall", *SCAN, "--distance-std"], ("0",)),
+    "depth --distance-std": (["calibrate", "depth", "wall", *SCAN, "--distance-std"], ("0", "1e-300")),
     "depth --radial-limit": (["calibrate", "depth", "wall", *SCAN, "--radial-limit"], ("inf", "1e300")),
-    "evaluate --distance-std": (["evaluate", "wall", *SCAN, "--distance-std"], ("0",)),
+    "evaluate --distance-std": (["evaluate", "wall", *SCAN, "--distance-std"], ("0", "1e-300")),
     "demo --frames": (["demo", "-o", "out", "--no-report", "--frames"], ()),
     "simulate --allow-gb": (
         ["simulate", "wall", "-o", "out", "--set", "frames=1", "--camera", "camera.json", "--allow-gb"],
