@@ -5,6 +5,7 @@ tools/thread_rounds.py repeats it 100 times, in an order that is another every t
 
 import inspect
 from pathlib import Path
+from tempfile import mkdtemp
 from types import FunctionType
 
 import calls
@@ -26,12 +27,9 @@ def inputs(tmp_path_factory):
 
 def both(call: calls.Call, inputs: list[Inputs], tmp_path: Path, rounds: int) -> list[str]:
     """What differs when each thread makes a call with inputs of its own."""
-    numbers = iter(range(10**6))
 
     def once(given: Inputs):
-        out = tmp_path / str(next(numbers))
-        out.mkdir()
-        return call(given, out)
+        return call(given, Path(mkdtemp(dir=tmp_path)))
 
     return compared(lambda: once(inputs[0]), lambda: once(inputs[1]), rounds)
 
