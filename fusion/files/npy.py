@@ -77,7 +77,9 @@ def _array(file: IO[bytes], path: Path | str, error: type[FusionError], what: st
             raise ValueError(f"shape {shape}")
         size = kind.itemsize * int(np.prod(shape, dtype=object))
     except Exception as problem:  # whatever NumPy makes of a header that anybody wrote
-        raise error(f"{what} is no .npy file", path, str(problem)[:100], "an array that NumPy wrote") from problem
+        raise error(
+            f"{what} is no .npy file", path, "a header that cannot be read", "an array that NumPy wrote"
+        ) from problem
     check_size(size, path, error, what)
     if kind.kind not in PLAIN:
         raise error(f"{what} holds no numbers", path, kind, "numbers")

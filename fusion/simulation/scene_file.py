@@ -1,5 +1,6 @@
 """A scene as a file: `scene.json` of a recording, plus `camera` and `trajectory`."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import CameraFile, camera_of
-from fusion.recording.camera_presets import find_camera
+from fusion.recording.camera_presets import PRESETS, find_camera
 from fusion.recording.scene_file import CourseFields, TableFields
 from fusion.recording.telemetry_file import read_telemetry
 from fusion.recording.trajectory_file import read_trajectory
@@ -40,12 +41,18 @@ def read_scene(path: Path | str, notes: list[str] | None = None) -> Scene:
     path = path / "scene.json" if path.is_dir() else path
     try:
         return _read(path, [] if notes is None else notes)
-    except SceneError:
-        raise
     except OSError as error:
         raise SceneError("a file of the scene cannot be read", path, error.strerror or error) from error
-    except FusionError as error:  # of a camera, a trajectory, a table
-        raise SceneError(error.what, error.where, error.found, error.expected, error.do) from error
+    except FusionError as error:  # also of a camera, a trajectory, a table, of what is made of the values
+        raise SceneError(error.what, _named(error.where, path), error.found, error.expected, error.do) from error
+
+
+def _named(where: str, path: Path) -> str:
+    """The place of an error, with the scene file where that does not name a file."""
+    # Path.exists raises for some texts, and any may stand there
+    if str(path) in where or os.path.exists(where.split(", ")[0]):  # noqa: PTH110
+        return where
+    return f"{path}, {where}" if where else str(path)
 
 
 def _read(path: Path, notes: list[str]) -> Scene:
@@ -83,8 +90,13 @@ def _camera(source: SceneSource) -> Camera | None:
         return camera_of(Content(source.content.value["camera"], where, "the camera", SceneError))
     if given is None:
         beside = source.folder / "camera.json"
-        return find_camera(source.path("camera.json")) if beside.is_file() else None
-    return find_camera(source.path(given) if (source.folder / given).is_file() else given)
+        return find_camera(source.path("camera.json", "camera")) if beside.is_file() else None
+    if given in PRESETS:
+        return find_camera(given)
+    path = source.path(given, "camera")
+    if not path.is_file():
+        raise source.wrong("camera", expected="a camera.json or one of " + ", ".join(PRESETS))
+    return find_camera(path)
 
 
 def _course(source: SceneSource) -> Course:
@@ -94,7 +106,7 @@ def _course(source: SceneSource) -> Course:
     if given is None:
         raise source.wrong("trajectory")
     if isinstance(given, str):
-        path = source.path(given)
+        path = source.path(given, "trajectory")
         trajectory = read_trajectory(path)
         if trajectory.timestamps[0] == trajectory.timestamps[-1] and len(trajectory) > 1:
             raise RecordingError("all poses have one time stamp", path)
@@ -149,7 +161,7 @@ def _telemetry(source: SceneSource, course: Course) -> dict[str, np.ndarray]:
         name = "telemetry.csv" if (source.folder / "telemetry.csv").is_file() else ""
     if not name:
         return {}
-    table = read_telemetry(source.path(name))
+    table = read_telemetry(source.path(name, "telemetry"))
     known = {}
     for column, values in table.items():
         good = np.isfinite(values) & np.isfinite(table["timestamp"])

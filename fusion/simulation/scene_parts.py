@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fusion.calibration.lens.board import DrawnBoard
-from fusion.errors import FusionError, SceneError
+from fusion.errors import SceneError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json
 from fusion.geometry.pose import transform
@@ -35,7 +35,7 @@ def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint
     given = source.given
     if given.mesh is not None:
         # what a scan should give, unless the scene says otherwise
-        mesh = _mesh(given.mesh, source)
+        mesh = _mesh(source.path(given.mesh, "mesh"), source)
         parts.append(Part(mesh, given.reflectance, turns))
     for index, entry in enumerate(given.parts or ()):
         fields = PartFields(mesh=entry) if isinstance(entry, str) else entry
@@ -43,7 +43,7 @@ def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint
         if fields.board is None:
             parts.append(_part(fields, source, index, turning))
             continue
-        board = _board(fields.board, source)
+        board = _board(fields.board, source, index)
         T = source.pose(fields.pose, "parts", index, "pose")
         parts.append(board_plate(board, T, turning))
         paints.append(board_paint(board, T, turning))
@@ -53,10 +53,10 @@ def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint
     return parts, paints, None if board is None else board.to_dict()
 
 
-def _board(given: str | DrawnBoard, source: SceneSource) -> Board:
+def _board(given: str | DrawnBoard, source: SceneSource, index: int) -> Board:
     """The board: the name of a `board.json`, or its fields."""
     if isinstance(given, str):
-        path = source.path(given)
+        path = source.path(given, "parts", index, "board")
         content = Content(read_json(path, SceneError, "the board file"), path, "the board", SceneError)
         source.notes.extend(content.unknown(DrawnBoard))
         given = content.as_type(DrawnBoard)
@@ -68,7 +68,7 @@ def _part(fields: PartFields, source: SceneSource, index: int, turns: bool) -> P
     if fields.box is not None:
         mesh = _box(fields, source, index)
     elif fields.mesh is not None:
-        mesh = _mesh(fields.mesh, source, fields.color)
+        mesh = _mesh(source.path(fields.mesh, "parts", index, "mesh"), source, fields.color)
     else:
         raise source.wrong("parts", index, expected='"mesh", "box" or "board"')
     T = source.pose(fields.pose, "parts", index, "pose")
@@ -78,12 +78,8 @@ def _part(fields: PartFields, source: SceneSource, index: int, turns: bool) -> P
     return Part(mesh, fields.reflectance, turns, fields.scanned is not False)
 
 
-def _mesh(name: str, source: SceneSource, color: Rgb | None = None) -> Mesh:
-    path: Path = source.path(name)
-    try:
-        mesh = read_mesh(path, source.notes)
-    except FusionError as error:
-        raise SceneError(error.what, error.where, error.found, error.expected, error.do) from error
+def _mesh(path: Path, source: SceneSource, color: Rgb | None = None) -> Mesh:
+    mesh = read_mesh(path, source.notes)
     if not len(mesh.faces):
         raise SceneError("a point cloud cannot be seen", path, "no faces", "a mesh with triangles")
     if color is None:

@@ -10,7 +10,6 @@ from msgspec import Struct
 from fusion.errors import SceneError
 from fusion.files.content import Content
 from fusion.files.inside import inside
-from fusion.files.json_file import shown
 from fusion.geometry.pose import Array, from_tum, is_rigid
 from fusion.recording.scene_file import LookAt, Posed
 from fusion.simulation.course import looking_at
@@ -36,13 +35,12 @@ class SceneSource:
         """What names in the file are relative to."""
         return Path(str(self.content.where)).parent
 
-    def path(self, name: str) -> Path:
-        """The file of a name. A recording is somebody else's: its names stay inside it."""
-        if "\0" in name:
-            raise self.wrong(found=shown(name), expected="a file's name")
-        if (self.folder / "depth.txt").is_file():
-            return inside(self.folder, name, SceneError, self.content.where)
-        return self.folder / name
+    def path(self, name: str, *place: str | int) -> Path:
+        """The file that stands at a place of the content; inside the scene's folder, as a scene is somebody else's."""
+        path = inside(self.folder, name, SceneError, self.content.where)
+        if path.is_dir():
+            raise self.wrong(*place, expected="a file's name")
+        return path
 
     def wrong(self, *place: str | int, found: str = "", expected: str = "") -> SceneError:
         """The error of something in the file."""

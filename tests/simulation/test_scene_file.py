@@ -214,3 +214,18 @@ def test_a_camera_that_sees_nothing_and_a_mesh_in_millimetres_are_told_before_th
         with pytest.raises(SceneError):
             write_simulation(tmp_path / "rec", simulation)
     assert not (tmp_path / "rec").exists()
+
+
+@pytest.mark.parametrize(
+    "names", [{"mesh": "../cube.ply"}, {"trajectory": "/etc/passwd"}, {"camera": "../camera.json"}]
+)
+def test_what_a_scene_names_stays_in_its_folder(folder, names):
+    with pytest.raises(SceneError, match="outside its folder.*--follow-links"):
+        read_scene(scene(folder, **names))
+
+
+@pytest.mark.parametrize("wrong", BROKEN, ids=lambda wrong: json.dumps(wrong, default=str)[:60])
+def test_every_message_names_the_scene_file_or_a_file_that_it_names(folder, wrong):
+    with pytest.raises(SceneError) as error:
+        read_scene(scene(folder, **wrong))
+    assert str(folder) in str(error.value)
