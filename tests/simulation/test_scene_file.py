@@ -220,7 +220,7 @@ def test_a_camera_that_sees_nothing_and_a_mesh_in_millimetres_are_told_before_th
     "names", [{"mesh": "../cube.ply"}, {"trajectory": "/etc/passwd"}, {"camera": "../camera.json"}]
 )
 def test_what_a_scene_names_stays_in_its_folder(folder, names):
-    with pytest.raises(SceneError, match="outside its folder.*--follow-links"):
+    with pytest.raises(SceneError, match=r"outside its folder.*--follow-links"):
         read_scene(scene(folder, **names))
 
 
