@@ -8,6 +8,7 @@ from fusion.files.reading import decoded
 from fusion.mesh.formats.rows import Lines, filled, joined, table, told
 
 WIDTHS = {3: 3, 4: 4, 6: 3, 7: 4}  # numbers of a vertex (a weight may stand behind the place): where colour begins
+LONGEST = 200_000  # characters of a face (guess): no program writes so many corners, and each takes much memory
 CORNER = re.compile(r"([-+]?[0-9]{1,9})(?:/[0-9]*(?:/([0-9]*))?)?")  # of vertex, texture and normal
 
 
@@ -47,6 +48,8 @@ def _vertices(lines: Lines) -> Lines:
 
 def _triangles(number: int, line: str, above: int, vertices: int, normals: int) -> list[str]:
     """A face's lines as trimesh reads them, counted from 1; it counts back from the end of the file, not from here."""
+    if len(line) > LONGEST:
+        raise ValueError(f"line {number}: a face of {len(line):,} characters; expected at most {LONGEST:,}")
     found = [CORNER.fullmatch(word) for word in line.split()]
     places = [int(one[1]) if one else 0 for one in found]
     places = [above + 1 + place if place < 0 else place for place in places]
