@@ -14,8 +14,16 @@ TEXT_TAKES = 10  # bytes in memory for each of a text that is taken apart into w
 MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}  # what begins a text that is not UTF-8
 
 
-def open_regular(path: Path | str, error: type[FusionError] = FusionError, what: str = "the file") -> BinaryIO:
+def open_regular(
+    path: Path | str, error: type[FusionError] = FusionError, what: str = "the file", takes: int = 1
+) -> BinaryIO:
     """A regular file of a size that is allowed, opened for reading; a pipe or a device is refused without a wait.
+
+    Args:
+        path: the file.
+        error: the kind of error to raise.
+        what: what the file is, as messages begin.
+        takes: bytes in memory for each of the file.
 
     Raises:
         FusionError: of the kind `error`: no such file, no permission, not a regular file, too large.
@@ -31,7 +39,7 @@ def open_regular(path: Path | str, error: type[FusionError] = FusionError, what:
         if not stat.S_ISREG(state.st_mode):
             found = KINDS.get(stat.S_IFMT(state.st_mode), "something else")
             raise error(f"{what} is not a regular file", path, found, "a file")
-        check_size(state.st_size, path, error, what)
+        check_size(takes * state.st_size, path, error, what)
     except BaseException:
         os.close(handle)
         raise
@@ -39,10 +47,10 @@ def open_regular(path: Path | str, error: type[FusionError] = FusionError, what:
 
 
 def read_bytes(
-    path: Path | str, error: type[FusionError] = FusionError, what: str = "the file", most: int = -1
+    path: Path | str, error: type[FusionError] = FusionError, what: str = "the file", most: int = -1, takes: int = 1
 ) -> bytes:
-    """The first `most` bytes of a regular file (-1: all). Raises as `open_regular`."""
-    with open_regular(path, error, what) as file:
+    """The first `most` bytes of a regular file (-1: all). Arguments and errors as of `open_regular`."""
+    with open_regular(path, error, what, takes) as file:
         try:
             return file.read(most)
         except OSError as problem:
@@ -55,8 +63,7 @@ def read_text(path: Path | str, error: type[FusionError] = FusionError, what: st
     Raises:
         FusionError: of the kind `error`: as `open_regular`, or the file is not text.
     """
-    data = read_bytes(path, error, what)
-    check_size(TEXT_TAKES * len(data), path, error, what)
+    data = read_bytes(path, error, what, takes=TEXT_TAKES)
     try:
         return decoded(data)
     except ValueError as problem:

@@ -24,6 +24,7 @@ from fusion.mesh.vertices import joined, vertices_kept
 FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz")
 _READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz}
 _CHECKED = {".obj": checked_obj, ".stl": checked_stl, ".off": checked_off}  # before trimesh reads
+_TEXT = (".obj", ".off", ".xyz")  # the others may be
 _TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
 _WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz}
 _LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
@@ -50,7 +51,7 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
     """
     path = Path(path)
     ending = _ending(path)
-    data = read_bytes(path, MeshError, "the mesh file")
+    data = read_bytes(path, MeshError, "the mesh file", takes=TEXT_TAKES if ending in _TEXT else 1)
     if not data:
         raise MeshError("the mesh file is empty", path, "0 bytes", "a mesh or point cloud")
     if b"\0" not in data[:TEXT_TOLD_BY]:

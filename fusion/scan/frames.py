@@ -11,6 +11,7 @@ from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.recording.masks import Masks
 from fusion.recording.recording import Recording
+from fusion.recording.telemetry_file import PLAUSIBLE
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.moments import moments_of
 from fusion.sensor.sensor import Sensor
@@ -20,7 +21,7 @@ from fusion.turntable.views import Region, crop
 from fusion.volume.prepared import Prepared, prepare
 
 Array = NDArray[np.float64]
-LARGEST_ANGLE = 1e6  # [deg] that a table can count: 2800 turns (guess)
+LARGEST_ANGLE = PLAUSIBLE["turntable_deg"][1]  # a log of no file may still hold it
 LOOKED_AT = 30  # frames that show what turns
 
 

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from fusion.errors import FusionError, RecordingError
-from fusion.files import limits
+from fusion.files import limits, reading
 from fusion.files.inside import inside
 from fusion.files.reading import open_regular, read_bytes, read_text
 
@@ -29,6 +29,14 @@ def test_a_large_file_is_refused_before_it_is_read(tmp_path, monkeypatch):
         read_bytes(tmp_path / "large")
     monkeypatch.setattr(limits, "_allowed", 4.0)
     assert read_bytes(tmp_path / "large", most=1) == b"\0"
+
+
+def test_a_text_that_would_take_too_much_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(300_000_000)
+    monkeypatch.setattr(reading.os, "fdopen", lambda *_: pytest.fail("it is read"))
+    with pytest.raises(FusionError, match=r"3 GB.*--allow-gb"):
+        read_text(tmp_path / "large")
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
