@@ -126,7 +126,7 @@ def _kill(folder: Path, one: Tried, number: signal.Signals, moment: float, over:
     one.ends["left a .partial"] += bool(left)
     sweep(place)
     if {path.name for path in place.iterdir()} - {"out", "kept"} or (left and number != signal.SIGKILL):
-        one.lost.append(f"{at}: left {left}")
+        one.lost.append(f"{at}: left {left}, status {process.returncode}, said {said.strip()[-300:]!r}")
     if number != signal.SIGKILL and said.count("\n") > 1:
         one.said.append(f"{at}: {said.strip().splitlines()[-1]}")
 

@@ -31,7 +31,8 @@ def _again(lost: "sys.UnraisableHookArgs") -> None:
     if not isinstance(lost.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
         return
-    import _thread
+    import signal
     import threading
 
-    threading.Timer(0.01, _thread.interrupt_main).start()
+    # to this thread, so that it wakes from what it waits for
+    threading.Timer(0.01, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT)).start()

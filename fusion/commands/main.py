@@ -94,6 +94,7 @@ def _run(name: str, command: ModuleType, options: argparse.Namespace, stop: Stop
     from fusion.commands.screen import showing
     from fusion.commands.verbose import tell_begin, tell_end
     from fusion.files.claim import claimed
+    from fusion.files.staging import remove_held
 
     options.claim = None
     try:
@@ -120,6 +121,7 @@ def _run(name: str, command: ModuleType, options: argparse.Namespace, stop: Stop
     except Exception as error:
         said = _said(error, options.verbose)
     if not said or stop.number:  # libraries turn an interruption into errors of their own
+        remove_held()
         written = "" if options.claim is None else f"; {options.claim.outcome}"
         sys.stderr.write(f"fusion {name}: {stop.words}{written}\n")
         return stop.status

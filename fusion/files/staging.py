@@ -17,6 +17,7 @@ from pathlib import Path
 
 NAME = re.compile(r"\.partial-[0-9a-f]{8}")
 MEMBERS = {"lock", "new", "old"}
+_held: set[Path] = set()  # places of this process
 
 
 @dataclass(frozen=True)
@@ -59,13 +60,17 @@ def staging(path: Path) -> Iterator[Staging]:
         place.made.parent.mkdir(parents=True)
         yield place
     finally:
-        try:
-            _remove(place.folder)
-        except KeyboardInterrupt:  # the work is undone all the same, unless somebody insists
-            _remove(place.folder)
-            raise
-        finally:
-            os.close(lock)
+        _remove(place.folder)
+        os.close(lock)
+
+
+def remove_held() -> None:
+    """Remove every place that this process still has: for a program that was stopped, wherever that was.
+
+    Python can raise KeyboardInterrupt between any two steps, also between the end of a block and its tidying.
+    """
+    for folder in tuple(_held):
+        _remove(folder)
 
 
 def sweep(home: Path) -> None:
@@ -102,14 +107,17 @@ def _make(home: Path, name: Path) -> tuple[Staging, int]:
         folder = home / f".partial-{os.urandom(4).hex()}"
         lock = -1
         try:
+            _held.add(folder)
             folder.mkdir(0o700)
             lock = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
             if _hold(lock):
                 os.write(lock, "\n".join([*_machine(), os.fspath(name)]).encode("utf-8", "surrogateescape"))
                 return Staging(home, folder, name), lock
         except FileExistsError:
-            continue  # the name is taken
+            _held.discard(folder)  # the name is taken
+            continue
         except FileNotFoundError:
+            _held.discard(folder)
             if not home.exists():
                 raise
         except BaseException:
@@ -118,6 +126,7 @@ def _make(home: Path, name: Path) -> tuple[Staging, int]:
                 os.close(lock)
             raise
         # a sweeping process was faster: it took the place, which nobody held yet, for a dead one
+        _held.discard(folder)
         if lock >= 0:
             os.close(lock)
 
@@ -167,6 +176,7 @@ def _clear_if_dead(folder: Path) -> None:
 def _remove(folder: Path) -> None:
     with suppress(OSError):  # what cannot be removed now is swept by the next run
         _clear(folder)
+    _held.discard(folder)
 
 
 def _clear(folder: Path) -> None:
