@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from fusion import FusionError
 
 # the same examples every time: what fails on one machine fails on all; the slow part looks further
-QUICK, SLOW = 25, 400
+QUICK, SLOW = 25, 200
 SECONDS = 10.0  # for one small file: an endless or swollen answer, not a slow machine
 
 

@@ -51,14 +51,24 @@ def _other_result(path: Path) -> None:
     bases.write_json(path / ".fusion.json", marker)
 
 
-def _false_marker(path: Path) -> None:
-    """Strangers with a marker that says they are a result of the command; its list reaches out."""
-    _strangers(path)
-    for name in COMMANDS:
-        bases.write_json(
-            path / ".fusion.json",
-            {"command": name, "fusion": "0.1.0", "files": ["../wall/depth.txt", "/etc/passwd", "letter.txt"]},
-        )
+def _false_marker(command: str) -> Put:
+    """Strangers beside a marker that calls the folder a result of the command; its list reaches out."""
+    name = {"depth": "calibrate depth", "noise": "calibrate noise", "intrinsics": "calibrate intrinsics"}.get(
+        command, command
+    )
+
+    def put(path: Path) -> None:
+        _strangers(path)
+        told = {"command": name, "fusion": "0.1.0", "files": ["../wall/depth.txt", "../good.ply", "/etc/passwd"]}
+        bases.write_json(path / ".fusion.json", told)
+
+    return put
+
+
+def _strangers_kept(folder: Path, printed: str) -> str:
+    """What the command did not make is still there."""
+    kept = (folder / "out" / "letter.txt").is_file() and (folder / "out" / "deep" / "mesh.ply").is_file()
+    return "" if kept else "files of somebody else are gone"
 
 
 def _broken_marker(path: Path) -> None:
@@ -81,7 +91,6 @@ OCCUPIED: dict[str, Put] = {
     "strangers": _strangers,
     "a recording": _a_recording,
     "another command's result": _other_result,
-    "a false marker": _false_marker,
     "a broken marker": _broken_marker,
     "a marker that is a FIFO": _marker_is_fifo,
     "a FIFO": fifo,
@@ -116,6 +125,9 @@ def occupied() -> Iterator[Case]:
                     () if name == "a link to nothing" else ("out",),
                     quick=command in ("convert", "simulate") and name in ("strangers", "a recording"),
                 )
+        marked = _make([*words, "--overwrite"], "out", _false_marker(command))
+        text = f"place: over a false marker --overwrite: {command}"
+        yield Case(text, marked, EITHER, look=_strangers_kept, weight=6, quick=command == "convert")
         yield Case(
             f"place: into an empty folder: {command}",
             _make(words, "out", lambda path: path.mkdir()),
