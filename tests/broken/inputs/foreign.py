@@ -98,7 +98,9 @@ def scenes_7() -> Iterator[Case]:
         "UTF-16": UNIT.encode("utf-16"),
         "5 MB": "1 " * 2_500_000,
     }.items():
-        yield from of(kind, f"pose {name}", text(pose, content), EITHER if name in ("nan", "UTF-16") else REFUSED, (pose,))
+        yield from of(
+            kind, f"pose {name}", text(pose, content), EITHER if name in ("nan", "UTF-16") else REFUSED, (pose,)
+        )
     for name, thing in THINGS.items():
         yield from of(
             kind,
