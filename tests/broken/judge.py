@@ -141,8 +141,9 @@ def _reaching(case: Case, ran: Ran) -> Iterator[str]:
         yield f"reaches out: {ran.events[0]}"
     for name in ran.read_outside:
         yield f"reaches out: {name} was read"
+    named = any("/etc/passwd" in word for word in ran.words)  # a file that the user names may be quoted to the user
     for raw, name in ((ran.stdout, "stdout"), (ran.stderr, "stderr")):
-        if any(word in raw for word in STOLEN):
+        if not named and any(word in raw for word in STOLEN):
             yield f"reaches out: content of a file outside on {name}"
     for name in ran.after:
         path = ran.folder / name

@@ -17,5 +17,11 @@ OPEN: dict[str, str] = {
     "no recording: an empty file: convert": MISLED,
     "no recording: a mesh: convert": MISLED,
     "no recording: a link to /dev/zero: convert": MISLED,
+    "no recording: a PNG: convert": MISLED,
+    "no recording: a FIFO: convert": MISLED,
+    "place: a mesh over a link to nothing --overwrite: convert": "the line names the temporary place",
+    "option: wall --set ambient_lux=1e300: simulate": "a light that no scene has is not refused",
+    "option: turntable --set elevation_deg=1e300: simulate": "an angle that nobody means is not refused",
+    "Open3D: matrix row by row: convert": "a matrix whose last row is not 0 0 1 is not refused",
     "collision: a mesh called telemetry.csv: convert": "the mesh of scene.json becomes the result's telemetry.csv",
 }
