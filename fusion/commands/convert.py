@@ -27,6 +27,13 @@ def check(options: argparse.Namespace) -> None:
             "there is nothing to convert", options.input, "nothing", "a recording's folder or a mesh file"
         )
     options.folder = options.input.is_dir()
+    if not options.folder and options.input.suffix.lower() not in FORMATS:
+        expected = "a recording's folder, or a mesh file " + " ".join(FORMATS)
+        raise FusionError("this is neither a recording nor a mesh", options.input, "a file", expected)
+    made = options.output.resolve()
+    if not options.folder and made.suffix.lower() != options.output.suffix.lower():
+        do = "remove the link, or name the file itself"
+        raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
     if not options.folder:
         check_written(options.output)
     elif options.output.suffix.lower() in FORMATS and not options.output.is_dir():

@@ -27,7 +27,7 @@ _CHECKED = {".obj": checked_obj, ".stl": checked_stl, ".off": checked_off}  # be
 _TEXT = (".obj", ".off", ".xyz")  # the others may be
 _TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
 _WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz}
-_LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
+LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
 TEXT_TOLD_BY = 1 << 16  # numbers that are not written as text hold a null byte before this one
 _log = logging.getLogger("fusion")
 
@@ -143,8 +143,8 @@ def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
     if not len(mesh.vertices) or len(mesh.faces) < min(len(whole.faces), 1):
         raise MeshError("the mesh holds no numbers", path, "NaN or infinity everywhere", "finite vertices")
     largest = float(np.abs(mesh.vertices).max())
-    if largest > _LARGEST:
-        raise MeshError("coordinates out of bounds", path, f"{largest:.3g}", f"at most {_LARGEST:g}", "check the unit")
+    if largest > LARGEST:
+        raise MeshError("coordinates out of bounds", path, f"{largest:.3g}", f"at most {LARGEST:g}", "check the unit")
     return mesh, notes
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import MeshError
 from fusion.files.npy import NUMBERS, read_npy, read_npz
-from fusion.mesh.files import read_mesh
+from fusion.mesh.files import LARGEST, read_mesh
 
 WHAT = "the file of seen points"
 
@@ -31,6 +31,9 @@ def read_seen(path: Path) -> NDArray[np.float64]:
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError("the seen points cannot be used", path, f"an array {points.shape}", "points (n, 3)")
     points = points[np.isfinite(points).all(axis=1)]
+    if points.size and np.abs(points).max() > LARGEST:
+        found = f"{np.abs(points).max():.3g}"
+        raise MeshError("the seen points are out of bounds", path, found, f"at most {LARGEST:g}", "check the unit")
     if not len(points):
         raise MeshError("the seen points cannot be used", path, "no finite point", "points (n, 3)")
     return points

@@ -37,8 +37,10 @@ def fill_conversion(folder: Path, recording: Recording) -> None:
     """The same into a folder that is being made."""
     scene, mesh = dict(recording.scene), _mesh_file(recording)
     if mesh is not None:
-        # beside its scene.json, wherever it was before; never under the name of a file of the recording
-        scene["mesh"] = f"scene_{mesh.name}" if mesh.name in MEMBERS else mesh.name
+        if mesh.name in MEMBERS:
+            found, expected = f'"mesh": "{mesh.name}"', "a mesh file, such as scene.ply"
+            raise RecordingError("the mesh of the scene is a part of the recording", recording.path, found, expected)
+        scene["mesh"] = mesh.name  # beside its scene.json, wherever it was before
         _copy(mesh, folder / scene["mesh"], "the mesh of the scene")
     frames = each(recording, "converting")
     fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)

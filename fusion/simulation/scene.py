@@ -15,6 +15,7 @@ from fusion.simulation.course import Course
 from fusion.simulation.paint import Paint
 
 SOURCES: tuple[str, ...] = get_args(Source)
+BRIGHTEST = 1e6  # [lux] ten times the sun
 STEEPEST = 100.0  # of a ray, x / z: 89.4 degrees from the axis
 MOST_PIXELS = 20_000_000  # of a frame: beyond that, rendering takes gigabytes
 
@@ -97,8 +98,8 @@ class Scene:
     def __post_init__(self) -> None:
         if not any(len(part.mesh.faces) for part in self.parts):
             raise SceneError("the scene is empty", self.name, "no triangle", "a mesh with faces")
-        if not (np.isfinite(self.ambient_lux) and self.ambient_lux >= 0):
-            raise SceneError('"ambient_lux" cannot be used', self.name, self.ambient_lux, "0 or more")
+        if not (np.isfinite(self.ambient_lux) and 0 <= self.ambient_lux <= BRIGHTEST):
+            raise SceneError('"ambient_lux" cannot be used', self.name, self.ambient_lux, f"0 to {BRIGHTEST:g}")
         for name, column in self.telemetry.items():
             if len(column) != len(self.course):
                 raise SceneError(f"the telemetry {name} does not fit", self.name, len(column), f"{len(self.course)}")

@@ -48,6 +48,8 @@ def pressed(inputs: Path, work: Path, number: int) -> Press:
     return press
 
 
+# a file that was opened in the very step before is closed by the end of the program
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("every", [499, pytest.param(1, marks=pytest.mark.slow)])
 def test_ctrl_c_at_any_step_leaves_nothing_beside(every, tmp_path, capsys):
     make_inputs(tmp_path)

@@ -74,7 +74,8 @@ class Beside:
         self.folder, self.path = path.parent, path
 
     def __getitem__(self, name: str) -> bytes:
-        return read_bytes(inside(self.folder, name, MeshError, self.path), MeshError, "a part of the mesh")
+        path = inside(self.folder, name, MeshError, self.path)
+        return read_bytes(path, MeshError, f"a part of {self.path}")
 
     get = __getitem__
 

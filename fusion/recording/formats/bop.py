@@ -55,7 +55,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     depth = _names(folder, "depth", list(entries))
     numbers = [number for number in entries if number in depth]
     if not numbers:
-        raise RecordingError("the scene is empty", folder, "no depth image", "depth/000000.png and so on")
+        raise RecordingError("the scene is empty", path, "no frame with a depth image", "depth/000000.png and so on")
     color = _names(folder, "rgb", numbers) or _names(folder, "gray", numbers)
     files = FrameFiles(
         folder=folder,

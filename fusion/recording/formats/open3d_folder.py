@@ -114,7 +114,8 @@ def _camera(folder: Path) -> Camera:
         K = np.array(given.intrinsic_matrix, float).reshape(3, 3).T  # column by column
     except ValueError:  # not nine, or lists of different lengths
         K = np.zeros((3, 3))
-    if not are_focal(K[0, 0], K[1, 1]):
+    # row by row, as others write it, the last row holds the principal point
+    if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
         raise content.wrong(Intrinsic, "intrinsic_matrix")
     width, height = int(given.width), int(given.height)
     return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=DEPTH_SCALE)

@@ -17,6 +17,7 @@ from fusion.simulation.shapes import disc
 from fusion.simulation.turntable import Turntable, TurntableErrors
 
 DISTANCE = Quantity("distance of the camera", "distance_m", "m", 0.0, FAR)  # 0: as the object asks for
+ELEVATION = Quantity("elevation of the camera", "elevation_deg", "deg", 0.0, 90.0, signed=True)
 
 
 def turntable(
@@ -36,6 +37,7 @@ def turntable(
     """a mesh (file, z up; default: the demo's owl) on a turntable; scale=0.001 for millimetres"""
     checked_frames(frames)
     DISTANCE.check(distance_m)
+    ELEVATION.check(elevation_deg)
     thing = read_mesh(Path(mesh)) if mesh else demo_truth()
     if mesh or scale != 1.0:  # the demo's owl stands beside the axis
         thing = placed(thing, scale)

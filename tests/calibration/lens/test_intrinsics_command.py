@@ -125,7 +125,7 @@ def depth_of(pose):
     [
         ({"columns": 6, "rows": 4}, "8 x 5 inner corners"),
         ({"square_m": 50}, "millimetres"),
-        ({"columns": 1}, "3 inner"),
+        ({"columns": 1}, "from 3 to 60 (INNER"),
     ],
 )
 def test_a_wrong_board_is_told_in_one_line(folder, tmp_path, capsys, change, said):
@@ -215,7 +215,7 @@ def test_a_charuco_board_without_its_keys_is_told_them(tmp_path, capsys, missing
     assert main(["calibrate", "intrinsics", str(pictures), "--board", str(board), "-o", out]) == 1
     told = capsys.readouterr().err
     assert told.count("\n") == 1
-    assert f'"{missing}" of the board cannot be right' in told
+    assert f'"{missing}" of the board cannot be used' in told
     assert 'a ChArUco board has "marker_m" [m] and "dictionary"' in told
 
 
