@@ -10,7 +10,7 @@ from fusion.calibration.series import PixelSeries
 from fusion.calibration.stretches import still_stretches
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
-from fusion.progress import each, note
+from fusion.progress import each
 from fusion.recording.moved import unmoved_parts
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
@@ -105,7 +105,6 @@ def frame_means(recording: Recording, frames: range) -> Means:
             frame = recording[index]
         except RecordingError as error:  # one broken file is no reason to lose the others
             failed = error
-            note(f"a frame is left out: {error}")
             continue
         depth.add(frame.depth)
         if frame.ir is not None:
