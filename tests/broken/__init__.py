@@ -1,0 +1,1 @@
+"""Broken inputs against the program."""
