@@ -18,7 +18,7 @@ def told(monkeypatch, capsys, tmp_path):
     """What `fusion try` says whose run imports the module `broken` of the given source."""
 
     def say(source: str) -> str:
-        (tmp_path / "broken.py").write_text(source)
+        (tmp_path / "not_whole.py").write_text(source)
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.setitem(program.COMMANDS, "try", "nothing, for a test")
         command = SimpleNamespace(EXAMPLE="", add_arguments=lambda parser: None, run=lambda options: run())
@@ -29,8 +29,8 @@ def told(monkeypatch, capsys, tmp_path):
         return line
 
     def run() -> int:
-        sys.modules.pop("broken", None)
-        import broken  # noqa: F401 # type: ignore[import-not-found]
+        sys.modules.pop("not_whole", None)
+        import not_whole  # noqa: F401 # type: ignore[import-not-found]
 
         return 0
 

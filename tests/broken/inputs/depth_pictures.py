@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+
 from broken import bases, pictures
 from broken.case import ACCEPTED, EITHER, REFUSED, Case, Expected
 from broken.crossing import SKIPPING, Break, Edit, crossed

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+
 from broken import bases, pictures
 from broken.case import EITHER, REFUSED, Case
 from broken.foreign import Build, open3d

@@ -4,6 +4,7 @@ import struct
 from collections.abc import Iterator
 
 import numpy as np
+
 from broken.case import EITHER, REFUSED, TOLD, Expected
 from broken.meshes import (
     Shape,

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+
 from broken import bases
 from broken.case import ACCEPTED, EITHER, REFUSED, Case, Expected
 from broken.crossing import over_file

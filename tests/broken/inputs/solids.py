@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from broken import meshes
 from broken.case import ACCEPTED, EITHER, REFUSED, Case
 from broken.crossing import over_file
