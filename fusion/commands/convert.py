@@ -20,6 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check(options: argparse.Namespace) -> None:
     """What OUT cannot be, before anything is read: a recording becomes a folder, a mesh a file."""
+    from fusion.files.publish import place_of
     from fusion.mesh.files import FORMATS, check_written
 
     if not options.input.exists():
@@ -30,7 +31,7 @@ def check(options: argparse.Namespace) -> None:
     if not options.folder and options.input.suffix.lower() not in FORMATS:
         expected = "a recording's folder, or a mesh file " + " ".join(FORMATS)
         raise FusionError("this is neither a recording nor a mesh", options.input, "a file", expected)
-    made = options.output.resolve()
+    made = place_of(options.output)
     if not options.folder and made.suffix.lower() != options.output.suffix.lower():
         do = "remove the link, or name the file itself"
         raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
