@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+
 from broken.meshes import cube, ply_header
 
 CAMERA = {

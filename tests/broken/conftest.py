@@ -1,6 +1,7 @@
 """What tests of the corpus share."""
 
 import pytest
+
 from broken import bases
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
 from broken import bases, pictures
 
 Build = Callable[[Path], object]

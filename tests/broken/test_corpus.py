@@ -8,6 +8,7 @@ from pathlib import Path
 from queue import SimpleQueue
 
 import pytest
+
 from broken import corpus
 from broken.case import Case
 from broken.judge import judged

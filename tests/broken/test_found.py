@@ -4,9 +4,9 @@ import warnings
 from pathlib import Path
 
 import pytest
+
 from broken.open import OPEN
 from broken.readers import readers
-
 from fusion import FusionError
 
 FOUND = sorted(

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+
 from broken.case import ACCEPTED, EITHER, REFUSED, TOLD, Case
 from broken.judge import judged
 from broken.runner import LIMIT_BYTES, Ran

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from broken.mutations import mutated
-from broken.readers import Reader, readers
 from hypothesis import HealthCheck, Phase, given, settings
 
+from broken.mutations import mutated
+from broken.readers import Reader, readers
 from fusion import FusionError
 
 # the same examples every time: what fails on one machine fails on all; the slow part looks further

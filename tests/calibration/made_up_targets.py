@@ -33,7 +33,7 @@ def pose_at(z: float, tilt_deg: float, sigma: float, **more) -> Pose:
     return Pose(f"{z:.1f} m {tilt_deg:.0f} deg", seen, z, np.deg2rad(tilt_deg), sigma, ERROR * sigma)
 
 
-def grid(effect: AxialNoise, rng: np.random.Generator, distances=DISTANCES, tilts=range(0, 76, 15)) -> list[Pose]:
+def grid(effect: AxialNoise, rng: np.random.Generator, distances=DISTANCES, tilts=(0, 15, 30, 45, 60, 75)) -> list[Pose]:
     """Poses of a grid with measurement errors."""
     return [
         pose_at(float(z), float(t), law_at(effect, z, np.deg2rad(t)) * (1 + ERROR * rng.standard_normal()))
