@@ -13,6 +13,7 @@ from fusion.sensor.view import View
 TOF = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof", sensor="Kinect v2", serial="1")
 SL = replace(TOF, fx=585.0, fy=585.0, principle="structured_light", sensor="K1")
 DISTANCES = tuple(np.arange(0.7, 3.2, 0.3))  # [m] with tilts of 0 to 75 deg, Fankhauser's grid
+TILTS = (0, 15, 30, 45, 60, 75)  # deg
 ERROR = 0.01  # share: what 20 pixels of 100 frames make of a spread
 
 
@@ -33,7 +34,7 @@ def pose_at(z: float, tilt_deg: float, sigma: float, **more) -> Pose:
     return Pose(f"{z:.1f} m {tilt_deg:.0f} deg", seen, z, np.deg2rad(tilt_deg), sigma, ERROR * sigma)
 
 
-def grid(effect: AxialNoise, rng: np.random.Generator, distances=DISTANCES, tilts=(0, 15, 30, 45, 60, 75)) -> list[Pose]:
+def grid(effect: AxialNoise, rng: np.random.Generator, distances=DISTANCES, tilts=TILTS) -> list[Pose]:
     """Poses of a grid with measurement errors."""
     return [
         pose_at(float(z), float(t), law_at(effect, z, np.deg2rad(t)) * (1 + ERROR * rng.standard_normal()))
