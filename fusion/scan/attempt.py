@@ -9,7 +9,7 @@ from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
-from fusion.scan.frames import find_region, load, told_angles
+from fusion.scan.frames import find_region, load, object_alone, told_angles
 from fusion.scan.motion import find_motion
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
@@ -29,7 +29,7 @@ class Attempt:
     Attributes:
         recording: with corrected depth, and the camera.
         region: where the object is.
-        frames: cut to its window, None where one cannot be read.
+        frames: cut to its window, without what stands behind the object; None where one cannot be read.
         motion: with the frames that cannot be read among the rejected.
         told: (n,) angles [rad] that log or stated step say, or None.
     """
@@ -59,6 +59,7 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     frames, broken = load(recording, sensor, region, masks)
     told = told_angles(recording, settings)
     motion = find_motion(frames, (recording.camera, settings), region, told)
+    frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
 

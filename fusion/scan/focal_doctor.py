@@ -91,7 +91,7 @@ def _views(
         recording, timestamps=recording.timestamps[chosen], load=lambda i: recording.load(int(chosen[i])), files=None
     )
     frames, broken = load(few, sensor, region)
-    cut = replace(region, still=None if region.still is None else region.still[region.window(recording.camera)])
+    cut = region.cut(region.window(recording.camera))
     return [view(frame.surface, usable(frame.surface, cut)) for frame in frames if frame is not None], np.delete(
         chosen, list(broken)
     )

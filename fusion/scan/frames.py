@@ -16,7 +16,9 @@ from fusion.scan.settings import ScanSettings
 from fusion.sensor.moments import moments_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.window import of_window
-from fusion.turntable.moving import find_moving
+from fusion.turntable.motion import Motion
+from fusion.turntable.moving import EDGE, find_moving, find_wall
+from fusion.turntable.standing import standing
 from fusion.turntable.views import Region, crop
 from fusion.volume.prepared import Prepared, prepare
 
@@ -32,9 +34,6 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
         RecordingError: too few frames, or too few that can be read.
         TrackingError: nothing moves, or the masks hold no depth.
     """
-    if settings.box is not None:
-        low, high = np.sort(np.array(settings.box, float), axis=0)
-        return Region(low, high)
     if len(recording) < 3:
         raise RecordingError("too few frames for a turntable", recording.path, len(recording), "3 or more")
     depths = []
@@ -49,8 +48,15 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
     camera = recording.camera
     if masks is not None and masks.moving:  # they follow the object: what they show is all that turns
         return _shown(np.stack(depths), camera, settings).grown(0.015)
-    moving = find_moving(np.stack(depths), camera, lambda z: np.asarray(sensor.sigma(z, None, camera), np.float32))
-    return Region(moving.low, moving.high, moving.still).grown(0.015)
+
+    def sigma(z: NDArray[np.float32]) -> NDArray[np.float32]:
+        return np.asarray(sensor.sigma(z, None, camera), np.float32)
+
+    if settings.box is not None:
+        low, high = np.sort(np.array(settings.box, float), axis=0)
+        return Region(low, high, wall=find_wall(np.stack(depths), camera, sigma, (low, high)))
+    moving = find_moving(np.stack(depths), camera, sigma)
+    return Region(moving.low, moving.high, moving.still, moving.wall).grown(0.015)
 
 
 def _shown(depths: NDArray[np.float32], camera: Camera, settings: ScanSettings) -> Region:
@@ -107,6 +113,24 @@ def _masked(frame: Prepared, mask: NDArray[np.bool_]) -> Prepared:
     normals = np.where(mask[..., None], frame.surface.normals, np.float32(np.nan))
     depth = np.where(mask, frame.depth, np.float32(np.nan))
     return replace(frame, depth=depth, surface=replace(frame.surface, normals=normals))
+
+
+def object_alone(frames: list[Prepared | None], region: Region, motion: Motion) -> list[Prepared | None]:
+    """The frames without what stands behind the object and does not turn with it: that is neither tracked nor fused.
+
+    Args:
+        frames: cut to the window of the region.
+        region: its images cut to the same window.
+        motion: of what turns.
+    """
+    shown = next((f for f in frames if f is not None), None)
+    if shown is None or region.wall is None:
+        return frames
+    away = standing(region.wall, shown.surface.camera, motion.axis, motion.radius + EDGE)
+    if not away.any():
+        return frames
+    wall = np.where(away, region.wall, np.float32(np.inf))
+    return [None if f is None else _masked(f, ~(f.surface.points[..., 2] >= wall)) for f in frames]
 
 
 def told_angles(recording: Recording, settings: ScanSettings) -> Array | None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each, stage
+from fusion.scan.frames import object_alone
 from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.settings import ScanSettings
@@ -40,8 +41,7 @@ def find_motion(
         TrackingError: no frame can be read, or nothing turns about one axis.
     """
     camera = how[0]
-    still = None if region.still is None else region.still[region.window(camera)]
-    cut = replace(region, still=still)
+    cut = region.cut(region.window(camera))
     pixels = [None if f is None else usable(f.surface, cut) for f in frames]
     both = list(zip(frames, pixels, strict=True))
     views = [_nothing(frames) if f is None or p is None else view(f.surface, p) for f, p in both]
@@ -52,6 +52,7 @@ def find_motion(
     if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
+            frames = object_alone(frames, cut, motion)
             motion = _finished(frames, rays, choose_volume(how[1], camera, (frames, cut, motion)), motion)
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))

@@ -3,14 +3,20 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
+from fusion.turntable.background import RARE, Behind, find_background
 
 Array = NDArray[np.float64]
+EDGE = 0.015  # [m] around what turns that may still be it
+NEAREST = 0.006  # [m] least difference that shows a motion
+# share of a cell's face that must show surface in one frame: mixed pixels along silhouettes string things together
+FILLED = 0.05
 LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
@@ -22,12 +28,14 @@ class Moving:
         points: (n, 3) sample of its moving surface, camera frame [m].
         low, high: (3,) box around it, camera frame [m].
         still: (h, w) pixels that see the same depth in all frames: background, plate, what shows no turn.
+        wall: (h, w) depth [m] from which on a pixel shows what stands behind; NaN where that is not known.
     """
 
     points: Array
     low: Array
     high: Array
     still: NDArray[np.bool_]
+    wall: NDArray[np.float32]
 
 
 def find_moving(
@@ -37,7 +45,7 @@ def find_moving(
 
     What stands before something that was seen behind it at another time has moved. People passing behind move too,
     but no part of space holds them for long: the region kept is the connected one that holds moving surface in nearly
-    every frame.
+    every frame. What reaches out of it and never moves, followed behind it, is the background; all before that turns.
 
     Args:
         depths: (k, h, w) a sample of the frames [m], NaN where missing; k from 6 to about 40.
@@ -47,16 +55,8 @@ def find_moving(
     Raises:
         TrackingError: when nothing moves.
     """
-    known = np.isfinite(depths)
-    count = known.sum(axis=0)
-    ordered = np.sort(np.where(known, depths, np.inf), axis=0)
-    far, median = (_quantile(ordered, count, q) for q in (0.9, 0.5))
-    limit = np.maximum(5 * sigma(median), 0.006)
-    still = (known & (np.abs(depths - median) > limit)).sum(axis=0) < 0.1 * np.maximum(count, 1)
-    # single pixels at edges flicker; a moving surface has neighbours
-    square = np.ones((3, 3))
-    moving = np.stack([ndimage.binary_opening(mask, square) for mask in known & (depths < far - limit)])
-    points, frames = _points_of(moving, depths, camera)
+    behind, moved = look_behind(depths, sigma)
+    points, frames, stride = _points_of(moved, depths, camera)
     if len(points) < LEAST * len(depths):
         raise TrackingError(
             "nothing turns in this recording",
@@ -64,9 +64,83 @@ def find_moving(
             expected="an object on a turntable in front of a camera that stands still",
             do="use `fusion reconstruct` if the camera moved, or give --box",
         )
-    chosen = points[_persistent(points, frames, len(depths), float(np.median(points[:, 2])))]
-    low, high = np.percentile(chosen, [0.5, 99.5], axis=0)
-    return Moving(chosen, low, high, still)
+    chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride))]
+    wall = find_background(behind, outside_of(_box(chosen), behind.far, camera))
+    # with it the whole object shows, not only where something was seen behind it
+    with np.errstate(invalid="ignore"):
+        before = np.where(np.isfinite(wall), depths < wall, moved)
+    points, frames, stride = _points_of(_with_neighbours(before), depths, camera)
+    chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride), chosen)]
+    return Moving(chosen, *_box(chosen), behind.still, wall)
+
+
+def find_wall(
+    depths: NDArray[np.float32],
+    camera: Camera,
+    sigma: Callable[[NDArray[np.float32]], NDArray[np.float32]],
+    within: tuple[Array, Array],
+) -> NDArray[np.float32] | None:
+    """The background (h, w) as `Moving.wall` when the box around what turns is told, which may hold some of it.
+
+    Args:
+        depths, camera, sigma: as in `find_moving`.
+        within: corners (3,) of the box [m].
+
+    Returns:
+        None where nothing is seen to move in the box: all of it counts then.
+    """
+    behind, moved = look_behind(depths, sigma)
+    points, frames, stride = _points_of(moved, depths, camera)
+    inside = ((points >= within[0]) & (points <= within[1])).all(axis=1)
+    if inside.sum() * stride < LEAST * len(depths):
+        return None
+    points, frames = points[inside], frames[inside]
+    chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride))]
+    return find_background(behind, outside_of(_box(chosen), behind.far, camera))
+
+
+def _box(points: Array) -> tuple[Array, Array]:
+    """Corners (3,) around points (n, 3), the outermost left out."""
+    low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    return low, high
+
+
+def look_behind(
+    depths: NDArray[np.float32], sigma: Callable[[NDArray[np.float32]], NDArray[np.float32]]
+) -> tuple[Behind, NDArray[np.bool_]]:
+    """What images (k, h, w) [m] show behind the object, and where something stands before it (k, h, w)."""
+    known = np.isfinite(depths)
+    count = known.sum(axis=0)
+    ordered = np.sort(np.where(known, depths, np.inf), axis=0)
+    far, median = (_quantile(ordered, count, q) for q in (0.9, 0.5))
+    limit = np.maximum(5 * sigma(median), np.float32(NEAREST))
+    with np.errstate(invalid="ignore"):
+        still = (known & (np.abs(depths - median) > limit)).sum(axis=0) < 0.1 * np.maximum(count, 1)
+        moved = _with_neighbours(known & (depths < far - limit))
+    rank = count - 1 - np.maximum(1, np.round(RARE * count)).astype(int)
+    farthest = np.take_along_axis(ordered, np.maximum(rank, 0)[None], axis=0)[0]
+    farthest = np.where(rank >= 1, farthest, np.nan).astype(np.float32)
+    limit = np.where(np.isfinite(limit), limit, np.float32(NEAREST)).astype(np.float32)
+    return Behind(farthest, still, limit), moved
+
+
+def outside_of(box: tuple[Array, Array], far: NDArray[np.float32], camera: Camera) -> NDArray[np.bool_]:
+    """(h, w) bool: pixels whose farthest surface lies outside a box."""
+    low, high = box
+    z = far.astype(float)
+    rays = camera.rays()
+    with np.errstate(invalid="ignore"):
+        inside = (z > low[2] - EDGE) & (z < high[2] + EDGE)
+        for k in range(2):
+            at = rays[..., k] * z
+            inside &= (at > low[k] - EDGE) & (at < high[k] + EDGE)
+    return np.asarray(~inside & np.isfinite(z))
+
+
+def _with_neighbours(moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Without single pixels: at edges these flicker; a moving surface has neighbours."""
+    square = np.ones((3, 3), np.uint8)
+    return np.stack([cv2.morphologyEx(m.astype(np.uint8), cv2.MORPH_OPEN, square) > 0 for m in moving])
 
 
 def _quantile(ordered: NDArray[np.float32], count: NDArray[np.int64], q: float) -> NDArray[np.float32]:
@@ -76,31 +150,52 @@ def _quantile(ordered: NDArray[np.float32], count: NDArray[np.int64], q: float) 
     return np.where(count >= 2, value, np.nan).astype(np.float32)
 
 
-def _points_of(moving: NDArray[np.bool_], depths: NDArray[np.float32], camera: Camera) -> tuple[Array, NDArray]:
+def _points_of(
+    moving: NDArray[np.bool_], depths: NDArray[np.float32], camera: Camera
+) -> tuple[Array, NDArray[np.int64], int]:
+    """Points (n, 3) [m] and frames (n,) of every `stride`-th moving pixel, and the stride."""
     rays = camera.rays()
     frame, v, u = np.nonzero(moving)
     stride = max(1, len(frame) // 400_000)
     frame, v, u = frame[::stride], v[::stride], u[::stride]
     z = depths[frame, v, u].astype(float)
-    return np.column_stack([rays[v, u, 0] * z, rays[v, u, 1] * z, z]), frame
+    return np.column_stack([rays[v, u, 0] * z, rays[v, u, 1] * z, z]), frame, stride
 
 
-def _persistent(points: Array, frames: NDArray, n_frames: int, distance: float) -> NDArray[np.bool_]:
-    """(n,) bool: points in the largest connected region that holds moving surface in most frames."""
-    cell = max(0.01, distance / 60)
-    index = np.floor((points - points.min(axis=0)) / cell).astype(int)
+def _persistent(
+    points: Array, frames: NDArray[np.int64], how: tuple[int, float], near: Array | None = None
+) -> NDArray[np.bool_]:
+    """(n,) bool: points in the largest connected region that holds moving surface in most frames.
+
+    Args:
+        points, frames: (n, 3) [m], (n,).
+        how: number of frames; points that a surface square to the sight has per steradian in one frame.
+        near: (m, 3) points that the region must hold, when some are known.
+    """
+    n_frames, density = how
+    cell = max(0.01, float(np.median(points[:, 2])) / 60)
+    low = points.min(axis=0)
+    while np.prod(np.ptp(points, axis=0) // cell + 1) > 3e7:  # far outliers: coarser cells keep this small
+        cell *= 2
+    index = np.floor((points - low) / cell).astype(int)
     shape = index.max(axis=0) + 1
-    if np.prod(shape.astype(float)) > 3e7:  # far outliers: coarser cells keep this small
-        return _persistent(points, frames, n_frames, distance * 2)
+    flat = np.ravel_multi_index(tuple(index.T), tuple(shape))
+    both, counts = np.unique(flat * n_frames + frames, return_counts=True)
+    place = np.unravel_index(both // n_frames, shape)
+    enough = counts >= FILLED * density * (cell / np.maximum(low[2] + cell * place[2], cell)) ** 2
     occupied = np.zeros(shape, bool)
-    occupied[tuple(index.T)] = True
+    occupied[tuple(axis[enough] for axis in place)] = True
     labels, n = ndimage.label(occupied, np.ones((3, 3, 3)))
     label = labels[tuple(index.T)]
     present = np.zeros((n + 1, n_frames), np.int64)
     np.add.at(present, (label, frames), 1)
+    present[0] = 0  # no region
     size = present.sum(axis=1)
-    enough = np.maximum(5, 0.1 * size / n_frames)[:, None]
-    persistence = (present >= enough).mean(axis=1)
+    least = np.maximum(5, 0.1 * size / n_frames)[:, None]
+    persistence = (present >= least).mean(axis=1)
+    if near is not None:
+        at = np.clip(np.floor((near - low) / cell).astype(int), 0, shape - 1)
+        persistence *= np.bincount(labels[tuple(at.T)], minlength=n + 1) > 0.1 * len(near)
     # of the regions that are there in nearly every frame, the one with most surface
     score = np.where(persistence > 0.6 * np.max(persistence), size, 0)
     return np.asarray(label == np.argmax(score))

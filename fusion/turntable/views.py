@@ -24,11 +24,14 @@ class Region:
     Attributes:
         low, high: (3,) box [m].
         still: (h, w) pixels of the whole image that never saw a change, or None.
+        wall: (h, w) depth [m] from which on a pixel of the whole image shows what stands behind, NaN where that is not
+            known; or None.
     """
 
     low: Array
     high: Array
     still: NDArray[np.bool_] | None = None
+    wall: NDArray[np.float32] | None = None
 
     def holds(self, points: NDArray) -> NDArray[np.bool_]:
         """(...) bool: points (..., 3) inside; NaN is outside."""
@@ -40,6 +43,11 @@ class Region:
     def grown(self, margin: float) -> "Region":
         """The region with a margin [m] on all sides."""
         return replace(self, low=self.low - margin, high=self.high + margin)
+
+    def cut(self, window: tuple[slice, slice]) -> "Region":
+        """The region with its images cut to a window."""
+        still = None if self.still is None else self.still[window]
+        return replace(self, still=still, wall=None if self.wall is None else self.wall[window])
 
     def window(self, camera: Camera) -> tuple[slice, slice]:
         """The rows and columns of the image in which the region can be seen."""
@@ -101,7 +109,7 @@ def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
 
     Args:
         surface: what the frame shows, in the window of the region.
-        region: where the object is; its `still` cut to the same window.
+        region: where the object is; its images cut to the same window.
     """
     assert surface.incidence is not None
     known = np.isfinite(surface.normals[..., 0])
@@ -110,6 +118,8 @@ def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
     known &= region.holds(surface.points) & (surface.incidence < np.deg2rad(75)) & ~_overlaid(surface)
     if region.still is not None:  # what stands still in the image says "no turn", whatever turns behind it
         known &= ~region.still
+    if region.wall is not None:
+        known &= ~(surface.points[..., 2] >= region.wall)
     return np.asarray(known)
 
 
