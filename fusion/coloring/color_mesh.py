@@ -14,6 +14,7 @@ from fusion.coloring.fill import filled
 from fusion.coloring.images import ColorImages, color_images
 from fusion.coloring.surface import Surface
 from fusion.coloring.visible import visible
+from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each
@@ -34,12 +35,14 @@ class Colored:
             there the colour is that of its neighbours, or grey far from any. Without colours where the recording has no
             colour image that can be used.
         images: how many were used.
+        lost: how many could not be, being damaged, missing or of another size.
         uncolored_share: of the vertices, shown by no image; None without images.
         neutral_share: of the vertices, grey; None without images.
     """
 
     mesh: Mesh
     images: int = 0
+    lost: int = 0
     uncolored_share: float | None = None
     neutral_share: float | None = None
 
@@ -48,6 +51,7 @@ class Colored:
         return {
             "color": self.mesh.colors is not None,
             "color_images": self.images,
+            "color_images_lost": self.lost,
             "uncolored_share": self.uncolored_share,
             "neutral_share": self.neutral_share,
         }
@@ -66,9 +70,9 @@ def color_mesh(mesh: Mesh, recording: Recording, trajectory: Trajectory) -> Colo
     plain = replace(mesh, colors=None)
     if source is None or not len(mesh.faces):
         return Colored(plain)
-    best, images = _looked_at(Surface(mesh), source, trajectory)
+    best, images, lost = _looked_at(Surface(mesh), source, trajectory)
     if not images:
-        return Colored(plain)
+        return Colored(plain, lost=lost)
     views = best.counts()
     colors, known = filled(mesh, best.blended(), views > 0, FILLED)
     colors[~known] = NEUTRAL
@@ -79,20 +83,25 @@ def color_mesh(mesh: Mesh, recording: Recording, trajectory: Trajectory) -> Colo
             scalars=mesh.scalars | {"color_views": views.astype(np.float32)},
         ),
         images,
+        lost,
         float(np.mean(views == 0)),
         float(np.mean(~known)),
     )
 
 
-def _looked_at(surface: Surface, source: ColorImages, trajectory: Trajectory) -> tuple[BestViews, int]:
-    """What well spread images show of a surface, and how many there were."""
-    best, images = BestViews(surface.vertices.shape[1]), 0
+def _looked_at(surface: Surface, source: ColorImages, trajectory: Trajectory) -> tuple[BestViews, int, int]:
+    """What well spread images show of a surface, how many there were, and how many could not be used."""
+    best, images, lost = BestViews(surface.vertices.shape[1]), 0, 0
     most = max(ENOUGH, int(SHARE * len(trajectory)))
     for index in each(source.spread(trajectory, most), "colour"):
-        image = source.read(index)
+        try:
+            image = source.read(index)
+        except RecordingError:
+            lost += 1
+            continue
         if image is None:
             continue
         shown = visible(surface, source.seen(image, source.T_world_color(trajectory.poses[index])))
         best.add(shown.index, shown.weight, image.sampled(shown.pixels))
         images += 1
-    return best, images
+    return best, images, lost

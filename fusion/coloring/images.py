@@ -66,16 +66,15 @@ class ColorImages:
         object.__setattr__(self, "coarse", coarse)
 
     def read(self, index: int) -> ColorImage | None:
-        """One image, or None where it is missing or cannot be read."""
-        try:
-            frame = self.recording[index]
-            color = frame.color
-            if self.apart:
-                files = self.recording.files
-                color = read_color(files.folder / files.color_apart[index])  # type: ignore[union-attr,operator]
-        except RecordingError:  # told when the frames were loaded for their depth, and by `fusion info`
-            return None
-        return None if color is None or color.shape[:2] != self.camera.shape else ColorImage(color, frame.depth)
+        """One image, or None where the frame has none. RecordingError where it cannot be read, or has another size."""
+        frame = self.recording[index]
+        color = frame.color
+        if self.apart:
+            files = self.recording.files
+            color = read_color(files.folder / files.color_apart[index])  # type: ignore[union-attr,operator]
+        if "color" in frame.unfit or (color is not None and color.shape[:2] != self.camera.shape):
+            raise RecordingError("a colour image is of another size", self.recording.path, f"frame {index}")
+        return None if color is None else ColorImage(color, frame.depth)
 
     def spread(self, trajectory: Trajectory, most: int) -> list[int]:
         """Up to `most` frames with a pose and perhaps an image, as different in place and direction as can be."""

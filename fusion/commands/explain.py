@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import logging
 import shutil
 from pathlib import Path
 
@@ -50,6 +51,9 @@ def run(options: argparse.Namespace) -> None:
     sensor = read_sensor(options.sensor)
     recordings = [open_recording(path, options.camera) for path in options.recordings]
     simulated = [open_recording(path, options.camera) for path in options.simulated]
+    for recording in (*recordings, *simulated):
+        for text in recording.warnings:
+            logging.getLogger("fusion").warning("%s: %s", recording.path, text)
     found = explain(recordings, sensor, simulated)
     with options.claim.folder() as partial:
         verdict = with_masks(partial, found, verdict_of(found))

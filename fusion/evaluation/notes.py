@@ -7,6 +7,7 @@ import numpy as np
 
 from fusion.evaluation.still import centre_of
 from fusion.recording.checks.depth_values import implausible
+from fusion.recording.readable import unread_text
 from fusion.recording.recording import Recording
 
 if TYPE_CHECKING:
@@ -56,8 +57,7 @@ def _on_look(look: "Look") -> list[Note]:
     elif still.frames < FEW:
         notes.append(("warning", f"{still.frames} frames only; 100 are usual."))
     if still.failures:
-        first = next(iter(still.failures.values()))
-        notes.append(("warning", f"{len(still.failures)} frames could not be read, the first: {first}."))
+        notes.append(("warning", f"{unread_text(still.failures)}."))
     if len(still.disturbed):
         notes.append(("warning", _movement(look)))
     notes += _shared_noise(look)

@@ -17,6 +17,7 @@ from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
+from fusion.results.color_light import color_lights
 from fusion.results.light import Light, note
 from fusion.results.off_course import off_course
 from fusion.sensor.corrected_recording import corrected_recording
@@ -127,7 +128,7 @@ def _result(
         rejected={i: r.status for i, r in enumerate(results) if not r.ok},
         settings=told,
         volume=volume,
-        notes=tuple(notes),
+        notes=(*notes, *color_lights(colored)),
         footnotes=(*sensor.warnings, *told_of.left),
         off_course=off_course(trajectory, recording) if settings.poses is None else None,
     )

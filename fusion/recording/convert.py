@@ -1,5 +1,7 @@
 """A recording of any format becomes a native folder."""
 
+import logging
+from collections.abc import Iterator
 from pathlib import Path
 
 from fusion.errors import RecordingError
@@ -7,12 +9,14 @@ from fusion.files.inside import inside
 from fusion.files.publish import output_folder
 from fusion.files.reading import read_bytes
 from fusion.progress import each
-from fusion.recording.recording import Recording
+from fusion.recording.recording import Frame, Recording
 from fusion.recording.scene_file import scene_mesh
 from fusion.recording.write import MEMBERS, fill_recording
 
+_log = logging.getLogger("fusion")
 
-def convert_recording(recording: Recording, path: Path | str) -> None:
+
+def convert_recording(recording: Recording, path: Path | str, notes: list[str] | None = None) -> None:
     """Write a recording as a native folder, with the mesh that its `scene.json` names.
 
     Colour images of a camera beside the depth camera are copied as they are.
@@ -20,6 +24,7 @@ def convert_recording(recording: Recording, path: Path | str) -> None:
     Args:
         recording: any recording.
         path: the new folder, not the recording's own.
+        notes: what was left out is appended here; without a list it is logged as a warning.
 
     Raises:
         RecordingError: a frame cannot be loaded, or `path` is the recording itself.
@@ -30,10 +35,10 @@ def convert_recording(recording: Recording, path: Path | str) -> None:
     if path.exists() and path.resolve() == recording.path.resolve():
         raise RecordingError("a recording cannot be written onto itself", path, do="name another folder")
     with output_folder(path, replaces=MEMBERS) as partial:
-        fill_conversion(partial, recording)
+        fill_conversion(partial, recording, notes)
 
 
-def fill_conversion(folder: Path, recording: Recording) -> None:
+def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None = None) -> None:
     """The same into a folder that is being made."""
     scene, mesh = dict(recording.scene), _mesh_file(recording)
     if mesh is not None:
@@ -42,9 +47,24 @@ def fill_conversion(folder: Path, recording: Recording) -> None:
             raise RecordingError("the mesh of the scene is a part of the recording", recording.path, found, expected)
         scene["mesh"] = mesh.name  # beside its scene.json, wherever it was before
         _copy(mesh, folder / scene["mesh"], "the mesh of the scene")
-    frames = each(recording, "converting")
+    unfit: dict[str, int] = {}
+    frames = _counted(recording, unfit)
     fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)
     _copy_color_apart(recording, folder)
+    told = [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
+    for text in (*recording.warnings, *told):
+        if notes is None:
+            _log.warning("%s: %s", recording.path, text)
+        else:
+            notes.append(text)
+
+
+def _counted(recording: Recording, unfit: dict[str, int]) -> Iterator[Frame]:
+    """The frames; into `unfit` goes how many images of each kind were left out of them."""
+    for frame in each(recording, "converting"):
+        for name in frame.unfit:
+            unfit[name] = unfit.get(name, 0) + 1
+        yield frame
 
 
 def _copy_color_apart(recording: Recording, folder: Path) -> None:

@@ -22,19 +22,22 @@ def check_frame_size(camera: Camera, where: object, error: type[FusionError] = R
 def load_frame(files: FrameFiles, camera: Camera, timestamps: NDArray[np.float64], index: int) -> Frame:
     """The frame with this index.
 
-    A colour or IR image whose size is not that of the depth image is not in the depth camera's pixels: it is left out.
+    A colour or IR image whose size is not that of the depth image is not in the depth camera's pixels: it is left out,
+    which `Frame.unfit` names.
 
     Raises:
         RecordingError: an image is missing, damaged, or its size is not the camera's.
     """
     color, ir = _name(files.color, index), _name(files.ir, index)
-    return Frame(
-        index=index,
-        timestamp=float(timestamps[index]),
-        depth=load_depth(files, camera, index),
-        color=None if color is None else _fitting(read_color(files.folder / color), camera),
-        ir=None if ir is None else _fitting(read_ir(files.folder / ir), camera),
-    )
+    depth = load_depth(files, camera, index)
+    colors = None if color is None else read_color(files.folder / color)
+    amplitude = None if ir is None else read_ir(files.folder / ir)
+    unfit = []
+    if colors is not None and colors.shape[:2] != camera.shape:
+        colors, unfit = None, ["color"]
+    if amplitude is not None and amplitude.shape != camera.shape:
+        amplitude, unfit = None, [*unfit, "ir"]
+    return Frame(index, float(timestamps[index]), depth, colors, amplitude, tuple(unfit))
 
 
 def load_depth(files: FrameFiles, camera: Camera, index: int) -> NDArray[np.float32]:
@@ -56,7 +59,3 @@ def counts_to_metres(counts: NDArray[np.uint16], depth_scale: float) -> NDArray[
 
 def _name(names: object, index: int) -> str | None:
     return names[index] if names else None  # type: ignore[index]
-
-
-def _fitting(image: NDArray, camera: Camera) -> NDArray | None:
-    return image if image.shape[:2] == camera.shape else None

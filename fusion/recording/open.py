@@ -1,13 +1,16 @@
 """Opening a recording: what is in the folder says which format it is."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from fusion.errors import RecordingError
+from fusion.files.inside import part
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import find_camera
 from fusion.recording.formats import bop, fakenect, open3d_folder, seven_scenes, tum
 from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Recording
+from fusion.recording.scene_file import read_scene_fields
 
 # in the order of asking: the first that recognises the folder reads it
 FORMATS = (tum, bop, seven_scenes, fakenect, open3d_folder)
@@ -38,7 +41,8 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None) 
         if form.recognises(folder):
             recording = form.read(folder, chosen)
             check_frame_size(recording.camera, folder)
-            return recording
+            scene = part(folder, "scene.json", RecordingError)
+            return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
     raise _not_recognised(folder)
 
 

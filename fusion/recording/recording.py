@@ -23,6 +23,7 @@ class Frame:
         depth: (height, width) float32, planar z [m], NaN where missing.
         color: (height, width, 3) uint8 RGB in the depth camera's pixels, or None.
         ir: (height, width) uint16 counts, or None.
+        unfit: "color" or "ir" where there is such an image in other pixels than the depth camera's.
     """
 
     index: int
@@ -30,6 +31,7 @@ class Frame:
     depth: NDArray[np.float32]
     color: NDArray[np.uint8] | None = None
     ir: NDArray[np.uint16] | None = None
+    unfit: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         height, width = self.depth.shape

@@ -12,6 +12,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.progress import each, stage
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
+from fusion.results.color_light import color_lights
 from fusion.results.light import Light
 from fusion.scan.attempt import Attempt, attempt, settle_camera
 from fusion.scan.doctor import ask_doctor, notes_of
@@ -105,7 +106,7 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
             jump=confirmed(jump, frames, region, corrected),
             noise=typical_noise(frames, region),
             kept_share=kept,
-            notes=(*asked, *notes_of(recording, told, motion, raw)),
+            notes=(*asked, *notes_of(recording, told, motion, raw), *color_lights(colored)),
             footnotes=(*sensor.warnings, *told.left),
         ),
     )

@@ -74,6 +74,7 @@ class _Recording:
     """As much of a recording as the start asks for."""
 
     path = "walls"
+    warnings = ()
 
     def __init__(self, camera: Camera) -> None:
         self.camera = camera
@@ -444,6 +445,18 @@ def test_walls_in_one_recording_without_a_log_are_told_apart_by_the_images(tmp_p
     found = calibrate_depth([open_recording(tmp_path / "walls")])
     assert [wall.name for wall in found.walls] == ["walls [0:4]", "walls [4:8]", "walls [8:12]"]
     assert [wall.plane.distance for wall in found.walls] == pytest.approx([0.8, 1.2, 1.6], abs=1e-3)
+
+
+def test_a_frame_that_cannot_be_read_is_named_once(tmp_path, capsys):
+    depth = Plane(1.0, 0.02, 0.01).depth(SL)
+    write_recording(tmp_path / "wall", SL, (Frame(i, float(i), depth) for i in range(4)))
+    (tmp_path / "wall/depth/000002.png").write_bytes(b"no picture")
+    with (tmp_path / "wall/telemetry.csv").open("w") as table:
+        table.write("timestamp,distance_m\n0,1.0\n1,1e9\n3,1.0\n")
+    assert main(["calibrate", "depth", str(tmp_path / "wall"), "-o", str(tmp_path / "out"), "--no-report"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("000002.png") == 1 and "note      wall: 1 frame could not be read" in printed
+    assert "1 of 3 values of distance_m in telemetry.csv are left out" in printed  # what the reader left out too
 
 
 def test_images_of_another_size_are_named(tmp_path):

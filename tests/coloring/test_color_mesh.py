@@ -20,6 +20,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.open import open_recording
 from fusion.recording.write import write_recording
+from fusion.results.color_light import color_lights
 from fusion.simulation.render import RayCaster
 from fusion.simulation.shapes import box, joined
 from fusion.volume.volume import Volume, VolumeSettings
@@ -185,7 +186,9 @@ def test_a_picture_that_cannot_be_read_is_passed_over():
             raise RecordingError("the image is cut off", "rgb/2.png")
         return made.recording.load(i)
 
-    assert color_mesh(cube(), replace(made.recording, load=load), made.poses).images == 5
+    found = color_mesh(cube(), replace(made.recording, load=load), made.poses)
+    assert (found.images, found.lost) == (5, 1)
+    assert "1 of 6 colour images" in color_lights(found)[0].reason
 
 
 def test_many_pictures_are_thinned_to_a_bounded_number_from_everywhere():

@@ -108,3 +108,11 @@ def test_a_pose_without_target_is_left_out_and_told(recordings, tmp_path, capsys
     assert main(["calibrate", "noise", *names, "-o", str(tmp_path / "out")]) == 0
     told = capsys.readouterr().out
     assert "left out: no target found" in told and "blank" in told
+
+
+def test_a_frame_that_cannot_be_read_is_named_once(tmp_path, capsys):
+    places = [write(tmp_path / f"t{i}", [(z, 0.0)], i) for i, z in enumerate((0.7, 1.0))]
+    (tmp_path / "t0/depth/000002.png").write_bytes(b"no picture")
+    assert main(["calibrate", "noise", *places, "-o", str(tmp_path / "out"), "--no-report"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("000002.png") == 1 and "note      t0: 1 frame could not be read" in printed

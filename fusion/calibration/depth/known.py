@@ -49,7 +49,7 @@ def start(recordings: Sequence[Recording], camera: Camera | None, sensor: Sensor
     names = _one_unit(recordings, camera, force)
     right = camera or own
     principle = own.principle if own.principle != "unknown" else right.principle
-    notes: list[tuple[str, str]] = []
+    notes = [("warning", f"{recording.path.name}: {text}") for recording in recordings for text in recording.warnings]
     model = sensor or Sensor(principle=principle)
     if sensor is not None:
         refuse_other_unit(sensor, replace(own, sensor=names[0], serial=names[1]), force)

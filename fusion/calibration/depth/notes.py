@@ -8,6 +8,7 @@ from fusion.calibration.depth.selection import Judged
 from fusion.calibration.depth.visibility import Visibility
 from fusion.calibration.depth.wall import Wall
 from fusion.recording.checks.depth_values import implausible
+from fusion.recording.readable import unread_text
 
 MOVED = 0.005  # [m] by what is mirrored: plainly more than a square scatters
 MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
@@ -44,6 +45,7 @@ def notes_on(
     if per_tile > MISFIT:
         text = f"on walls left out the law errs {np.sqrt(per_tile):.0f} times as much as their tiles scatter: "
         notes.append(("warning", text + "no candidate describes this camera; was it calibrated (--camera)?"))
+    notes += [("warning", f"{wall.name}: {unread_text(wall.unread)}") for wall in walls if wall.unread]
     if text := implausible(float(np.median([wall.depth_there for wall in walls]))):
         notes.append(("bad", text))
     if len(walls) < 2:

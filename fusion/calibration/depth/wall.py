@@ -12,6 +12,7 @@ from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.recording.moved import unmoved_parts
+from fusion.recording.readable import readable
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
@@ -40,6 +41,7 @@ class Wall:
         gloss: (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`.
         centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
         squares: (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall.
+        unread: index of each frame that could not be read: why.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Wall:
     squares: NDArray[np.intp] | None = None
     tilt_std: float = float("inf")
     gloss: NDArray[np.floating] | None = None
+    unread: dict[int, str] = field(default_factory=dict)
 
     @property
     def true_plane(self) -> Plane:
@@ -94,25 +97,23 @@ class Means:
     measured: NDArray[np.floating]
     std: NDArray[np.floating]
     ir: NDArray[np.floating] | None
+    unread: dict[int, str] = field(default_factory=dict)
 
 
 def frame_means(recording: Recording, frames: range) -> Means:
     """Per-pixel means of some frames, one in memory at a time. RecordingError when none can be read."""
     depth, ir = PixelSeries(recording.camera.shape), PixelSeries(recording.camera.shape)
-    failed: RecordingError | None = None
-    for index in each(frames, recording.path.name):
-        try:
-            frame = recording[index]
-        except RecordingError as error:  # one broken file is no reason to lose the others
-            failed = error
-            continue
+    unread: dict[int, str] = {}
+    for frame in readable(recording, each(frames, recording.path.name), unread):
         depth.add(frame.depth)
         if frame.ir is not None:
             ir.add(frame.ir.astype(float))
     if not depth.frames:
-        raise failed or RecordingError("the recording has no frames", recording.path, 0, "100 frames of a wall")
+        if unread:
+            recording[min(unread)]  # raises what is wrong with it
+        raise RecordingError("the recording has no frames", recording.path, 0, "100 frames of a wall")
     measured = np.where(depth.valid > 0.5, depth.mean, np.nan)
-    return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None)
+    return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None, unread)
 
 
 def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> list[Wall]:
@@ -179,6 +180,7 @@ def wall_of(
         means.ir,
         moment,
         centre,
+        unread=means.unread,
     )
 
 

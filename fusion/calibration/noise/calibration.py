@@ -81,8 +81,9 @@ def calibrate_noise(recordings: Sequence[Recording], settings: NoiseSettings | N
     model = settings.sensor or begin.known
     model = replace(model, principle=begin.known.principle, sensor=begin.sensor, serial=begin.serial, left_out=())
     poses, lost = read_poses(recordings, begin.camera, begin.known)
+    notes = [note for note in begin.notes if note[0] == "warning"]  # the others speak of a depth law
     with stage("fitting"):
-        return calibrate_poses(poses, begin.camera, model, tuple(("warning", text) for text in lost))
+        return calibrate_poses(poses, begin.camera, model, (*notes, *(("warning", text) for text in lost)))
 
 
 def calibrate_poses(

@@ -13,7 +13,8 @@ from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
-from fusion.recording.recording import Frame, Recording
+from fusion.recording.readable import readable, unread_text
+from fusion.recording.recording import Recording
 from fusion.recording.scene_file import stated_scene
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
@@ -67,6 +68,7 @@ def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -
     """
     poses: list[Pose] = []
     lost: list[FusionError] = []
+    notes: list[str] = []
     for recording in each(recordings, "measuring"):
         try:
             parts = still_parts(recording)
@@ -80,15 +82,17 @@ def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -
         for part in parts:
             name = recording.path.name
             name = name if len(parts) == 1 else f"{name} {part.start}-{part.stop - 1}"
+            unread: dict[int, str] = {}
             try:
-                poses.append(_pose(recording, part, (name, camera, known)))
+                poses.append(_pose(recording, part, (name, camera, known), unread))
             except FusionError as error:
                 lost.append(FusionError(error.what, name, error.found, error.expected, error.do))
+            notes += [f"{name}: {unread_text(unread)}"] if unread else []
     if not poses:
         if lost:
             raise lost[0]
         raise FusionError("no recording of a target", found=0, expected="a flat target at several distances and tilts")
-    return poses, [f"left out: {error}" for error in lost]
+    return poses, [*(f"left out: {error}" for error in lost), *notes]
 
 
 def pose_of(
@@ -120,10 +124,10 @@ def pose_of(
                 _shadowed(seen, known, camera))  # fmt: skip
 
 
-def _pose(recording: Recording, part: range, about: tuple[str, Camera, Sensor]) -> Pose:
-    """Measure one part of a recording."""
+def _pose(recording: Recording, part: range, about: tuple[str, Camera, Sensor], unread: dict[int, str]) -> Pose:
+    """Measure one part of a recording; see `readable` for `unread`."""
     name, camera, known = about
-    frames = _Depths(recording, part)
+    frames = _Depths(recording, part, unread)
     clean = replace(known, effects=tuple(e for e in known.effects if e.name not in FITTED), left_out=())
     ir = _mean_ir(recording, part)
 
@@ -140,27 +144,17 @@ def _pose(recording: Recording, part: range, about: tuple[str, Camera, Sensor]) 
 class _Depths:
     """The depth images of a part, read anew at each walk; unreadable frames are left out."""
 
-    def __init__(self, recording: Recording, part: range) -> None:
-        self.recording, self.part = recording, part
+    def __init__(self, recording: Recording, part: range, unread: dict[int, str]) -> None:
+        self.recording, self.part, self.unread = recording, part, unread
 
     def __iter__(self) -> Iterator[NDArray[np.floating]]:
-        for index in self.part:
-            frame = _frame(self.recording, index)
-            if frame is not None:
-                yield frame.depth
-
-
-def _frame(recording: Recording, index: int) -> Frame | None:
-    try:
-        return recording[index]
-    except RecordingError:
-        return None
+        return (frame.depth for frame in readable(self.recording, self.part, self.unread))
 
 
 def _mean_ir(recording: Recording, part: range) -> NDArray[np.floating] | None:
     """(h, w) mean amplitude of some frames [count]; None without infrared images of the depth's size."""
     some = part[:: max(len(part) // IR_FRAMES, 1)]
-    images = [frame.ir for i in some if (frame := _frame(recording, i)) is not None and frame.ir is not None]
+    images = [frame.ir for frame in readable(recording, some, {}) if frame.ir is not None]
     if not images or images[0].shape != recording.camera.shape:
         return None
     return np.asarray(np.mean(images, axis=0))

@@ -17,7 +17,6 @@ from fusion.recording.frame_files import ASSOCIATION_SECONDS, FrameFiles, associ
 from fusion.recording.images import image_size
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import read_scene_fields
 from fusion.recording.telemetry_file import read_telemetry
 from fusion.recording.text_files import read_image_list
 from fusion.recording.trajectory_file import read_trajectory
@@ -38,7 +37,9 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     camera = camera or read_camera(own or "")
     stamps, files = _read_lists(folder)
     files, warnings = with_color_placed(files, camera)
-    scene, telemetry = part(folder, "scene.json", RecordingError), part(folder, "telemetry.csv", RecordingError)
+    files, more = _with_ir_placed(files, camera)
+    warnings += more
+    telemetry = part(folder, "telemetry.csv", RecordingError)
     logged = {} if telemetry is None else read_telemetry(telemetry, warnings)
     return Recording(
         path=folder,
@@ -48,7 +49,6 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         load=partial(load_frame, files, camera, stamps),
         poses=_read_poses(folder),
         telemetry=logged,
-        scene={} if scene is None else read_scene_fields(scene),
         warnings=(*_list_warnings(files), *warnings),
         files=files,
     )
@@ -64,16 +64,31 @@ def with_color_placed(files: FrameFiles, camera: Camera) -> tuple[FrameFiles, li
     if seen_by is not camera and camera.T_color_depth is None:
         reason = "camera.json does not say where the colour camera stands (T_color_depth)"
     else:
-        try:
-            size = image_size(files.folder / first)
-        except RecordingError:  # told when that frame is loaded, and by inspect
-            size = (seen_by.width, seen_by.height)
+        size = _size(files.folder / first, seen_by)
         if size != (seen_by.width, seen_by.height):
             whose = "the depth images" if seen_by is camera else "the colour camera"
             reason = f"its images are {size[0]} x {size[1]}, {whose} {seen_by.width} x {seen_by.height}"
     if reason:
         return replace(files, color=()), [f"colour is not registered to depth and left out: {reason}"]
     return files if seen_by is camera else replace(files, color=(), color_apart=files.color), []
+
+
+def _with_ir_placed(files: FrameFiles, camera: Camera) -> tuple[FrameFiles, list[str]]:
+    """The files without infrared images that are not in the depth camera's pixels, and the reason."""
+    first = next((name for name in files.ir if name is not None), None)
+    size = (camera.width, camera.height) if first is None else _size(files.folder / first, camera)
+    if size == (camera.width, camera.height):
+        return files, []
+    reason = f"its images are {size[0]} x {size[1]}, the depth images {camera.width} x {camera.height}"
+    return replace(files, ir=()), [f"infrared is not in the depth camera's pixels and left out: {reason}"]
+
+
+def _size(path: Path, camera: Camera) -> tuple[int, int]:
+    """(width, height) [px] of an image; the camera's where it cannot be read: told when that frame is loaded."""
+    try:
+        return image_size(path)
+    except RecordingError:
+        return camera.width, camera.height
 
 
 def _registered(camera: Camera, color: Camera) -> bool:
