@@ -1,0 +1,142 @@
+"""Runs the chain of commands over a unit as its owner would, and measures what comes of it."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from judging.command import Ran, fusion
+from judging.measured import angle_errors, compared, own_scale
+from judging.said import Said, content, read
+from numpy.typing import NDArray
+
+from fresh.information import Allowed, allowed
+
+Array = NDArray[np.float64]
+
+NAMES_SCALE = r"\bscale\b|\bsize\b|\bdepth\b|focal"
+ASKED, WORST = 0.002, 0.005  # of the scale
+ANGLE, RATIO = 0.15, 1.15  # [deg] rms; std over that of true poses
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A unit. Scale errors are relative, `std` in metres, NaN where there is no number.
+
+    Attributes:
+        scale: by `fusion compare --scale`; `again`: by the judge's own fit.
+        angle: rms [deg] after the best constant; `moved`: without the frames' median, the largest.
+        focal: fx calibrated over the true one, minus 1.
+        ratio: std of the scan over that of true poses and true depth.
+    """
+
+    name: str
+    kind: str
+    shape: str
+    said: Said
+    allowed: Allowed
+    scale: float = np.nan
+    again: float = np.nan
+    angle: float = np.nan
+    largest: float = np.nan
+    rejected: int = 0
+    focal: float = np.nan
+    std: float = np.nan
+    std_true: float = np.nan
+    law: str = ""
+    status: dict[str, int] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    @property
+    def ratio(self) -> float:
+        return self.std / self.std_true
+
+    @property
+    def limit(self) -> float:
+        """The scale error that is asked: 0.2 %, or twice what walls and boards allow."""
+        return max(ASKED, 2 * self.allowed.scale)
+
+    @property
+    def within(self) -> bool:
+        return bool(abs(self.scale) <= self.limit)
+
+    @property
+    def told(self) -> bool:
+        """Doubtful, failed, or a warning that speaks of scale or depth."""
+        return self.said.verdict != "good" or self.said.names(NAMES_SCALE)
+
+    @property
+    def unsaid(self) -> bool:
+        """A scale that is off by more than half a percent, or none at all, and nothing says so."""
+        return not abs(self.scale) <= WORST and not self.told
+
+
+def judged(folder: Path) -> Judged:
+    """A unit's folder, made before."""
+    truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
+    runs = chain(folder)
+    said = read(folder / "result", runs["turntable"])
+    true, seen = folder / "truth" / "truth.ply", folder / "truth" / "visible.npz"
+    mesh, table = folder / "result" / "mesh.ply", content(folder / "result" / "turntable.json")
+    free = compared(mesh, true, folder / "compare_scale", seen, scale=True)
+    rigid = compared(mesh, true, folder / "compare", seen)
+    posed = compared(folder / "posed" / "mesh.ply", true, folder / "compare_posed", seen)
+    errors = angle_errors(table, np.array(truth["angles_rad"], float))
+    errors = errors - np.nanmean(errors) if np.isfinite(errors).any() else errors
+    camera = content(folder / "intrinsics" / "camera.json")
+    nothing = np.nan
+    return Judged(
+        folder.name, truth["sensor"], truth["object"], said, allowed(folder, truth),
+        free.scale - 1 if free else nothing, _again(folder) if free else nothing,
+        float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else nothing,
+        float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else nothing,
+        int(np.isnan(errors).sum()), camera.get("fx", nothing) / truth["camera"]["fx"] - 1,
+        rigid.std if rigid else nothing, posed.std if posed else nothing, _law(folder),
+        {name: ran.status for name, ran in runs.items()}, sum(ran.seconds for ran in runs.values()),
+    )  # fmt: skip
+
+
+def chain(folder: Path) -> dict[str, Ran]:
+    """Intrinsics, depth, the scan; and the scan without errors, integrated where it truly was taken."""
+    walls = sorted(folder.glob("wall_*"))
+    camera, sensor = folder / "intrinsics" / "camera.json", folder / "depth" / "sensor.json"
+    out = {}
+    board = ["--board", folder / "board.json"]
+    out["intrinsics"] = fusion("calibrate", "intrinsics", folder / "board", *board, "-o", camera.parent, "--no-report")
+    lens = ["--camera", camera] if camera.is_file() else []
+    known = ["--sensor", folder / "sensor.json", "--distance-std", 0.0007]
+    out["depth"] = fusion("calibrate", "depth", *walls, *lens, *known, "-o", sensor.parent, "--no-report")
+    model = ["--sensor", sensor if sensor.is_file() else folder / "sensor.json"]
+    out["turntable"] = fusion("turntable", folder / "scan", *lens, *model, "-o", folder / "result", "--no-report")
+    poses = ["--poses", folder / "truth" / "poses.txt", "--sensor", folder / "sensor.json", "--object", "--force"]
+    out["posed"] = fusion("reconstruct", folder / "clean", *poses, "-o", folder / "posed", "--no-report")
+    for name, ran in out.items():
+        (folder / f"{name}.txt").write_text(ran.terminal, encoding="utf-8")
+    return out
+
+
+def _again(folder: Path) -> float:
+    """The scale error by the judge's own fit, from where the first frame's pose puts the mesh."""
+    first = [np.loadtxt(file)[0] for file in (folder / "truth" / "poses.txt", folder / "result" / "trajectory.txt")]
+    T_true, T_own = (_pose(row) for row in first)
+    files = folder / "result" / "mesh.ply", folder / "truth" / "truth.ply"
+    return own_scale(*files, T_true @ np.linalg.inv(T_own)) - 1
+
+
+def _pose(row: Array) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = Rotation.from_quat(row[4:8]).as_matrix(), row[1:4]
+    return T
+
+
+def _law(folder: Path) -> str:
+    """Effects that the calibration wrote and the owner's sensor.json had not."""
+
+    def effects(file: Path) -> list[Any]:
+        return [x["effect"] for x in content(file).get("effects", [])]
+
+    had = effects(folder / "sensor.json")
+    return " ".join(x for x in effects(folder / "depth" / "sensor.json") if x not in had)

@@ -1,0 +1,75 @@
+"""Measures a mesh against the true one with `fusion compare`, and its size once more with code of its own."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from planted.measure import Surface
+from scipy.spatial.transform import Rotation
+
+from judging.command import fusion
+from judging.said import content
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """From comparison.json: distances mesh to truth [m], its scale, share of what was seen within 5 mm."""
+
+    rms: float
+    std: float
+    scale: float
+    covered: float
+
+
+def compared(mesh: Path, truth: Path, output: Path, seen: Path, scale: bool = False) -> Compared | None:
+    """`fusion compare MESH TRUTH`; None where it refuses or there is no mesh. `scale` is what the MESH is too large."""
+    if not mesh.is_file():
+        return None
+    options = ["--seen", seen, "--overwrite", "--no-report", *(["--scale"] if scale else [])]
+    ran = fusion("compare", mesh, truth, "-o", output, *options)
+    found = content(output / "comparison.json")
+    if ran.status or not found:
+        return None
+    near, far = found["accuracy"], found["completeness"]
+    return Compared(float(near["rms"]), float(near["std"]), 1 / float(found["scale"]), float(far["within"]["0.005"]))
+
+
+def own_scale(mesh_file: Path, truth_file: Path, T_truth_mesh: Array, reach: float = 0.01) -> float:
+    """How much too large the mesh is, by a point-to-plane fit of seven numbers that starts where the poses say."""
+    mesh: Any = trimesh.load(mesh_file, process=False)
+    true: Any = trimesh.load(truth_file, process=False)
+    points = np.asarray(trimesh.sample.sample_surface(mesh, 30_000, seed=0)[0], float)
+    surface, size = Surface(true), 1.0
+    moved = points @ T_truth_mesh[:3, :3].T + T_truth_mesh[:3, 3]
+    for step in range(60):
+        wide = 3 * reach if step < 20 else reach
+        nearest, normal = surface.nearest(moved)
+        use = np.linalg.norm(moved - nearest, axis=1) < wide
+        if use.sum() < 100:
+            return float("nan")
+        p, n = moved[use], normal[use]
+        centre = p.mean(axis=0)
+        J = np.hstack([np.cross(p - centre, n), n, ((p - centre) * n).sum(axis=1)[:, None]])
+        x = np.linalg.lstsq(J, ((nearest[use] - p) * n).sum(axis=1), rcond=None)[0]
+        turn = Rotation.from_rotvec(x[:3]).as_matrix() * (1 + x[6])
+        moved, size = (moved - centre) @ turn.T + centre + x[3:6], size * (1 + x[6])
+        if step > 20 and np.abs(x).max() < 1e-7:
+            break
+    return float(1 / size)
+
+
+def angle_errors(table: dict[str, Any], true: Array) -> Array:
+    """(n,) [deg] of turntable.json's angles after the best constant, NaN where a frame is rejected.
+
+    True angles [rad] are right-handed about the axis that points up, as those of the file.
+    """
+    told = np.array([np.nan if x is None else x for x in table.get("angles_rad", [])], float)
+    if len(told) != len(true):
+        return np.full(len(true), np.nan)
+    error = np.rad2deg(told - true)
+    return np.asarray(error - np.nanmedian(error) if np.isfinite(error).any() else error)
