@@ -5,10 +5,14 @@ import json
 import logging
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fusion.commands.results import add_output, made
 from fusion.commands.screen import took
 from fusion.commands.verdict_lines import LABEL, verdict_lines
+
+if TYPE_CHECKING:
+    from fusion.recording.recording import Recording
 
 WIDEST = 110  # columns: longer lines are hard to read
 EXAMPLE = "fusion explain case/rec_* --sensor case/sensor.json -o out"
@@ -38,6 +42,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--json", action="store_true", help="print the verdict as one JSON object")
 
 
+def _without_pose(recording: "Recording") -> list[str]:
+    """A sentence where frames are left out that have no stated pose."""
+    if recording.poses is None:
+        return []
+    lost = int((~recording.poses.at(recording.timestamps).valid).sum())
+    return [f"{lost} of {len(recording)} frames have no stated pose at their time: left out"] if lost else []
+
+
 def run(options: argparse.Namespace) -> None:
     """Explain and write the results."""
     from fusion.discrepancy.explain import explain
@@ -52,7 +64,7 @@ def run(options: argparse.Namespace) -> None:
     recordings = [open_recording(path, options.camera) for path in options.recordings]
     simulated = [open_recording(path, options.camera) for path in options.simulated]
     for recording in (*recordings, *simulated):
-        for text in recording.warnings:
+        for text in (*recording.warnings, *_without_pose(recording)):
             logging.getLogger("fusion").warning("%s: %s", recording.path, text)
     found = explain(recordings, sensor, simulated)
     with options.claim.folder() as partial:

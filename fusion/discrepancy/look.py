@@ -11,6 +11,7 @@ from fusion.discrepancy.given import Given
 from fusion.discrepancy.simulated import seen_in
 from fusion.discrepancy.stage import Stage
 from fusion.discrepancy.stage import stage_of as stage_of
+from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.progress import each
 from fusion.recording.recording import Recording
@@ -68,7 +69,7 @@ class Look:
 
 
 def looks_of(stage: Stage, channels: Channels) -> list[Look]:
-    """All stretches of a recording, in order."""
+    """All stretches of a recording, in order. RecordingError when no frame is at the time of a pose."""
     looks = [_look(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
     if len(looks) < LONG or any(look.held for look in looks):
         return looks
@@ -109,7 +110,19 @@ def _blocks(stage: Stage) -> list[tuple[int, ...]]:
     )
     if size > 1 and same:
         blocks = [[i for block in blocks[k : k + size] for i in block] for k in range(0, len(blocks), size)]
+    if not blocks:
+        raise RecordingError(
+            "no frame is at the time of a pose",
+            recording.path,
+            f"frames {_span(recording.timestamps)}, poses {_span(poses.timestamps[poses.valid])}",
+            "poses at the times of the frames",
+            "check the time stamps in depth.txt and groundtruth.txt",
+        )
     return [tuple(block) for block in blocks]
+
+
+def _span(stamps: NDArray[np.float64]) -> str:
+    return f"from {stamps.min():.10g} to {stamps.max():.10g} s"
 
 
 def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:

@@ -51,7 +51,8 @@ def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None 
     frames = _counted(recording, unfit)
     fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)
     _copy_color_apart(recording, folder)
-    told = [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
+    told = [] if mesh is not None or "mesh" not in scene else [f"the mesh of the scene is not there: {scene['mesh']}"]
+    told += [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
     for text in (*recording.warnings, *told):
         if notes is None:
             _log.warning("%s: %s", recording.path, text)

@@ -1,4 +1,4 @@
-"""The same recording twice is refused, whatever its files are called."""
+"""The same recording twice is refused, whatever its files are called; so are frames that nobody placed."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fusion
+from fusion.commands.main import main
 from fusion.discrepancy.copies import print_of, refuse_copies
 from fusion.errors import RecordingError
 from fusion.simulation.scenes.wall import wall
@@ -44,3 +45,20 @@ def test_a_frame_with_hardly_a_value_tells_nothing():
     depth[0] = 1.0
     assert print_of(depth) == b""
     assert print_of(np.ones((20, 20), np.float32)) == print_of(np.ones((20, 20), np.float32)) != b""
+
+
+def test_frames_at_the_times_of_no_pose_are_refused_in_one_line(tmp_path):
+    one = made(tmp_path / "one", 1)
+    late = replace(one, timestamps=one.timestamps + 100)
+    with pytest.raises(RecordingError, match=r"no frame is at the time of a pose.*check the time stamps"):
+        fusion.explain([late], fusion.read_sensor("kinect-v1"))
+
+
+def test_some_frames_at_the_times_of_no_pose_are_named(tmp_path, caplog):
+    made(tmp_path / "one", 1)
+    lines = (tmp_path / "one/groundtruth.txt").read_text().splitlines()
+    (tmp_path / "one/groundtruth.txt").write_text("\n".join(lines[:-2]))
+    words = ["explain", str(tmp_path / "one"), "--sensor", "kinect-v1", "-o", str(tmp_path / "out"), "--no-report"]
+    (tmp_path / "one/scene.ply").unlink()  # refused soon afterwards
+    assert main(words) == 1
+    assert "2 of 7 frames have no stated pose" in caplog.text

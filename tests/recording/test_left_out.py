@@ -44,6 +44,13 @@ def test_an_image_of_another_size_is_named(folder):
     assert notes == ["1 color images are not in the depth camera's pixels: left out"]
 
 
+def test_a_mesh_that_is_not_there_is_named(folder):
+    (folder / "scene.json").write_text('{"mesh": "chair.ply"}')
+    notes: list[str] = []
+    convert_recording(open_recording(folder), folder.parent / "a", notes)
+    assert notes == ["the mesh of the scene is not there: chair.ply"]
+
+
 def test_infrared_of_another_camera_is_left_out_with_a_warning(folder):
     for path in (folder / "ir").iterdir():
         resized(path)

@@ -102,7 +102,7 @@ def lines() -> Iterator[Break]:
     yield Break("stamps huge", stamps(lambda n: f"{n + 1}e18"))
     yield Break("stamps tiny", stamps(lambda n: f"{n}e-12"))
     yield Break("one frame", content(lambda good: b"\n".join(good.splitlines()[:3]) + b"\n"))
-    yield Break("one file in 3000 lines", content("".join(f"{n}.5 {NAME}\n" for n in range(3000)).encode()))
+    yield Break("one file in 500 lines", content("".join(f"{n}.5 {NAME}\n" for n in range(500)).encode()))
     for name, told in encodings(b"3600.0 depth/000000.png\n3600.1 depth/000001.png\n3600.2 depth/000002.png\n"):
         right = {"BOM": ACCEPTED, "CRLF": ACCEPTED, "Latin-1": REFUSED, "surrogates": REFUSED}.get(name, EITHER)
         yield Break(name, content(told), right, here, ("convert",) if right is ACCEPTED else SURE, quick=name == "BOM")
