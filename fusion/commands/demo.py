@@ -60,4 +60,4 @@ def run(options: argparse.Namespace) -> None:
     found = f"{numbers['distance_rms_m'] * 1e3:.2f} mm rms, scale {comparison.scale:.5f}"
     shown = turntable.lines(scan)
     last = [f"truth     {found}", *made(options, "report"), f"took      {took(numbers['seconds'])}"]
-    print("\n".join([*shown[:3], *last]))
+    print("\n".join([*shown[:4], *last]))

@@ -10,6 +10,7 @@ from fusion.commands.numbers import number
 from fusion.commands.results import made
 from fusion.commands.screen import took
 from fusion.commands.shown import add_common, shown_box, shown_name, shown_sensor
+from fusion.errors import TrackingError
 from fusion.progress import seconds, stage
 from fusion.quantity import STEP
 
@@ -50,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     camera.add_argument(
         "--keep-camera", action="store_false", dest="refine_camera", help="leave the focal length as it is stated"
     )
+    add("--keep-failed", action="store_true", help="write the result of a scan that failed, as evidence")
     add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh, cut round about the axis")
 
 
@@ -60,6 +62,9 @@ def run(options: argparse.Namespace) -> None:
 
     recording = open_recording(options.recording, options.camera)
     scan = scan_turntable(recording, _settings(options, recording))
+    failed = failure(scan, options.recording)
+    if failed is not None and not options.keep_failed:
+        raise failed
     with options.claim.folder() as partial:
         fill(partial, recording, scan, page=options.report)
     numbers = summary(scan) | {"seconds": seconds()}
@@ -67,6 +72,18 @@ def run(options: argparse.Namespace) -> None:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
         print("\n".join([*lines(scan), FRAME_LINE, *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
+    if failed is not None:
+        raise failed
+
+
+def failure(scan: "Scan", where: Path) -> TrackingError | None:
+    """Why a scan is not handed out, in one line; None where it is good, or only doubtful."""
+    verdict = scan.judgement.verdict
+    if verdict.word != "failed":
+        return None
+    worst = verdict.reasons[0]
+    do = f"{worst.do} --keep-failed writes what there is"
+    return TrackingError("the scan failed", where, worst.reason.rstrip("."), do=do)
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSettings":
@@ -110,6 +127,7 @@ def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = N
         "recording": str(recording.path),
         "frames": len(recording),
         "result": scan.facts.values(),
+        "agreement": scan.evidence.agreement.values(),
         "judgement": scan.judgement.values(),
         "warnings": scan.judgement.warnings,
         "footnotes": scan.judgement.footnotes,
@@ -146,6 +164,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
         mesh_raw=scan.mesh_raw,
         up=np.array([0.0, 0.0, 1.0]),
         settings=scan.settings,
+        verdict=scan.judgement.verdict.line(),
         summary=scan.judgement.lights,
         warnings=[("ok", text) for text in scan.judgement.footnotes],
         fingerprint=fingerprint(recording),
@@ -158,6 +177,8 @@ def summary(scan: "Scan") -> dict[str, Any]:
     """The numbers that a caller wants first."""
     table = scan.turntable()
     return scan.facts.values() | {
+        "verdict": table["verdict"],
+        "reasons": table["reasons"],
         "rejected": table["rejected_reasons"],
         "slips": table["slips"],
         "correction": scan.settings["correction"],
@@ -176,6 +197,7 @@ def lines(scan: "Scan") -> list[str]:
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned
     return [
+        f"verdict   {scan.judgement.verdict.line()}",
         *scan.judgement.lines(),
         f"frames    {facts.placed} of {facts.frames} placed",
         f"table     {table_words(table)}; {closing_words(table)}",

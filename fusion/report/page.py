@@ -62,6 +62,7 @@ class Page:
 
     Attributes:
         title, subtitle: plain text.
+        verdict: one word, and what made it so; "" where there is none.
         summary: about five judged lines; shown with the worst first.
         numbers: key numbers with units.
         sections: in the order of reading.
@@ -74,6 +75,7 @@ class Page:
 
     title: str
     subtitle: str = ""
+    verdict: str = ""
     summary: Sequence[Light] = ()
     numbers: Sequence[Number] = ()
     sections: Sequence[Section] = ()
@@ -153,7 +155,9 @@ def anchor(title: str, place: int) -> str:
 
 def _summary(page: Page) -> tuple[str, str]:
     """The lights, the worst first, and the key numbers; the notes too where no warning follows."""
-    inner = lights(worst_first(page.summary))
+    word, _, why = page.verdict.partition(":")
+    inner = f'<p class="verdict {escape(word)}"><b>Verdict: {escape(word)}</b>{escape(why)}</p>' if word else ""
+    inner += lights(worst_first(page.summary))
     inner += tiles([(x.name, x.value, x.unit, x.note) for x in page.numbers])
     inner += "" if _told(page) else _notes(page)
     return "Summary", f"<section><h2>Summary</h2>{inner}</section>" if inner else ""

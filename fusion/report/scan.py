@@ -46,6 +46,7 @@ class ScanReport:
         mesh_raw: the mesh before the turntable correction, for before and after.
         up, front: (3,) in the mesh's frame; None: from the turntable's axis and the first camera, else -y and -z,
             which is up and towards the viewer in a camera's frame.
+        verdict: in a line, "" where there is none.
         summary: judged lines, the worst first.
         settings: nested, as in `settings.json`.
         warnings: (severity "ok", "warning" or "bad", sentence).
@@ -68,6 +69,7 @@ class ScanReport:
     mesh_raw: Mesh | None = None
     up: Array | None = None
     front: Array | None = None
+    verdict: str = ""
     summary: Sequence[Light] = ()
     settings: Mapping[str, object] = field(default_factory=dict)
     warnings: Sequence[tuple[str, str]] = ()
@@ -86,6 +88,7 @@ def scan_report(path: Path, report: ScanReport) -> None:
     page = Page(
         title=report.title,
         subtitle=report.subtitle,
+        verdict=report.verdict,
         summary=report.summary,
         numbers=fact_numbers(facts),
         sections=[

@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from fusion.results.light import Light
+from fusion.results.verdict import Verdict, verdict_of
 
 WORDS = {"ok": "good", "warning": "look here", "bad": "PROBLEM"}
 WIDTH = max(map(len, WORDS.values()))
@@ -25,6 +26,11 @@ class Judgement:
     def level(self) -> str:
         """The worst level of all lights."""
         return self.lights[0].level if self.lights else "ok"
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the result is worth, in one word."""
+        return verdict_of(self.lights)
 
     @property
     def warnings(self) -> tuple[str, ...]:

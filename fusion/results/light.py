@@ -15,12 +15,14 @@ class Light:
         subject: what is judged, two or three words ("Frames used").
         reason: one sentence that says why.
         do: what a person can do about it, one sentence; "" when there is nothing to do.
+        fails: the result itself is wrong, not only doubtful.
     """
 
     level: str
     subject: str
     reason: str
     do: str = ""
+    fails: bool = False
 
 
 def note(subject: str, level: str, text: str) -> Light:
@@ -29,8 +31,8 @@ def note(subject: str, level: str, text: str) -> Light:
 
 
 def worst_first(lights: Iterable[Light]) -> tuple[Light, ...]:
-    """Each light once, the worst first; equals keep their order."""
-    return tuple(sorted(dict.fromkeys(lights), key=lambda light: -LEVELS.index(light.level)))
+    """Each light once, the worst first, of these what makes the result wrong; equals keep their order."""
+    return tuple(sorted(dict.fromkeys(lights), key=lambda light: (-LEVELS.index(light.level), not light.fails)))
 
 
 def level(value: float, limits: tuple[float, float]) -> str:

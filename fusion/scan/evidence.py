@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from fusion.geometry.camera import Camera
 from fusion.results.light import Light
+from fusion.scan.agreement import Agreement
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
 
@@ -19,6 +20,7 @@ class Evidence:
         jump: the largest sudden move of object or camera, None when there is none.
         noise: standard deviation of the depth on the object [m].
         kept_share: share of the surface that hangs together; the rest was dropped.
+        agreement: of single frames with the model.
         notes: of the recording's doctor, of readers and of the correction.
         footnotes: sentences that come with nearly every scan of such a sensor.
     """
@@ -29,5 +31,6 @@ class Evidence:
     jump: Jump | None
     noise: float
     kept_share: float
+    agreement: Agreement
     notes: tuple[Light, ...] = ()
     footnotes: tuple[str, ...] = ()

@@ -21,6 +21,8 @@ DEPTH_M = (0.001, 0.004)
 GAP_DEG = (45.0, 120.0)
 OPEN_SHARE = (0.05, 0.2)
 DROPPED_SHARE = (0.05, 0.25)
+AGAINST = (0.02, 0.08)
+WRONG = 0.2  # share of contradicting pixels from which the surface is not that of the object
 
 
 def judge(scan: "Scan") -> Judgement:
@@ -31,6 +33,7 @@ def judge(scan: "Scan") -> Judgement:
         *table_lights(scan),
         frames_light(len(scan.motion.angles), scan.motion.rejected),
         _fit(scan),
+        _agreement(scan),
         _coverage(scan),
     ]
     lights += [_surface(scan), *scan.evidence.notes]
@@ -47,6 +50,22 @@ def _fit(scan: "Scan") -> Light:
     said = f"Frames lie {found * 1e3:.2f} mm (median) off the model, where {expected * 1e3:.2f} mm are expected."
     do = "Calibrate the depth (fusion calibrate depth), and check that the object is rigid." if judged != "ok" else ""
     return Light(judged, "Fit", said, do)
+
+
+def _agreement(scan: "Scan") -> Light:
+    """What single frames see against the surface that all of them made."""
+    found = scan.evidence.agreement
+    judged = level(found.against, AGAINST)
+    if judged == "ok":
+        return Light("ok", "Agreement", "Single frames see the surface where it is.")
+    before, through, missing = (float(np.mean(x)) for x in (found.before, found.through, found.missing))
+    said = f"Single frames contradict the surface in {found.against:.0%} of what they show (median): they see"
+    said += (
+        f" something before it ({before:.0%}), look through it ({through:.0%}), or show what it lacks ({missing:.0%})"
+    )
+    do = "Look for surfaces that are doubled: give --step or --box where the turns or the object were not found, and "
+    do += "record in steps below 20 degrees with nothing else moving."
+    return Light(judged, "Agreement", f"{said}.", do, fails=not found.against < WRONG)
 
 
 def _depth(scan: "Scan") -> Light:

@@ -14,6 +14,7 @@ from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.results.color_light import color_lights
 from fusion.results.light import Light
+from fusion.scan.agreement import agreement
 from fusion.scan.attempt import Attempt, attempt, settle_camera
 from fusion.scan.doctor import ask_doctor, notes_of
 from fusion.scan.evidence import Evidence
@@ -82,6 +83,9 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
     direct = None if pair is None else align_directly(frames, region, corrected, pair)
     gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]
     chosen = _chosen(settings, found, (sensor, told), volume) | colored.values()
+    noise = typical_noise(frames, region)
+    with stage("judging"):
+        agreed = agreement(volume, frames, corrected.poses, motion)
     jump = find_jump(raw.poses, corrected.poses, mesh.vertices.mean(axis=0))
     return Scan(
         mesh=colored.mesh,
@@ -104,8 +108,9 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
             focal=focal,
             refined=recording.camera != stated,
             jump=confirmed(jump, frames, region, corrected),
-            noise=typical_noise(frames, region),
+            noise=noise,
             kept_share=kept,
+            agreement=agreed,
             notes=(*asked, *notes_of(recording, told, motion, raw), *color_lights(colored)),
             footnotes=(*sensor.warnings, *told.left),
         ),

@@ -10,6 +10,7 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.scan.agreement import Agreement
 from fusion.scan.evidence import Evidence
 from fusion.scan.result import Scan
 from fusion.turntable.axis import Axis
@@ -21,6 +22,7 @@ from fusion.turntable.steps import judge_steps
 
 CAMERA = Camera(640, 480, 580.0, 580.0, 319.5, 239.5)
 COUNT = 36
+AGREEING = Agreement(np.arange(4), np.zeros(4), np.zeros(4), np.zeros(4), 0.0005)
 
 
 def good_scan() -> Scan:
@@ -40,8 +42,8 @@ def good_scan() -> Scan:
         mesh=mesh, mesh_raw=mesh, trajectory=trajectory, trajectory_raw=trajectory, motion=motion,
         steps=judge_steps(angles, small), circle=Circle(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.8, 0.001, 0.001),
         closure=(0.001, 0.0005), closure_raw=(0.004, 0.002), residual=small, inlier_share=np.full(COUNT, 0.9),
-        wobble=0.001, camera=CAMERA, settings={"voxel_m": 0.001},
-        evidence=Evidence(CAMERA, FocalCheck(0.002, 0.003, 6.0, COUNT), False, None, 0.001, 1.0),
+        wobble=0.001, camera=CAMERA, settings={"voxel_m": 0.001, "correction": {"text": "nothing"}},
+        evidence=Evidence(CAMERA, FocalCheck(0.002, 0.003, 6.0, COUNT), False, None, 0.001, 1.0, AGREEING),
     )  # fmt: skip
 
 

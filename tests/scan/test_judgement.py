@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_scan import CAMERA, COUNT, good_scan, with_evidence, with_motion
+from made_up_scan import AGREEING, CAMERA, COUNT, good_scan, with_evidence, with_motion
 
+from fusion.commands.turntable import failure, lines
 from fusion.mesh.mesh import Mesh
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
@@ -40,6 +41,10 @@ def depth_error(size):
     values = np.zeros(len(NAMES))
     values[NAMES.index("bend2")] = size
     return values
+
+
+def contradicted(share):
+    return replace(AGREEING, through=np.full(4, share))
 
 
 PLANTED = {
@@ -76,6 +81,11 @@ PLANTED = {
         ("bad", lambda s: replace(s, residual=np.full(COUNT, 0.009))),
         ("bad", lambda s: replace(s, residual=np.full(COUNT, np.nan))),
     ],
+    "Agreement": [
+        ("warning", lambda s: with_evidence(s, agreement=contradicted(0.05))),
+        ("bad", lambda s: with_evidence(s, agreement=contradicted(0.15))),
+        ("bad", lambda s: with_evidence(s, agreement=contradicted(0.4))),
+    ],
     "Coverage": [("bad", lambda s: with_motion(s, angles=0.5 * s.motion.angles))],
     "Surface": [
         ("warning", lambda s: replace(s, mesh=without_a_side(s))),
@@ -109,3 +119,28 @@ def test_a_closing_angle_that_got_worse_is_said_so():
 
 def test_a_log_in_radians_is_called_that():
     assert "radians" in light(replace(good_scan(), told=good_scan().motion.angles / 57.3), "Log").do
+
+
+@pytest.mark.parametrize(
+    ("word", "plant"),
+    [
+        ("good", lambda s: s),
+        ("good", lambda s: replace(s, closure=(0.03, 0.0))),
+        ("doubtful", lambda s: replace(s, wobble=0.05)),
+        ("doubtful", lambda s: with_evidence(s, agreement=contradicted(0.15))),
+        ("failed", lambda s: replace(with_evidence(s, agreement=contradicted(0.4)), wobble=0.05)),
+        ("failed", lambda s: with_motion(s, rejected=dict.fromkeys(range(20), "a hand"))),
+    ],
+)
+def test_the_verdict_is_the_worst_of_the_lights(word, plant):
+    scan = plant(good_scan())
+    assert scan.judgement.verdict.word == word
+    assert scan.turntable()["verdict"] == word and bool(scan.turntable()["reasons"]) == (word != "good")
+    assert lines(scan)[0].startswith(f"verdict   {word}")
+    assert (failure(scan, "scan") is not None) == (word == "failed")
+
+
+def test_what_made_a_scan_fail_stands_first():
+    scan = replace(with_evidence(good_scan(), agreement=contradicted(0.4)), wobble=0.05)
+    assert "contradict the surface" in scan.turntable()["reasons"][0]
+    assert "--keep-failed" in str(failure(scan, "scan"))
