@@ -79,7 +79,8 @@ def agreement(volume: Volume, frames: list[Prepared | None], T_object_camera: Ar
     """
     placed = [i for i, f in enumerate(frames) if f is not None and np.isfinite(T_object_camera[i]).all()]
     if not placed:
-        return Agreement(np.empty(0, int), *np.empty((3, 0)), float("nan"))
+        none = np.empty(0)
+        return Agreement(np.empty(0, int), none, none, none, float("nan"))
     some = np.array(placed)[np.unique(np.linspace(0, len(placed) - 1, FRAMES).round().astype(int))]
     found = [_shares(volume, frame, T_object_camera[i], motion) for i in some if (frame := frames[i])]
     tiles = np.concatenate([f.tiles for f in found])
@@ -99,9 +100,9 @@ def _shares(volume: Volume, frame: Prepared, T: Array, motion: Motion) -> _Share
     facing = _facing(seen)
     spread = np.hypot(surface.sigma, volume.settings.voxel / 2)
     limit = TOLERANCE * spread / np.maximum(facing, np.cos(STEEPEST))
-    on_object = _turning(pose.transform(T, surface.points), motion)
+    on_object = _turning(surface.points, T, motion)
     calm = ~(_rim(frame.depth) | _rim(seen.depth))
-    shown = calm & np.isfinite(off) & (facing > np.cos(STEEPEST)) & _turning(pose.transform(T, seen.points), motion)
+    shown = calm & np.isfinite(off) & (facing > np.cos(STEEPEST)) & _turning(seen.points, T, motion)
     missing = calm & on_object & ~np.isfinite(seen.depth) & (surface.incidence < STEEPEST)
     count = max(1, int((shown | missing).sum()))
     return _Shares(
@@ -112,11 +113,12 @@ def _shares(volume: Volume, frame: Prepared, T: Array, motion: Motion) -> _Share
     )
 
 
-def _turning(points: NDArray, motion: Motion) -> Mask:
-    """(h, w) bool: points (h, w, 3) of the object's frame above the plate, within what turns."""
+def _turning(points: NDArray[np.float32], T: Array, motion: Motion) -> Mask:
+    """(h, w) bool: points (h, w, 3) seen by a camera at T (4, 4) above the plate, within what turns."""
+    at = pose.transform(T, points.astype(float))
     floor = motion.bottom if motion.plate is None else motion.plate + 2 * CLEAR_OF_PLATE
-    inside = np.hypot(points[..., 0], points[..., 1]) < motion.radius
-    return np.asarray(inside & (points[..., 2] > floor) & (points[..., 2] < motion.top))
+    inside = np.hypot(at[..., 0], at[..., 1]) < motion.radius
+    return np.asarray(inside & (at[..., 2] > floor) & (at[..., 2] < motion.top))
 
 
 def _facing(seen: Raycast) -> Array:
