@@ -116,9 +116,10 @@ def _make(home: Path, name: Path) -> tuple[Staging, int]:
         except FileExistsError:
             _held.discard(folder)  # the name is taken
             continue
-        except FileNotFoundError:
+        except FileNotFoundError as error:
             _held.discard(folder)
-            if not home.exists():
+            # of the place itself: no folder is made in some file systems, such as /proc, that have this one
+            if not home.exists() or error.filename == os.fspath(folder):
                 raise
         except BaseException:
             _remove(folder)

@@ -26,7 +26,7 @@ PLAUSIBLE = {
 def read_telemetry(path: Path, notes: list[str] | None = None) -> dict[str, NDArray[np.float64]]:
     """Columns (m,) of a telemetry file by their name, in the order of time; NaN where blank or not possible.
 
-    Columns that hold words are left out.
+    Columns that hold words are left out; of those that this program reads, that is told.
 
     Args:
         path: a table with commas and a header row.
@@ -49,17 +49,18 @@ def read_telemetry(path: Path, notes: list[str] | None = None) -> dict[str, NDAr
             "the table has no column timestamp", path, ",".join(names)[:60] or "an empty file", "a header row"
         )
     values: dict[str, list[float]] = {name: [] for name in names}
-    words = set()
+    words: dict[str, str] = {}
     for line, row in rows[1:]:
         if len(row) != len(names):
             raise RecordingError("a row has another length", f"{path}, line {line}", len(row), f"{len(names)} values")
         for name, cell in zip(names, row, strict=True):
             value = _value(cell) if name != "timestamp" else stamp(cell, path, line)
             if value is None:
-                words.add(name)
+                words.setdefault(name, f"{cell.strip()[:20]!r} in line {line} is no number")
             values[name].append(math.nan if value is None else value)
     if any(len(column) != len(rows) - 1 for column in values.values()):
         raise RecordingError("a column appears twice", path, ",".join(names)[:80], "different names")
+    notes += [f"{name} in {path.name} is left out: {words[name]}" for name in PLAUSIBLE if name in words]
     columns = {name: np.array(column, float) for name, column in values.items() if name not in words}
     steps_back = int((np.diff(columns["timestamp"]) < 0).sum())
     if steps_back:

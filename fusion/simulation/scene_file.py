@@ -161,7 +161,7 @@ def _telemetry(source: SceneSource, course: Course) -> dict[str, np.ndarray]:
         name = "telemetry.csv" if (source.folder / "telemetry.csv").is_file() else ""
     if not name:
         return {}
-    table = read_telemetry(source.path(name, "telemetry"))
+    table = read_telemetry(source.path(name, "telemetry"), source.notes)
     known = {}
     for column, values in table.items():
         good = np.isfinite(values) & np.isfinite(table["timestamp"])

@@ -107,3 +107,9 @@ def test_a_place_that_was_swept_before_it_was_held_is_made_anew(tmp_path, monkey
         assert at.folder != swept[0]
         assert at.folder.is_dir()
     assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="of Linux")
+def test_a_file_system_that_holds_no_new_folder_is_no_endless_try():
+    with pytest.raises(OSError), staging(Path("/proc/out")):
+        pass

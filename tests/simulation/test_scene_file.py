@@ -124,6 +124,14 @@ def test_the_example_of_the_documentation(folder):
     assert scene.course.turntable.errors.slip_frame == 40
 
 
+def test_what_is_left_out_of_telemetry_is_named(folder):
+    (folder / "log.csv").write_text("timestamp,temperature_c,distance_m,who\n9,20,1.0 m,me\n11,1e9,1.1,you\n")
+    notes = []
+    read_scene(scene(folder, telemetry="log.csv"), notes)
+    assert notes[0] == "distance_m in log.csv is left out: '1.0 m' in line 2 is no number"
+    assert "1 of 2 values of temperature_c in log.csv are left out" in notes[1] and len(notes) == 2
+
+
 def test_telemetry_reaches_the_frames(folder):
     (folder / "log.csv").write_text("timestamp,temperature_c\n9,20\n11,30\n")
     simulation = simulate(read_scene(scene(folder, telemetry="log.csv")), Sensor())
