@@ -30,7 +30,7 @@ from fresh.unit import drawn
 
 KINDS = ("itof", "structured_light")
 SHAPES = ("statue", "blocks")
-BULKY = ("board", "wall_*", "scan", "clean", "compare*", "posed", "result")
+BULKY = ("board", "wall_*", "scan", "clean", "measured", "compare*", "posed*", "result")
 
 
 def main() -> int:
@@ -42,12 +42,14 @@ def main() -> int:
     parser.add_argument("--only", type=int, nargs="+", metavar="K", help="these units alone")
     parser.add_argument("--keep", action="store_true", help="keep recordings and results")
     parser.add_argument("--make-only", action="store_true", help="write the recordings and stop")
+    parser.add_argument("--made", action="store_true", help="the recordings are there: judge them anew")
     options = parser.parse_args()
     units: list[Judged] = []
     print(HEAD, flush=True)
     for k in range(options.units) if options.only is None else options.only:
         folder = options.output / f"unit_{k:02d}"
-        made(k, options.seed, folder)
+        if not options.made:
+            made(k, options.seed, folder)
         if options.make_only:
             continue
         units.append(judged(folder))

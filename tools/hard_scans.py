@@ -43,12 +43,14 @@ def main() -> int:
     parser.add_argument("--calibration", action="store_true", help="another stream of seeds than the reported one")
     parser.add_argument("--keep", action="store_true", help="keep recordings and results")
     parser.add_argument("--make-only", action="store_true", help="write the recordings and stop")
+    parser.add_argument("--made", action="store_true", help="the recordings are there: judge them anew")
     options = parser.parse_args()
     scans: list[Judged] = []
     print(HEAD, flush=True)
     for k in range(options.scans) if options.only is None else options.only:
         folder = options.output / f"scan_{k:03d}"
-        made(k, options.seed, options.calibration, folder)
+        if not options.made:
+            made(k, options.seed, options.calibration, folder)
         if options.make_only:
             continue
         scans.append(judged(folder))

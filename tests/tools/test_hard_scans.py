@@ -97,6 +97,8 @@ def test_what_is_planted_is_there(kind):
     assert (camera > 1e-3) == (kind in (WALK, "the camera is moved half way"))
     assert (scan.unit != 1) == (kind == UNIT)
     assert (sum(m.part == OBJECT for m in scan.stage.moving) == 2) == (kind == SWAPPED)
+    plate = np.abs(np.diff(scan.stage.moving[1].poses[:, :3, :3], axis=0)).max()
+    assert kind == SWAPPED or (plate < 1e-12) == (kind in (STILL, WALK, TUMBLED))
     upright = scan.T_world_item[-1, 2, 2] > 0.999
     assert upright == (kind not in (TIPPED, TUMBLED))
 

@@ -1,13 +1,15 @@
 """Runs the chain of commands over a unit as its owner would, and measures what comes of it."""
 
 import json
+import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from judging.command import Ran, fusion
-from judging.measured import angle_errors, compared, own_scale
+from judging.measured import angle_errors, compared, offset, own_scale
 from judging.said import Said, content, read
 from numpy.typing import NDArray
 
@@ -27,6 +29,9 @@ class Judged:
     Attributes:
         scale: by `fusion compare --scale`; `again`: by the judge's own fit.
         angle: rms [deg] after the best constant; `moved`: without the frames' median, the largest.
+        floor: scale of true poses and true depth, by the judge's fit: what resolution and volume do.
+        bias: [m] what the unit's own calibration leaves in the depth of the object: its surface at true poses, beside
+            that of true depth; below zero it is too far. Over the distance this is what a scan must get wrong.
         focal: fx calibrated over the true one, minus 1.
         ratio: std of the scan over that of true poses and true depth.
     """
@@ -38,6 +43,8 @@ class Judged:
     allowed: Allowed
     scale: float = np.nan
     again: float = np.nan
+    floor: float = np.nan
+    bias: float = np.nan
     angle: float = np.nan
     largest: float = np.nan
     rejected: int = 0
@@ -89,6 +96,7 @@ def judged(folder: Path) -> Judged:
     return Judged(
         folder.name, truth["sensor"], truth["object"], said, allowed(folder, truth),
         free.scale - 1 if free else nothing, _again(folder) if free else nothing,
+        *_at_true_poses(folder),
         float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else nothing,
         float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else nothing,
         int(np.isnan(errors).sum()), camera.get("fx", nothing) / truth["camera"]["fx"] - 1,
@@ -98,7 +106,9 @@ def judged(folder: Path) -> Judged:
 
 
 def chain(folder: Path) -> dict[str, Ran]:
-    """Intrinsics, depth, the scan; and the scan without errors, integrated where it truly was taken."""
+    """Intrinsics, depth, the scan; and at true poses the scan without errors, and as the unit's calibration has it."""
+    for name in ("intrinsics", "depth", "result", "posed", "posed_own"):
+        shutil.rmtree(folder / name, ignore_errors=True)
     walls = sorted(folder.glob("wall_*"))
     camera, sensor = folder / "intrinsics" / "camera.json", folder / "depth" / "sensor.json"
     out = {}
@@ -109,10 +119,26 @@ def chain(folder: Path) -> dict[str, Ran]:
     out["depth"] = fusion("calibrate", "depth", *walls, *lens, *known, "-o", sensor.parent, "--no-report")
     model = ["--sensor", sensor if sensor.is_file() else folder / "sensor.json"]
     out["turntable"] = fusion("turntable", folder / "scan", *lens, *model, "-o", folder / "result", "--no-report")
-    poses = ["--poses", folder / "truth" / "poses.txt", "--sensor", folder / "sensor.json", "--object", "--force"]
-    out["posed"] = fusion("reconstruct", folder / "clean", *poses, "-o", folder / "posed", "--no-report")
+    poses = ["--poses", folder / "truth" / "poses.txt", "--object", "--force", "--no-report"]
+    noise = ["--sensor", folder / "sensor.json"]
+    out["posed"] = fusion("reconstruct", folder / "clean", *poses, *noise, "-o", folder / "posed")
+    out["own"] = fusion("reconstruct", measured(folder), *poses, *lens, *model, "-o", folder / "posed_own")
     for name, ran in out.items():
         (folder / f"{name}.txt").write_text(ran.terminal, encoding="utf-8")
+    return out
+
+
+def measured(folder: Path) -> Path:
+    """The scan with its errors, the object alone: where the one without errors has depth."""
+    out = folder / "measured"
+    shutil.rmtree(out, ignore_errors=True)
+    shutil.copytree(folder / "clean", out)
+    shutil.copy(folder / "scan" / "camera.json", out)
+    for file in (out / "depth").iterdir():
+        mask = np.asarray(cv2.imread(str(file), cv2.IMREAD_UNCHANGED)) > 0
+        depth = np.asarray(cv2.imread(str(folder / "scan" / "depth" / file.name), cv2.IMREAD_UNCHANGED))
+        if not cv2.imwrite(str(file), np.where(mask, depth, 0).astype(np.uint16)):
+            raise OSError(f"{file}: not written")
     return out
 
 
@@ -122,6 +148,14 @@ def _again(folder: Path) -> float:
     T_true, T_own = (_pose(row) for row in first)
     files = folder / "result" / "mesh.ply", folder / "truth" / "truth.ply"
     return own_scale(*files, T_true @ np.linalg.inv(T_own)) - 1
+
+
+def _at_true_poses(folder: Path) -> tuple[float, float]:
+    """`floor` and `bias`."""
+    true, ideal, own = (folder / name for name in ("truth/truth.ply", "posed/mesh.ply", "posed_own/mesh.ply"))
+    if not (ideal.is_file() and own.is_file()):
+        return np.nan, np.nan
+    return own_scale(ideal, true, np.eye(4)) - 1, offset(own, true) - offset(ideal, true)
 
 
 def _pose(row: Array) -> Array:

@@ -10,22 +10,23 @@ import numpy as np
 from fresh.judged import ANGLE, RATIO, WORST, Judged
 
 HEAD = (
-    f"{'unit':<9}{'sensor':<7}{'object':<8}{'scale %':>9}{'own fit':>9}{'limit':>7}{'angle deg':>10}{'largest':>9}"
-    f"{'std mm':>8}{'true':>7}{'ratio':>7}{'fx %':>7}  {'said':<10}{'told':<5}{'status':<11}law"
+    f"{'unit':<9}{'sensor':<7}{'object':<8}{'scale %':>9}{'own fit':>9}{'floor':>7}{'bias mm':>8}"
+    f"{'limit':>7}{'angle deg':>10}{'largest':>9}{'std mm':>8}{'true':>7}{'ratio':>7}"
+    f"{'fx %':>7}  {'said':<10}{'told':<5}{'status':<11}law"
 )
 
 
 def line(one: Judged) -> str:
-    """Scale and its limit in percent; `told`: whether something speaks of scale or depth; statuses in order."""
+    """Scale and its limit in percent; `floor`, `bias`: at true poses; `told`: of scale or depth; statuses in order."""
     kind = {"itof": "itof", "structured_light": "sl"}[one.kind]
     verdict = one.said.verdict if one.said.stated else f"({one.said.verdict})"
     mark = "" if one.within else " !"
     statuses = " ".join(str(x) for x in one.status.values())
     return (
         f"{one.name:<9}{kind:<7}{one.shape:<8}{100 * one.scale:>7.2f}{mark:<2}{100 * one.again:>9.2f}"
-        f"{100 * one.limit:>7.2f}{one.angle:>10.3f}{one.largest:>9.2f}{1e3 * one.std:>8.2f}{1e3 * one.std_true:>7.2f}"
-        f"{one.ratio:>7.2f}{100 * one.focal:>7.2f}  {verdict:<10}{'yes' if one.told else 'no':<5}"
-        f"{statuses:<11}{one.law}"
+        f"{100 * one.floor:>7.2f}{1e3 * one.bias:>8.2f}{100 * one.limit:>7.2f}{one.angle:>10.3f}{one.largest:>9.2f}"
+        f"{1e3 * one.std:>8.2f}{1e3 * one.std_true:>7.2f}{one.ratio:>7.2f}{100 * one.focal:>7.2f}  "
+        f"{verdict:<10}{'yes' if one.told else 'no':<5}{statuses:<11}{one.law}"
     )
 
 

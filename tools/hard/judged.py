@@ -1,6 +1,7 @@
 """Scans a recording of the hard set as a user would, and rules: good or wrong, and what was said of it."""
 
 import json
+import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -54,6 +55,8 @@ class Judged:
 def judged(folder: Path) -> Judged:
     """A scan's folder, made before."""
     truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
+    for name in ("result", "posed"):
+        shutil.rmtree(folder / name, ignore_errors=True)
     ran = fusion("turntable", folder / "recording", "-o", folder / "result", "--no-report")
     (folder / "terminal.txt").write_text(ran.terminal, encoding="utf-8")
     said, planted = read(folder / "result", ran), truth["planted"]

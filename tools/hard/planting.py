@@ -60,8 +60,8 @@ def planted(plain: "Drawn", rng: Rng) -> "Drawn":
             poses[i] = stood(plain.item, own)
             poses[i, :2, 3] += rng.uniform(-0.02, 0.02, 2)
     moved = [replace(first, poses=poses), *stage.moving[1:]]
-    if kind == TUMBLED:
-        moved = [one for one in moved if one.thing is first.thing or one.poses is not first.poses]
+    if kind == TUMBLED:  # what it stands on, the second, turns no more
+        moved[1] = replace(moved[1], poses=np.repeat(moved[1].poses[:1], count, axis=0))
     turning = replace(plain.turning, logged=None) if kind == TUMBLED else plain.turning
     return replace(plain, stage=staged(stage, moved, stage.T_world_camera), T_world_item=poses, turning=turning)
 

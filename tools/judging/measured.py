@@ -63,6 +63,15 @@ def own_scale(mesh_file: Path, truth_file: Path, T_truth_mesh: Array, reach: flo
     return float(1 / size)
 
 
+def offset(mesh_file: Path, truth_file: Path) -> float:
+    """Median signed distance [m] of a mesh that stands where it should; below zero it is too thin."""
+    mesh: Any = trimesh.load(mesh_file, process=False)
+    true: Any = trimesh.load(truth_file, process=False)
+    points = np.asarray(mesh.vertices, float)
+    nearest, normal = Surface(true).nearest(points)
+    return float(np.median(((points - nearest) * normal).sum(axis=1)))
+
+
 def angle_errors(table: dict[str, Any], true: Array) -> Array:
     """(n,) [deg] of turntable.json's angles after the best constant, NaN where a frame is rejected.
 
