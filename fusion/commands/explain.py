@@ -42,12 +42,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--json", action="store_true", help="print the verdict as one JSON object")
 
 
-def _without_pose(recording: "Recording") -> list[str]:
-    """A sentence where frames are left out that have no stated pose."""
-    if recording.poses is None:
-        return []
-    lost = int((~recording.poses.at(recording.timestamps).valid).sum())
-    return [f"{lost} of {len(recording)} frames have no stated pose at their time: left out"] if lost else []
+def left_out(recording: "Recording") -> list[str]:
+    """What of a recording takes no part, in sentences: what its reader left out, and frames without a stated pose."""
+    placed = None if recording.poses is None else recording.poses.at(recording.timestamps).valid
+    if placed is None or placed.all():
+        return list(recording.warnings)
+    text = f"{int((~placed).sum())} of {len(recording)} frames have no stated pose at their time: left out"
+    return [*recording.warnings, text]
 
 
 def run(options: argparse.Namespace) -> None:
@@ -63,10 +64,10 @@ def run(options: argparse.Namespace) -> None:
     sensor = read_sensor(options.sensor)
     recordings = [open_recording(path, options.camera) for path in options.recordings]
     simulated = [open_recording(path, options.camera) for path in options.simulated]
-    for recording in (*recordings, *simulated):
-        for text in (*recording.warnings, *_without_pose(recording)):
-            logging.getLogger("fusion").warning("%s: %s", recording.path, text)
     found = explain(recordings, sensor, simulated)
+    for recording in (*recordings, *simulated):
+        for text in left_out(recording):
+            logging.getLogger("fusion").warning("%s: %s", recording.path, text)
     with options.claim.folder() as partial:
         verdict = with_masks(partial, found, verdict_of(found))
         if options.report:
