@@ -81,6 +81,13 @@ def test_nothing_is_named_where_nothing_is(principle):
         assert explained(white, groups_of(observations, gauge), np.zeros((len(white), 0))).gain < 40
 
 
+def test_a_wall_that_is_faced_squarely_has_one_depth_and_is_explained_all_the_same():
+    looks = looks_at(sensor_of(TOF), 1, [(1.0, 0, 0)])
+    observations = observe(sensor_of(TOF), looks)
+    assert "depth" not in covariates(observations)
+    assert ("u",) in [group.variables for group in groups_of(observations, gauge_of(observations))]
+
+
 @pytest.mark.slow
 def test_an_effect_that_pixels_alone_would_find_in_nulls_is_not_claimed():
     """Tiles drawn from the gauge itself, poses as uncertain as stated: what a naive count takes for discoveries."""

@@ -46,13 +46,13 @@ class Found:
 def groups_of(observations: Observations, gauge: Gauge) -> list[Group]:
     """Main effects of every covariate, and their products with the depth where a law of the image may scale with it."""
     known = covariates(observations)
-    depth = known["depth"]
+    depth = known.get("depth")  # not known of tiles of one depth, as of a wall that is faced squarely
     rows: list[tuple[tuple[str, ...], Matrix]] = []
     for name, values in known.items():
         own = _steps(values) if name in ("u", "v") else _hats(values)
         if own.shape[1] > 1:
             rows.append(((name,), own))
-            if name != "depth":
+            if depth is not None and name != "depth":
                 scaled = np.concatenate(
                     [own * (depth / np.median(depth))[:, None] ** power for power in (1, 2)], axis=1
                 )
