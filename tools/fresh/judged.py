@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 from judging.command import Ran, fusion
-from judging.measured import angle_errors, compared, offset, own_scale
+from judging.measured import Fit, angle_errors, compared, offset, own_fit
 from judging.said import Said, content, read
 from numpy.typing import NDArray
 
@@ -69,6 +69,11 @@ class Judged:
         return bool(abs(self.scale) <= self.limit)
 
     @property
+    def beyond(self) -> float:
+        """What the scan adds to the scale error of true poses and true depth: windows flatten what bulges."""
+        return self.again - self.floor
+
+    @property
     def told(self) -> bool:
         """Doubtful, failed, or a warning that speaks of scale or depth."""
         return self.said.verdict != "good" or self.said.names(NAMES_SCALE)
@@ -87,20 +92,20 @@ def judged(folder: Path) -> Judged:
     true, seen = folder / "truth" / "truth.ply", folder / "truth" / "visible.npz"
     mesh, table = folder / "result" / "mesh.ply", content(folder / "result" / "turntable.json")
     free = compared(mesh, true, folder / "compare_scale", seen, scale=True)
-    rigid = compared(mesh, true, folder / "compare", seen)
-    posed = compared(folder / "posed" / "mesh.ply", true, folder / "compare_posed", seen)
+    own = own_fit(mesh, true, _start(folder)) if free else Fit(np.nan, np.nan)
+    ideal, bias = _at_true_poses(folder)
     errors = angle_errors(table, np.array(truth["angles_rad"], float))
     errors = errors - np.nanmean(errors) if np.isfinite(errors).any() else errors
     camera = content(folder / "intrinsics" / "camera.json")
     nothing = np.nan
     return Judged(
         folder.name, truth["sensor"], truth["object"], said, allowed(folder, truth),
-        free.scale - 1 if free else nothing, _again(folder) if free else nothing,
-        *_at_true_poses(folder),
+        free.scale - 1 if free else nothing, own.scale - 1,
+        ideal.scale - 1, bias,
         float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else nothing,
         float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else nothing,
         int(np.isnan(errors).sum()), camera.get("fx", nothing) / truth["camera"]["fx"] - 1,
-        rigid.std if rigid else nothing, posed.std if posed else nothing, _law(folder),
+        own.std, ideal.std, _law(folder),
         {name: ran.status for name, ran in runs.items()}, sum(ran.seconds for ran in runs.values()),
     )  # fmt: skip
 
@@ -142,20 +147,19 @@ def measured(folder: Path) -> Path:
     return out
 
 
-def _again(folder: Path) -> float:
-    """The scale error by the judge's own fit, from where the first frame's pose puts the mesh."""
+def _start(folder: Path) -> Array:
+    """(4, 4) where the first frame's pose puts the mesh of the scan."""
     first = [np.loadtxt(file)[0] for file in (folder / "truth" / "poses.txt", folder / "result" / "trajectory.txt")]
     T_true, T_own = (_pose(row) for row in first)
-    files = folder / "result" / "mesh.ply", folder / "truth" / "truth.ply"
-    return own_scale(*files, T_true @ np.linalg.inv(T_own)) - 1
+    return np.asarray(T_true @ np.linalg.inv(T_own))
 
 
-def _at_true_poses(folder: Path) -> tuple[float, float]:
-    """`floor` and `bias`."""
+def _at_true_poses(folder: Path) -> tuple[Fit, float]:
+    """The mesh of true poses and true depth, and `bias`."""
     true, ideal, own = (folder / name for name in ("truth/truth.ply", "posed/mesh.ply", "posed_own/mesh.ply"))
     if not (ideal.is_file() and own.is_file()):
-        return np.nan, np.nan
-    return own_scale(ideal, true, np.eye(4)) - 1, offset(own, true) - offset(ideal, true)
+        return Fit(np.nan, np.nan), np.nan
+    return own_fit(ideal, true, np.eye(4)), offset(own, true) - offset(ideal, true)
 
 
 def _pose(row: Array) -> Array:

@@ -38,6 +38,10 @@ def summary(units: Sequence[Judged]) -> str:
     angles, ratios = ([getattr(u, name) for u in units] for name in ("angle", "ratio"))
     rows = [
         f"scale within max(0.2 %, 2 sd): {len(well)} of {n}",
+        f"scale within it beyond that of true poses and depth (own fit less floor): "
+        f"{sum(abs(u.beyond) <= u.limit for u in units)} of {n}",
+        f"scale by own fit, rms: {100 * _rms([u.again for u in units]):.3f} %, floor "
+        f"{100 * _rms([u.floor for u in units]):.3f} %, beyond it {100 * _rms([u.beyond for u in units]):.3f} %",
         f"worse than {WORST:.1%} (or no mesh) and nothing said: {len(unsaid)} {' '.join(unsaid)}",
         f"right scale, and yet told of scale or depth: {sum(u.told for u in well)} of {len(well)}",
         f"angles within {ANGLE} deg rms: {sum(a <= ANGLE for a in angles)} of {n}, median {_median(angles):.3f}, "
@@ -63,6 +67,12 @@ def _rms(values: Sequence[float]) -> float:
 
 def row(one: Judged) -> dict[str, Any]:
     """For JSON; NaN becomes null."""
-    told = asdict(one) | {"ratio": one.ratio, "limit": one.limit, "within": one.within, "told": one.told}
+    told = asdict(one) | {
+        "ratio": one.ratio,
+        "beyond": one.beyond,
+        "limit": one.limit,
+        "within": one.within,
+        "told": one.told,
+    }
     told["unsaid"] = one.unsaid
     return {k: None if isinstance(x, float) and not math.isfinite(x) else x for k, x in told.items()}

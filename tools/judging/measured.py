@@ -39,37 +39,55 @@ def compared(mesh: Path, truth: Path, output: Path, seen: Path, scale: bool = Fa
     return Compared(float(near["rms"]), float(near["std"]), 1 / float(found["scale"]), float(far["within"]["0.005"]))
 
 
-def own_scale(mesh_file: Path, truth_file: Path, T_truth_mesh: Array, reach: float = 0.01) -> float:
-    """How much too large the mesh is, by a point-to-plane fit of seven numbers that starts where the poses say."""
+@dataclass(frozen=True)
+class Fit:
+    """`std` [m] of signed distances after a rigid fit; `scale` by a free one, 1.01 is too large."""
+
+    std: float
+    scale: float
+
+
+def own_fit(mesh_file: Path, truth_file: Path, T_truth_mesh: Array, reach: float = 0.01) -> Fit:
+    """Point to plane over the mesh's area, from where the poses say that it stands; `reach` [m]: beyond, no pull."""
     mesh: Any = trimesh.load(mesh_file, process=False)
     true: Any = trimesh.load(truth_file, process=False)
     points = np.asarray(trimesh.sample.sample_surface(mesh, 30_000, seed=0)[0], float)
-    surface, size = Surface(true), 1.0
+    surface, size, std = Surface(true), 1.0, float("nan")
     moved = points @ T_truth_mesh[:3, :3].T + T_truth_mesh[:3, 3]
-    for step in range(60):
-        wide = 3 * reach if step < 20 else reach
-        nearest, normal = surface.nearest(moved)
-        use = np.linalg.norm(moved - nearest, axis=1) < wide
-        if use.sum() < 100:
-            return float("nan")
-        p, n = moved[use], normal[use]
-        centre = p.mean(axis=0)
-        J = np.hstack([np.cross(p - centre, n), n, ((p - centre) * n).sum(axis=1)[:, None]])
-        x = np.linalg.lstsq(J, ((nearest[use] - p) * n).sum(axis=1), rcond=None)[0]
-        turn = Rotation.from_rotvec(x[:3]).as_matrix() * (1 + x[6])
-        moved, size = (moved - centre) @ turn.T + centre + x[3:6], size * (1 + x[6])
-        if step > 20 and np.abs(x).max() < 1e-7:
-            break
-    return float(1 / size)
+    for free in (False, True):
+        for step in range(40):
+            wide = 3 * reach if step < 15 and not free else reach
+            nearest, normal = surface.nearest(moved)
+            use = np.linalg.norm(moved - nearest, axis=1) < wide
+            if use.sum() < 100:
+                return Fit(float("nan"), float("nan"))
+            p, n = moved[use], normal[use]
+            centre = p.mean(axis=0)
+            J = np.hstack([np.cross(p - centre, n), n, ((p - centre) * n).sum(axis=1)[:, None]])[:, : 7 if free else 6]
+            x = np.zeros(7)
+            x[: J.shape[1]] = np.linalg.lstsq(J, ((nearest[use] - p) * n).sum(axis=1), rcond=None)[0]
+            turn = Rotation.from_rotvec(x[:3]).as_matrix() * (1 + x[6])
+            moved, size = (moved - centre) @ turn.T + centre + x[3:6], size * (1 + x[6])
+            if step > 20 and np.abs(x).max() < 1e-7:
+                break
+        if not free:
+            std = float(np.std(signed(surface, moved)))
+    return Fit(std, float(1 / size))
+
+
+def signed(surface: Surface, points: Array) -> Array:
+    """Distances [m], positive outside."""
+    nearest, normal = surface.nearest(points)
+    away = points - nearest
+    return np.asarray(np.linalg.norm(away, axis=1) * np.sign((away * normal).sum(axis=1)))
 
 
 def offset(mesh_file: Path, truth_file: Path) -> float:
     """Median signed distance [m] of a mesh that stands where it should; below zero it is too thin."""
     mesh: Any = trimesh.load(mesh_file, process=False)
     true: Any = trimesh.load(truth_file, process=False)
-    points = np.asarray(mesh.vertices, float)
-    nearest, normal = Surface(true).nearest(points)
-    return float(np.median(((points - nearest) * normal).sum(axis=1)))
+    points = np.asarray(trimesh.sample.sample_surface(mesh, 30_000, seed=0)[0], float)
+    return float(np.median(signed(Surface(true), points)))
 
 
 def angle_errors(table: dict[str, Any], true: Array) -> Array:
