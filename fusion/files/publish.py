@@ -2,6 +2,7 @@
 
 import ctypes
 import errno
+import logging
 import os
 import shutil
 import sys
@@ -12,7 +13,6 @@ from pathlib import Path
 from fusion.errors import FusionError
 from fusion.files.refused_output import told
 from fusion.files.staging import Staging, is_staged, staging
-from fusion.progress import note
 
 _HERE, _EXCHANGE = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
 
@@ -99,7 +99,8 @@ def _link(source: Path, target: Path) -> None:
         count += 1
         free = target.with_name(f"{target.stem}.kept{count}{target.suffix}")
     if count:
-        note(f"{source} was not made by fusion: kept as {free.name}")
+        # a warning and no note of progress: of a short run a log shows none
+        logging.getLogger("fusion").warning("%s was not made by fusion: kept as %s", source, free.name)
     try:
         os.link(source, free, follow_symlinks=False)
     except OSError:

@@ -48,12 +48,13 @@ def test_an_earlier_result_is_replaced_only_when_asked_for(tmp_path):
     assert names(tmp_path / "out") == ["camera.json", "depth", "mesh.ply", "notes.txt"]
 
 
-def test_a_file_of_a_person_gives_way_to_a_new_one_of_its_name_but_is_kept(tmp_path):
+def test_a_file_of_a_person_gives_way_to_a_new_one_of_its_name_but_is_kept(tmp_path, caplog):
     make(tmp_path / "out", "mesh.ply")
     (tmp_path / "out" / "report.html").write_text("mine")
     make(tmp_path / "out", "mesh.ply", "report.html", overwrite=True)
     assert names(tmp_path / "out") == ["mesh.ply", "report.html", "report.kept1.html"]
     assert (tmp_path / "out" / "report.kept1.html").read_text() == "mine"
+    assert "report.html was not made by fusion: kept as report.kept1.html" in caplog.text
 
 
 def test_marks_that_name_folders_are_understood(tmp_path):
