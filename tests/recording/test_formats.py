@@ -91,6 +91,15 @@ def test_format(tmp_path, write, name):
     np.testing.assert_array_equal(native[2].depth, recording[2].depth)
 
 
+def test_seven_scenes_with_colours_in_jpeg(tmp_path):
+    camera = seven_scenes(tmp_path)
+    for name in tmp_path.glob("*.color.png"):
+        image(name.with_suffix(".jpg"), COLOR)
+        name.unlink()
+    for frame in open_recording(tmp_path, camera):
+        np.testing.assert_allclose(frame.color[3, 4], [200, 100, 50], atol=3)
+
+
 @pytest.mark.parametrize("order", ["<u2", ">u2"])
 @pytest.mark.parametrize("raw", [True, False])
 def test_fakenect(tmp_path, order, raw):

@@ -16,6 +16,9 @@ from fusion.recording.sample import Sample
 # relative depth error up to which a pixel belongs to a plane: bowing by range reaches 20 % in corners
 TOLERANCE = 0.01
 TRIALS = 60
+# a plane bows by 0 or by 1, and lenses add some; what bows otherwise is curved itself (a ball of radius r at the
+# distance z by 1 + z / r): it says nothing
+PLAIN = 0.3
 # share of the valid pixels that a plane must hold to be asked
 LARGE = 0.15
 # standard deviation of s that a plane must reach to be asked
@@ -38,10 +41,12 @@ def check_range_or_z(sample: Sample) -> list[Finding]:
     bows = [bow for bow in bows if bow.share > LARGE and bow.std < SURE]
     if not bows:
         return [Finding("range or z", "ok", "no plane large enough to tell planar z from range")]
-    s = float(np.median([bow.s for bow in bows]))
-    seen = f"planes in {len(bows)} of {len(sample.depths)} frames bow by {s:.2f} (0: planar z, 1: range)"
-    # the halfway mark, and a majority: a curved wall or lens error alone stays well below
-    if s > 0.6 and np.mean([bow.s > 0.5 for bow in bows]) > 0.6:
+    planes = [bow for bow in bows if min(abs(bow.s), abs(bow.s - 1)) < PLAIN]
+    if 2 * len(planes) <= len(bows):
+        return [Finding("range or z", "ok", "the largest surfaces are curved: they cannot tell planar z from range")]
+    s = float(np.median([bow.s for bow in planes]))
+    seen = f"planes in {len(planes)} of {len(sample.depths)} frames bow by {s:.2f} (0: planar z, 1: range)"
+    if np.mean([bow.s > 0.5 for bow in planes]) > 0.6:
         do = "the depth looks like the distance along the ray: convert it with z = d / sqrt(1 + x^2 + y^2)"
         return [Finding("range or z", "error", seen, do)]
     return [Finding("range or z", "ok", seen)]

@@ -1,4 +1,4 @@
-"""7-Scenes sequences: `frame-000000.depth.png`, `.color.png`, `.pose.txt` (camera to world)."""
+"""7-Scenes sequences: `frame-000000.depth.png`, `.color.png` or `.jpg`, `.pose.txt` (camera to world)."""
 
 import re
 from functools import partial
@@ -19,6 +19,7 @@ from fusion.recording.recording import Recording
 from fusion.recording.text_files import data_lines, number
 
 DEPTH = re.compile(r"frame-(\d+)\.depth(\.proj)?\.png$")
+COLOR = ("png", "jpg", "jpeg")  # the data set's own is PNG; recordings made after its pattern often are not
 # the files carry no time; Kinect v1 gives 30 frames a second
 FRAMES_PER_SECOND = 30.0
 
@@ -34,7 +35,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     depth = _depth_names(names)
     known = set(names)
     stems = [name.split(".")[0] for name in depth]
-    color = [f"{stem}.color.png" if f"{stem}.color.png" in known else None for stem in stems]
+    color = [next((name for end in COLOR if (name := f"{stem}.color.{end}") in known), None) for stem in stems]
     stamps = np.array([int(stem.split("-")[1]) for stem in stems]) / FRAMES_PER_SECOND
     files = FrameFiles(folder=folder, depth=depth, color=color if any(color) else [])
     warnings = [] if camera else ["the camera is the data set's nominal one (585 px), not calibrated"]
