@@ -8,6 +8,7 @@ from fusion.errors import RecordingError
 from fusion.recording.checks.depth_values import check_depth_values
 from fusion.recording.checks.intrinsics import check_intrinsics
 from fusion.recording.checks.range_or_z import check_range_or_z
+from fusion.recording.checks.resolution import check_resolution
 from fusion.recording.checks.table_log import check_table_log
 from fusion.recording.finding import SEVERITIES, Finding
 from fusion.recording.inspect import Check
@@ -15,7 +16,13 @@ from fusion.recording.recording import Recording
 from fusion.recording.sample import draw
 
 FRAMES = 12  # a frame of 640 x 480 takes 25 ms; a turn shows itself every 30 degrees
-QUICK: tuple[Check, ...] = (check_depth_values, check_intrinsics, check_range_or_z, check_table_log)
+QUICK: tuple[Check, ...] = (
+    check_resolution,
+    check_depth_values,
+    check_intrinsics,
+    check_range_or_z,
+    check_table_log,
+)
 
 
 def quick_look(recording: Recording, more: tuple[Check, ...] = (), max_depth: float | None = None) -> list[Finding]:

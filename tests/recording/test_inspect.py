@@ -136,7 +136,9 @@ DEFECTS = {
 def test_a_clean_recording_is_left_in_peace(folder):
     findings = inspect(open_recording(folder))
     assert findings.severity == "ok", findings
-    assert {"files", "stamps", "depth", "intrinsics", "range or z", "poses"} == {f.check for f in findings.findings}
+    assert {"files", "stamps", "depth", "intrinsics", "resolution", "range or z", "poses"} == {
+        f.check for f in findings.findings
+    }
     assert findings.summary["frames"] == 12
     # 30 Hz with stamps of six decimals
     assert findings.summary["frames_per_second"] == pytest.approx(30, rel=1e-4)
