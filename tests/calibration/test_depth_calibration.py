@@ -9,12 +9,12 @@ import pytest
 
 from fusion.calibration.depth import board_walls
 from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
+from fusion.calibration.depth.choice import choose, refused
 from fusion.calibration.depth.harmonics import ALIKE, harmonics
 from fusion.calibration.depth.known import start
 from fusion.calibration.depth.law_sensor import Numbers, with_law
 from fusion.calibration.depth.plane import Plane, find_wall
 from fusion.calibration.depth.radial_limit import radial_limit
-from fusion.calibration.depth.selection import choose
 from fusion.calibration.depth.surface import _mean, _std_of_mean
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
@@ -403,6 +403,37 @@ def test_no_law_is_worse_than_none():
     assert choose([*judged, sharp]) == len(judged)
     bent = replace(sharp, rms=1.2 * judged[0].rms)
     assert choose([*judged, bent]) == best
+
+
+def test_a_law_that_helps_by_less_than_its_own_uncertainty_is_not_taken():
+    """Walls disagree about it: one pays for what the others gain."""
+    judged = list(calibrated(SL, (DepthScale(0.004),)).judged)
+    before, law = judged[0], judged[choose(judged)]
+    gain = np.full(len(before.rms), 0.3)
+    gain[0] = -0.3 * (len(gain) - 1)  # in the middle nothing is gained
+    doubtful = replace(law, rms=1e-3 * np.sqrt(4 - gain), chi2=0 * law.chi2)
+    even = replace(before, rms=np.full(len(gain), 2e-3))
+    assert choose([even, doubtful]) == 0
+    assert choose([even, replace(doubtful, rms=1e-3 * np.sqrt(4 - gain[1:].repeat(2)[: len(gain)]))]) == 1
+
+
+def test_pixels_do_not_buy_a_richer_law_with_the_distances_of_the_walls():
+    """One that errs by more millimetres on walls left out loses, however many pixels it follows closer."""
+    judged = list(calibrated(SL, (DepthScale(0.004),)).judged)
+    best = choose(judged)
+    bent = replace(judged[best], chi2=0 * judged[best].chi2, rms=2 * judged[best].rms)
+    assert bent.error < judged[0].error
+    assert choose([*judged, bent]) == best
+    assert refused([*judged, bent], best) is bent and refused(judged, best) is None
+
+
+def test_no_law_says_what_to_record():
+    begin = start([_Recording(TOF)], None, None)
+    found = calibrate_walls(walls_of(TOF, ()), begin)
+    assert found.best is found.before
+    assert any(
+        "none is written" in text and "record more walls, most of all between" in text for _, text in found.notes
+    )
 
 
 def test_a_curve_whose_last_nodes_nobody_saw_is_a_table_of_the_others():

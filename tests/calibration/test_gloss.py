@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from fusion.calibration.depth.calibration import calibrate_walls
+from fusion.calibration.depth.choice import established
 from fusion.calibration.depth.gloss import LOBE, Surfaces, gloss_map, mirrored, surfaces
 from fusion.calibration.depth.known import Start
 from fusion.calibration.depth.plane import Plane
-from fusion.calibration.depth.selection import Law, established
+from fusion.calibration.depth.selection import Law
 from fusion.calibration.depth.wall import Means, wall_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor

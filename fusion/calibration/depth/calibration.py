@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.calibration.depth.axis_curve import axis_curve
 from fusion.calibration.depth.board_walls import board_walls
 from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, richest, terms_for
+from fusion.calibration.depth.choice import choose, promising, refused
 from fusion.calibration.depth.curve import Curve, span
 from fusion.calibration.depth.fitted import Fitted, Setting, finish
 from fusion.calibration.depth.harmonics import harmonics
@@ -17,7 +18,7 @@ from fusion.calibration.depth.known import Start, start
 from fusion.calibration.depth.lamp import with_lamp
 from fusion.calibration.depth.notes import notes_on
 from fusion.calibration.depth.radial_limit import radial_limit, within
-from fusion.calibration.depth.selection import Judged, Problem, choose, fit, judge, judge_all, level
+from fusion.calibration.depth.selection import Judged, Problem, fit, judge, judge_all, level
 from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
 from fusion.calibration.depth.terms import Term, gloss_term
@@ -153,10 +154,10 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     terms += [gloss_term()] if any(wall.gloss is not None for wall in walls) else []
     problem, seen = _problem(walls, begin, terms)
     judged = judge_all(problem, _candidates(known.principle, seen, walls, periods))
+    if "radius^4" in {v.term.key for v in seen if v.seen}:
+        bent = [j.candidate for j in promising(judged) if "radius^2" in j.candidate.keys]
+        judged += [judge(problem, richer(candidate)) for candidate in bent]
     chosen = choose(judged)
-    if "radius^2" in judged[chosen].candidate.keys and "radius^4" in {v.term.key for v in seen if v.seen}:
-        judged.append(judge(problem, richer(judged[chosen].candidate)))
-        chosen = choose(judged)
     setting = Setting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
@@ -175,7 +176,7 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
     if any(key.startswith("amplitude") for key in judged[chosen].law.keys):
         sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
     curve, offset, deviation = axis_curve(walls, (judged, chosen, terms), fitted, setting)
-    notes = (*begin.notes, *notes_on(seen, walls, (judged[0], judged[chosen]), fitted))
+    notes = (*begin.notes, *notes_on(seen, walls, (judged[0], judged[chosen], refused(judged, chosen)), fitted))
     evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 

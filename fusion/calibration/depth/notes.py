@@ -12,6 +12,7 @@ from fusion.recording.readable import unread_text
 
 MOVED = 0.005  # [m] by what is mirrored: plainly more than a square scatters
 MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
+NO_LAW = "no law helps on walls left out by more than its own uncertainty: none is written"
 OF_BOARDS = (
     "a board tells distances in units of its printed squares: squares that are 1 % larger than board.json says look "
     "exactly like depths that are 1 % too large, so measure the printed board with a ruler, or record one wall at a "
@@ -20,10 +21,10 @@ OF_BOARDS = (
 
 
 def notes_on(
-    seen: list[Visibility], walls: list[Wall], judged: tuple[Judged, Judged], fitted: Fitted
+    seen: list[Visibility], walls: list[Wall], judged: tuple[Judged, Judged, Judged | None], fitted: Fitted
 ) -> list[tuple[str, str]]:
-    """("ok", "warning" or "bad", sentence) of each; `judged`: no correction at all, and the law in use."""
-    before, best = judged
+    """("ok", "warning" or "bad", sentence) of each; `judged`: no correction, the law in use, one refused."""
+    before, best, left = judged
     notes = []
     hidden: dict[tuple[str, str], list[Visibility]] = {}
     for one in seen:
@@ -52,12 +53,23 @@ def notes_on(
         notes.append(("bad", "one wall only: nothing can be left out to judge a law, so none is written"))
     elif len(walls) < 5:
         notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
-    better = before.error - best.error
     if best is before and len(walls) > 1:
-        notes.append(("ok", "no correction holds on walls it has not seen: none is written"))
-    elif better < 0:
-        notes.append(("warning", "the law is better where the walls are sharp, but not in plain millimetres"))
+        notes.append(("ok", f"{NO_LAW}; if one is expected, {more_walls(walls)}"))
+    if left is not None and best is not before:
+        text = f"{left.candidate.name} follows the walls' shape closer, but errs by {left.error * 1e3:.2f} mm on walls "
+        notes.append(
+            ("ok", f"{text}left out, this law by {best.error * 1e3:.2f} mm; to tell more, {more_walls(walls)}")
+        )
     return notes
+
+
+def more_walls(walls: list[Wall]) -> str:
+    """What to record so that a law, or a richer one, can show itself."""
+    places = np.sort([wall.depth_there for wall in walls])
+    gap = int(np.argmax(np.diff(places)))
+    between = f"most of all between {places[gap]:.2f} and {places[gap + 1]:.2f} m"
+    unmeasured = any(not np.isfinite(wall.distance) for wall in walls)
+    return f"record more walls, {between}" + (", with their distances measured" if unmeasured else "")
 
 
 def _of_gloss(fitted: Fitted) -> str:

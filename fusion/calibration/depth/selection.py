@@ -1,4 +1,4 @@
-"""Choosing a law by what it says about a wall that it has not seen."""
+"""Judging laws by what each says about a wall that it has not seen."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -178,53 +178,3 @@ def _nuisances(evidence: Evidence, rest: Array) -> Array:
     """Tilts and distance (3,) that explain `rest` best."""
     w = 1 / np.sqrt(evidence.variance)
     return np.linalg.lstsq(evidence.nuisances * w[:, None], rest * w, rcond=None)[0]
-
-
-def choose(judged: list[Judged]) -> int:
-    """The candidate to use: the least held-out error, or a simpler one that is as good within one standard error.
-
-    The error is the weighted one, chi2: a millimetre at 3 m weighs less than one at 0.7 m. A law of which one number
-    is smaller than its standard deviation is not taken: it is not established. Nor is one that is clearly worse in
-    plain millimetres than no law at all (the first): it has bought the shape of the walls with their distances. Of a
-    single wall nothing can be held out: it gets no law.
-    """
-    if len(judged[0].rms) < 2:
-        return 0
-    totals = np.array([j.chi2.sum() for j in judged])
-    most = MUCH_WORSE * judged[0].error
-    allowed = [i for i, j in enumerate(judged) if i == 0 or (established(j.law) and j.error <= most)]
-    best = min(allowed, key=lambda i: totals[i])
-    for i in sorted(allowed, key=lambda i: (complexity(judged[i]), totals[i])):
-        difference = judged[i].chi2 - judged[best].chi2
-        error = float(np.std(difference, ddof=1) * np.sqrt(len(difference))) if len(difference) > 1 else 0.0
-        if complexity(judged[i]) < complexity(judged[best]) and difference.sum() <= min(error, NEGLIGIBLE):
-            return i
-    return best
-
-
-MUCH_WORSE = 1.1  # times the error without a law: less may be the noise of the farthest wall (guess)
-NEGLIGIBLE = 4.0  # of chi2: what one number that means nothing is expected to gain is 1; two standard deviations, 4
-
-
-def complexity(judged: Judged) -> int:
-    """Numbers of the law; a surface is richer than any."""
-    return judged.candidate.numbers + 100 * bool(judged.candidate.surface)
-
-
-def established(law: Law) -> bool:
-    """True when every number exceeds its deviation: a wave by its amplitude, a curve, a delay, radial terms as a whole.
-
-    The offset beside waves is the middle of their curve: it may be 0. The share that a board mirrors is above 0.
-    """
-    values: dict[str, tuple[float, float]] = {}
-    wavy = any(key.startswith("sin ") for key in law.keys)
-    for key, number, variance in zip(law.keys, law.numbers, np.diag(law.covariance), strict=True):
-        head = key.split()[0]
-        if wavy and head == "offset":
-            continue
-        name = "wave " + key[4:] if head in ("sin", "cos") else head if head in ("curve", "delay") else key
-        name = "radius" if name.startswith("radius") else name
-        size, deviation = values.get(name, (0.0, 0.0))
-        own = float(number) if key == "gloss" else abs(float(number))
-        values[name] = max(size, own), max(deviation, float(np.sqrt(variance)))
-    return all(size > deviation for size, deviation in values.values())
