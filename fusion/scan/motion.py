@@ -12,6 +12,7 @@ from fusion.scan.frames import object_alone
 from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.settings import ScanSettings
+from fusion.sensor.calibrated import depth_std
 from fusion.turntable.axis import Axis
 from fusion.turntable.finish import finish
 from fusion.turntable.log import with_log
@@ -48,7 +49,9 @@ def find_motion(
     with stage("motion"):
         if how[1].step is not None and not how[1].force:
             refuse_contradicted_step(views, region, how[1].step)
-        motion, commanded = _motion(views, region, commanded, how[1].step is None)
+        sensor, middle = how[1].sensor, float((region.low[2] + region.high[2]) / 2)
+        known = None if sensor is None else depth_std(sensor, camera, middle)
+        motion, commanded = _motion(views, region, (commanded, known), how[1].step is None)
     if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
@@ -59,17 +62,20 @@ def find_motion(
     return motion
 
 
-def _motion(views: list[View], region: Region, commanded: Array | None, logged: bool) -> tuple[Motion, Array | None]:
-    """The motion between the views, and the told angles that it follows.
+def _motion(
+    views: list[View], region: Region, known: tuple[Array | None, float | None], logged: bool
+) -> tuple[Motion, Array | None]:
+    """The motion between the views, and the told angles that it follows; `known`: these, and how well the depth is.
 
     Where a log leads nowhere, as one in radians does, the images are asked alone; what is wrong with it shows then.
     """
+    commanded, std = known
     try:
-        return estimate_motion(views, region, commanded), commanded
+        return estimate_motion(views, region, commanded, std), commanded
     except TrackingError:
         if commanded is None or not logged:
             raise
-    return estimate_motion(views, region, None), None
+    return estimate_motion(views, region, None, std), None
 
 
 def _finished(

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.results.light import LEVELS, Light, level
+from fusion.turntable.log import departure
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan
@@ -15,6 +16,11 @@ GAP_ANGLE = (np.deg2rad(1.0), np.deg2rad(3.0))
 JUMP_M = (0.0, 0.004)
 WOBBLE = (np.deg2rad(0.5), np.deg2rad(2.0))
 SLIPS = "What was measured is used; fix the object to the plate, and look at the drive."
+PULLED = (
+    "Errors of depth that stand still in the image pull angles: calibrate camera and depth, and record two turns or "
+    "more; or the log is wrong (--ignore-log)."
+)
+OFF_LOG = np.deg2rad(2.0)  # less is no harm that could be told from a table's own unevenness (guess)
 LOG_RATIO = (0.03, 0.2)  # of all turns, as seen and as told
 
 
@@ -46,6 +52,11 @@ def _log(scan: "Scan") -> Light | None:
     seen, told = float(np.ptp(scan.motion.angles[known])), float(np.ptp(scan.told[known]))
     judged = level(abs(np.log(max(seen, 1e-9) / max(told, 1e-9))), LOG_RATIO)
     said = f"The images turn by {np.rad2deg(seen):.0f} deg in all, as told: {np.rad2deg(told):.0f} deg."
+    left, allowed = departure(scan.motion.angles, scan.told, [slip.frame for slip in scan.steps.slips])
+    if judged == "ok" and left > max(allowed, OFF_LOG):
+        said += f" In between they leave it smoothly by {np.rad2deg(left):.1f} deg"
+        said += f", where steps as even as these could by {np.rad2deg(allowed):.1f} deg."
+        return Light("warning", "Log", said, PULLED)
     if judged == "ok":
         return Light("ok", "Log", said)
     if 0.8 < seen / told / np.rad2deg(1) < 1.25:

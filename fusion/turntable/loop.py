@@ -14,7 +14,8 @@ from scipy.linalg import solve
 
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Stack, edge_sums, stack
-from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
+from fusion.turntable.log import log_equations
+from fusion.turntable.selfcheck import NAMES, SelfCheck, prior_of
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
@@ -62,6 +63,7 @@ class LoopSettings:
         iterations: in each pass.
         free_axis, free_angles: False keeps them as they are.
         free_camera: names of `selfcheck.NAMES` that are fitted too.
+        told: (n,) angles [rad] as the table's log says, of the sign of the motion; None where nothing is known.
     """
 
     reaches: tuple[float, ...] = (0.03, 0.015, 0.008)
@@ -69,6 +71,7 @@ class LoopSettings:
     free_axis: bool = True
     free_angles: bool = True
     free_camera: tuple[str, ...] = ()
+    told: Array | None = None
 
 
 @dataclass
@@ -150,11 +153,11 @@ def close_loop(
             system = _System(n)
             _add_edges(system, some, (axis, angles), edges, (reach, check, settings.free_camera))
             _add_prior(system, check)
-            step = _solve(system, angles, settings)
+            if settings.told is not None:
+                _add_log(system, angles, settings.told)
+            step = _solve(system, angles, settings, check)
             axis = axis.moved(step[:SHARED])
-            # wrong pairs must not drive the camera beyond what a camera file can be wrong by
-            values = np.clip(check.values + step[SHARED:FIRST], -MOST * PRIOR, MOST * PRIOR)
-            check = replace(check, values=values)
+            check = replace(check, values=check.values + step[SHARED:FIRST])
             angles = angles + np.where(np.isfinite(angles), step[FIRST:], 0)
             angles -= angles[np.isfinite(angles)][0]
             if np.abs(np.delete(step, np.arange(SHARED, FIRST))).max() < SETTLED:
@@ -168,19 +171,36 @@ def close_loop(
     return Loop(axis, angles, angle_std, residual, support, check, std[SHARED:FIRST])
 
 
-def no_errors(views: Sequence[View]) -> SelfCheck:
-    """A camera and depth as stated, laid over the range of distance that the views show."""
+def no_errors(views: Sequence[View], depth_std: float | None = None) -> SelfCheck:
+    """A camera and depth as stated, laid over the range of distance that the views show.
+
+    Args:
+        views: their camera tells how well it is known.
+        depth_std: how well their depth is known [m], see `prior_of`.
+    """
     z = np.concatenate([v.points[::20, 2] for v in views])
     near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
     triangulation = views[0].map.camera.principle in ("structured_light", "active_stereo")
-    return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation)
+    prior = prior_of(views[0].map.camera, depth_std)
+    return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation, prior)
 
 
 def _add_prior(system: _System, check: SelfCheck) -> None:
     """The camera file is not nonsense: its errors have a plausible size."""
     block = np.arange(SHARED, FIRST)
-    system.H[block, block] += 1 / PRIOR**2
-    system.g[block] += check.values / PRIOR**2
+    system.H[block, block] += 1 / check.prior**2
+    system.g[block] += check.values / check.prior**2
+
+
+def _add_log(system: _System, angles: Array, told: Array) -> None:
+    """What the log says of every step, see `log_equations`."""
+    known, weight, excess = log_equations(angles, told)
+    before, after = FIRST + known[:-1], FIRST + known[1:]
+    for frame, sign in ((before, -1), (after, 1)):
+        np.add.at(system.g, frame, sign * weight * excess)
+        np.add.at(system.H, (frame, frame), weight)
+    np.add.at(system.H, (before, after), -weight)
+    np.add.at(system.H, (after, before), -weight)
 
 
 def _add_edges(
@@ -218,14 +238,27 @@ def _held(system: _System, angles: Array, settings: LoopSettings) -> NDArray[np.
     return np.asarray(held)
 
 
-def _solve(system: _System, angles: Array, settings: LoopSettings) -> Array:
-    """Gauss-Newton step (14 + n,)."""
+def _solve(system: _System, angles: Array, settings: LoopSettings, check: SelfCheck) -> Array:
+    """Gauss-Newton step (14 + n,).
+
+    Wrong pairs must not drive the camera beyond what its file can be wrong by. What would go there stops at the limit,
+    and the rest is solved again for that: axis and angles must fit the camera that is used.
+    """
     free = ~_held(system, angles, settings)
     step = np.zeros(len(system.g))
-    H = system.H[np.ix_(free, free)]
-    H = H + np.diag(np.diag(H) * 1e-6)
-    scale = np.sqrt(np.diag(H))
-    step[free] = solve(H / np.outer(scale, scale), -system.g[free] / scale, assume_a="pos") / scale
+    lowest, highest = np.full((2, len(step)), np.inf) * [[-1], [1]]
+    lowest[SHARED:FIRST] = -MOST * check.prior - check.values
+    highest[SHARED:FIRST] = MOST * check.prior - check.values
+    for _ in NAMES:
+        H, g = system.H[np.ix_(free, free)], system.g[free] + system.H[np.ix_(free, ~free)] @ step[~free]
+        H = H + np.diag(np.diag(H) * 1e-6)
+        scale = np.sqrt(np.diag(H))
+        step[free] = solve(H / np.outer(scale, scale), -g / scale, assume_a="pos") / scale
+        beyond = free & ((step < lowest) | (step > highest))
+        if not beyond.any():
+            break
+        step = np.clip(step, lowest, highest)
+        free &= ~beyond
     # far jumps come from wrong pairs: take them in parts
     rigid = np.delete(step, np.arange(SHARED, FIRST))
     return step * min(1.0, 0.1 / max(float(np.abs(rigid).max()), 1e-12))

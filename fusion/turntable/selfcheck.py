@@ -11,7 +11,7 @@ A common scale changes nothing and stays unknown. The parameters are small chang
     bend2 ... bend6  depth + bend * P_k(s), Legendre polynomials of the distance over the object's range, s = -1..1 [m]
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 NAMES = ("focal", "cx", "cy", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 # how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 3 mm each
 PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.003, 0.003, 0.003, 0.003, 0.003])
+LENS_MODEL = 0.0005  # of the focal length: what a calibrated lens still does that no model of it holds (guess)
+CORNER = 0.2  # rho^2 near the corners of a usual image: where a radial error is as large as the others
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,14 @@ class SelfCheck:
         values: (10,) in the order of NAMES.
         near, far: range of distance over which the polynomials are laid [m].
         triangulation: True where radial depth errors grow with the square of distance.
+        prior: (10,) how wrong each may be before the scan is seen, one standard deviation.
     """
 
     values: Array
     near: float
     far: float
     triangulation: bool = False
+    prior: Array = field(default_factory=PRIOR.copy)
 
     def only(self, *names: str) -> "SelfCheck":
         """These errors alone, the others taken as nuisance: zero."""
@@ -97,3 +101,20 @@ class SelfCheck:
         old = nominal.map
         new = PointMap(camera, corrected(old.points), old.normals, old.sigma)
         return View(new, corrected(nominal.points), nominal.normals, nominal.sigma)
+
+
+def prior_of(camera: Camera, depth_std: float | None) -> Array:
+    """How wrong camera and depth may be (10,): as their calibration says, else as nominal ones usually are.
+
+    Args:
+        camera: its `std` tells what a calibration knows of it.
+        depth_std: of a depth that was calibrated [m], over distance and image; None for one that was not.
+    """
+    prior = PRIOR.copy()
+    if "fx" in camera.std:
+        prior[0] = min(prior[0], float(np.hypot(camera.std["fx"] / camera.fx, LENS_MODEL)))
+    for k, name in ((1, "cx"), (2, "cy")):
+        prior[k] = min(prior[k], max(camera.std.get(name, np.inf), LENS_MODEL * camera.fx))
+    if depth_std is not None:
+        prior[3:] = np.minimum(prior[3:], [depth_std, depth_std / CORNER] + 5 * [depth_std])
+    return prior

@@ -47,6 +47,12 @@ def contradicted(share):
     return replace(AGREEING, through=np.full(4, share))
 
 
+def off_its_log(scan):
+    """Steps hardly scatter, yet the angles swing by 8 deg about what was told."""
+    told = np.deg2rad(10.0) * np.arange(COUNT)
+    return replace(with_motion(scan, angles=told + np.deg2rad(8.0) * np.sin(told)), told=told)
+
+
 PLANTED = {
     "Camera": [
         ("bad", lambda s: with_evidence(s, focal=WRONG, stated_camera=CALIBRATED)),
@@ -65,6 +71,7 @@ PLANTED = {
         ),
     ],
     "Log": [
+        ("warning", off_its_log),
         ("bad", lambda s: replace(s, told=s.motion.angles / 57.3)),
         ("bad", lambda s: replace(s, told=1.5 * s.motion.angles)),
     ],

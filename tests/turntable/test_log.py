@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.turntable.log import with_log
+from fusion.turntable.log import departure, log_equations, with_log
 
 N = 200
 STEP = np.deg2rad(5.0)
@@ -55,3 +55,35 @@ def test_rejected_frames_stay_out_and_few_frames_stay_as_they_are():
     found = with_log(measured, std, told)
     assert np.flatnonzero(np.isnan(found)).tolist() == [3, 4, 50]
     assert np.array_equal(with_log(measured[5:25], std[5:25], told[5:25]), measured[5:25], equal_nan=True)
+
+
+def test_a_log_is_no_better_than_its_steps_and_does_not_pull_slips_back():
+    told, _, measured, _ = table(1.0, 0.1, slip_deg=8.0)
+    known, weight, excess = log_equations(measured, told)
+    assert len(known) == N and excess == pytest.approx(np.diff(measured) - np.diff(told))
+    slip = N // 2
+    usual = np.median(np.delete(weight, slip))
+    # the spread about zero is 1 deg: a usual step counts as that, or a little less
+    assert np.rad2deg(usual**-0.5) == pytest.approx(1.1, abs=0.25)
+    pull = weight * np.abs(excess)
+    assert pull[slip] < 0.2 * np.max(np.delete(pull, slip))
+    assert np.isfinite(log_equations(told, told)[1]).all()  # a log that is followed exactly is not exact
+
+
+def test_frames_left_out_make_longer_steps():
+    told, _, measured, _ = table(1.0, 0.1)
+    measured[[5, 6, 7]] = np.nan
+    known, weight, _ = log_equations(measured, told)
+    assert len(known) == N - 3 and weight[4] < 0.7 * np.median(weight)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_smooth_departure_from_the_log_is_told_from_uneven_steps_and_slips(sign):
+    for seed in range(5):
+        told, _, measured, _ = table(0.5, 0.1, seed, slip_deg=6.0)
+        left, allowed = departure(measured, sign * told, [N // 2 + 1])
+        assert left < allowed
+    told, _, measured, _ = table(0.1, 0.05)
+    bent = measured + np.deg2rad(9.0) * np.sin(np.linspace(0, 6 * np.pi, N))
+    left, allowed = departure(bent, sign * told)
+    assert left > 2 * allowed and np.rad2deg(left) == pytest.approx(9.0, abs=1.0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fusion.turntable.loop import LoopSettings, choose_edges, close_loop
+from fusion.turntable.loop import LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.selfcheck import NAMES
 from fusion.turntable.views import View
 
@@ -51,6 +51,25 @@ def test_a_wrong_focal_length_is_found_and_does_no_harm(owl_scene):
     # a sixth of the planted error at most is left: the prior holds a little, and normals blur over pixels of 3 mm
     assert loop.check.values[NAMES.index("focal")] == pytest.approx(-np.log(wrong), abs=np.log(wrong) / 6)
     assert np.count_nonzero(loop.check.values) == 1
+
+
+def test_errors_of_a_calibrated_depth_stay_within_its_own_uncertainty(owl_scene):
+    """What the prior allows is used up at most four times over, and axis and angles fit what is used then."""
+    settings = LoopSettings((0.03, 0.015, 0.008), (6, 6, 6), free_camera=NAMES[3:])
+    views, edges = few(owl_scene.views(), 600), choose_edges(owl_scene.angles, np.deg2rad(45))
+    check = no_errors(views, 1e-5)
+    loop = close_loop(views, wrong_start(owl_scene), edges, settings, check)
+    assert (np.abs(loop.check.values[3:]) <= 4.001 * check.prior[3:]).all()
+    assert error_deg(loop, owl_scene.angles) < 0.25
+
+
+def test_a_log_holds_what_views_do_not_tell(owl_scene):
+    """A thing that is round about the axis turns unseen: its log says by how much, but for where it slipped."""
+    views, edges = few(owl_scene.views(), 300), choose_edges(owl_scene.angles, np.deg2rad(45))
+    start = owl_scene.axis, owl_scene.angles + np.deg2rad(1.5) * np.sin(np.arange(len(owl_scene.angles)))
+    settings = LoopSettings((0.03,), (2,), told=owl_scene.angles)
+    free, held = (close_loop(views, start, edges[:1], s) for s in (replace(settings, told=None), settings))
+    assert error_deg(held, owl_scene.angles) < 0.5 * error_deg(free, owl_scene.angles)
 
 
 def test_frames_left_out_stay_out(owl_scene):

@@ -1,11 +1,13 @@
 """Errors of camera and depth, and the views that they change."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.turntable.selfcheck import NAMES, SelfCheck
+from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck, prior_of
 from fusion.turntable.views import View
 
 CAMERA = Camera(40, 30, 50.0, 52.0, 19.0, 15.0)
@@ -54,3 +56,12 @@ def test_only_the_named_errors_are_taken_over():
     assert (camera.cx, camera.cy) == (CAMERA.cx, CAMERA.cy)
     assert camera.fx == pytest.approx(CAMERA.fx * np.exp(0.01)) and camera.fy == pytest.approx(CAMERA.fy * np.exp(0.01))
     assert not check.values[1:].any()
+
+
+def test_a_calibration_narrows_what_may_be_wrong():
+    assert np.array_equal(prior_of(CAMERA, None), PRIOR)
+    known = replace(CAMERA, std={"fx": 0.01, "fy": 0.01, "cx": 0.1, "cy": 0.2})
+    narrow = prior_of(known, 0.0005)
+    assert (narrow < PRIOR).all() and (narrow > 0).all()
+    assert narrow[0] < 0.001 and narrow[NAMES.index("offset")] == 0.0005
+    assert (prior_of(known, 1.0)[3:] == PRIOR[3:]).all()  # never wider than that of a nominal camera

@@ -16,9 +16,9 @@ def choose(judged: Sequence[Judged]) -> int:
     Every wall is left out once, and laws are compared wall by wall; a difference counts where it is more than its
     standard error over the walls. Pixels of one wall err together, so their number does not.
 
-    A law is taken only if it helps in plain millimetres, and does not fall behind the law that helps most: the weighted
-    error, chi2, is mostly the shape of the walls, and a law may buy that with their distances. Of those that are left,
-    the least chi2 counts (a millimetre at 3 m weighs less there than one at 0.7 m), or a simpler law that is as good.
+    A law is taken only if it helps in plain millimetres: the weighted error, chi2, is mostly the shape of the walls,
+    and laws of many terms buy that with their distances. Of these the one of the fewest millimetres counts, or a
+    simpler one that falls behind in neither measure.
     A law of which one number is smaller than its standard deviation is not established, and not taken. Of a single
     wall nothing can be held out: it gets no law.
     """
@@ -29,10 +29,9 @@ def choose(judged: Sequence[Judged]) -> int:
     if not found:
         return 0
     nearest = min(found, key=lambda i: float(plain[i].sum()))
-    found = [i for i in found if not _less(plain[nearest], plain[i])]
-    best = min(found, key=lambda i: float(judged[i].chi2.sum()))
-    alike = [i for i in found if not _less(judged[best].chi2, judged[i].chi2)]
-    return min(alike, key=lambda i: (complexity(judged[i]), float(judged[i].chi2.sum())))
+    chi2 = [j.chi2 for j in judged]
+    alike = [i for i in found if not (_less(plain[nearest], plain[i]) or _less(chi2[nearest], chi2[i]))]
+    return min(alike, key=lambda i: (complexity(judged[i]), float(chi2[i].sum())))
 
 
 def _less(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:

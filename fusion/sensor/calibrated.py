@@ -1,0 +1,29 @@
+"""How well the depth of a calibrated sensor is known, in one number."""
+
+import numpy as np
+
+from fusion.geometry.camera import Camera
+from fusion.sensor.sensor import Sensor
+
+LEAST, MOST = 3e-4, 3e-3  # [m] no calibration is taken for better or worse (guess)
+PARAMETERS = ("offset", "amplitude", "coefficient", "map", "values", "values_px", "scale")
+
+
+def depth_std(sensor: Sensor, camera: Camera, distance: float) -> float | None:
+    """Standard deviation of what a calibrated correction leaves over [m]; None where no depth law was fitted.
+
+    The numbers of a law hold each other, and their file has no correlations: the squares are added, which is careful.
+
+    Args:
+        sensor: as its file has it.
+        camera: for disparities.
+        distance: at which it is asked [m].
+    """
+    per_pixel = distance**2 / max(camera.fx * abs(sensor.baseline), 1e-9)
+    sizes = []
+    for (effect, parameter), std in sensor.std.items():
+        if effect in sensor.fitted and parameter in PARAMETERS:
+            unit = distance if parameter == "scale" else 1.0
+            disparity = parameter == "values_px" or effect.startswith("disparity")
+            sizes.append(float(np.median(np.abs(std))) * (per_pixel if disparity else unit))
+    return float(np.clip(np.linalg.norm(sizes), LEAST, MOST)) if sensor.fitted else None

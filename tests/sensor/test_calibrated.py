@@ -1,0 +1,34 @@
+"""How well a calibrated depth is known, in one number."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fusion.geometry.camera import Camera
+from fusion.sensor.calibrated import LEAST, MOST, depth_std
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
+from fusion.sensor.sensor import Sensor
+
+CAMERA = Camera(320, 240, 290.0, 290.0, 160.0, 120.0)
+
+
+def sensor(effect, parameter, std):
+    return replace(Sensor(effects=(effect,), std={(effect.name, parameter): std}), fitted=frozenset({effect.name}))
+
+
+def test_a_depth_that_nobody_calibrated_has_none():
+    assert depth_std(Sensor(effects=(DepthOffset(0.01),)), CAMERA, 1.0) is None
+
+
+def test_metres_and_pixels():
+    assert depth_std(sensor(DepthOffset(0.01), "offset", 1e-3), CAMERA, 1.0) == pytest.approx(1e-3)
+    model = sensor(DisparityOffset(0.1), "offset", 0.02)
+    expected = 0.02 * 0.8**2 / (290.0 * abs(model.baseline))
+    assert depth_std(model, CAMERA, 0.8) == pytest.approx(np.clip(expected, LEAST, MOST))
+
+
+def test_no_calibration_is_perfect_nor_without_worth():
+    assert depth_std(sensor(DepthOffset(0.01), "offset", 0.0), CAMERA, 1.0) == LEAST
+    assert depth_std(sensor(DepthOffset(0.5), "offset", 0.1), CAMERA, 1.0) == MOST
