@@ -77,6 +77,10 @@ def _lines(result: "Intrinsics", content: dict[str, Any]) -> list[str]:
                      f"{fit['most_influential']['sigmas']:.1f} standard deviations without it")  # fmt: skip
         kept = "named, kept" if fit["outliers_kept"] else "left out"
         lines += [f"  {kept}: {o['view']}: {o['reason']}" for o in fit["outliers"]]
+        if unread := fit["unread"]:
+            count = "1 picture" if len(unread) == 1 else f"{len(unread)} pictures"
+            first, reason = next(iter(unread.items()))
+            lines.append(f"  {count} could not be used, the first {first}: {reason}")
     if result.pair is not None:
         moved = ", ".join(f"{1000 * x:.1f}" for x in result.pair.T_color_depth[:3, 3])
         lines.append(f"colour camera at ({moved}) mm, {len(result.pair.used)} pairs, {result.pair.rms_px:.3f} px rms")

@@ -90,6 +90,13 @@ def test_a_folder_becomes_a_camera_and_a_report(folder, tmp_path, capsys):
         assert part in page
 
 
+def test_pictures_that_cannot_be_used_are_named(folder, tmp_path, capsys):
+    arguments = ["calibrate", "intrinsics", str(folder), "--board", str(board_file(tmp_path)), "--no-report"]
+    assert main([*arguments, "-o", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "2 pictures could not be used, the first 0" in printed
+
+
 def test_two_cameras_are_placed_beside_each_other(both, tmp_path):
     result = calibrate_intrinsics(both, BOARD)
     assert result.pair is not None
