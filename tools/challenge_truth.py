@@ -27,8 +27,15 @@ from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, stretch
 
-# of turntable_v2_bricks: frequency [Hz], waves per turn of the phase, height [m], phase [rad]
-WAVES = ((80e6, 3, 3.98e-3, 2.47), (120e6, 3, 2.72e-3, 1.91), (120e6, 6, 1.77e-3, 1.81), (80e6, 6, 1.39e-3, 2.97))
+# of each unit: frequency [Hz], waves per turn of the phase, height [m], phase [rad]
+WAVES = {
+    "turntable_v2_bricks": (
+        (80e6, 3, 3.98e-3, 2.47), (120e6, 3, 2.72e-3, 1.91), (120e6, 6, 1.77e-3, 1.81), (80e6, 6, 1.39e-3, 2.97),
+    ),
+    "turntable_v2_statue": (
+        (80e6, 3, 4.16e-3, 3.69), (120e6, 3, 4.21e-3, 2.20), (120e6, 6, 1.71e-3, 3.13), (80e6, 6, 1.26e-3, 3.87),
+    ),
+}  # fmt: skip
 
 
 def true_sensor(noise: Sensor, truth: dict[str, Any], stated: Camera, true: Camera) -> Sensor:
@@ -49,7 +56,7 @@ def true_sensor(noise: Sensor, truth: dict[str, Any], stated: Camera, true: Came
             DepthScale(scale=errors["depth_scale"]),
         )
     else:
-        frequency, turns, height, phase = np.array(WAVES).T
+        frequency, turns, height, phase = np.array(WAVES[truth["id"]]).T
         effects = (
             CyclicError(amplitude=height, period=LIGHT_SPEED / (2 * frequency) / turns, phase=phase),
             DepthOffset(offset=errors["depth_offset_m"]),

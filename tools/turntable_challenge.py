@@ -1,6 +1,6 @@
 """Scans the open turntable challenges and compares with their truth.
 
-    python tools/turntable_challenge.py                    both cases, true camera
+    python tools/turntable_challenge.py                    all cases, true camera
     python tools/turntable_challenge.py --camera nominal --refine-camera
     python tools/turntable_challenge.py --poses true --voxel 0.003 --correction true
     python tools/turntable_challenge.py --camera CALIBRATED.json --correction SENSOR.json
@@ -45,14 +45,14 @@ from fusion.volume.forecast import choose_truncation
 from fusion.volume.prepared import fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings
 
-CASES = ("turntable_v1_statue", "turntable_v2_bricks")
+CASES = ("turntable_v1_statue", "turntable_v2_bricks", "turntable_v2_statue")
 
 
 def main() -> None:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--shared", type=Path, default=Path(os.environ.get("FUSION_SHARED", "../shared")))
-    parser.add_argument("--case", choices=CASES, action="append", help="default: both")
+    parser.add_argument("--case", choices=CASES, action="append", help="default: all")
     parser.add_argument("--camera", default="true", help="true, nominal, or a camera.json")
     parser.add_argument("--correction", default="raw", help="raw, true, or a sensor.json")
     parser.add_argument("--poses", choices=("own", "true"), default="own")
