@@ -13,7 +13,7 @@ from fusion.turntable.log import of_its_sign
 from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.misfit import misfits
 from fusion.turntable.plate import above, ground_height, plate_height
-from fusion.turntable.selfcheck import PRIOR, SelfCheck
+from fusion.turntable.selfcheck import SelfCheck
 from fusion.turntable.start import axis_guesses, find_turns, search_range
 from fusion.turntable.together import DEPTH_ERRORS, REACH, WIDEST, WORTH, fit_camera, misfit, together
 from fusion.turntable.views import Region, View
@@ -39,7 +39,6 @@ class Motion:
         camera_check: what camera and depth seem to get wrong, with all errors fitted.
         focal_check: the same with the camera alone (focal length and principal point) fitted.
         focal_std: standard deviation of the relative focal length in `focal_check`.
-        doubt: errors of a calibrated depth that the scan asks for all the same; None where it asks for none.
     """
 
     axis: Axis
@@ -55,7 +54,6 @@ class Motion:
     camera_check: SelfCheck
     focal_check: SelfCheck
     focal_std: float
-    doubt: SelfCheck | None = None
 
 
 def estimate_motion(
@@ -77,7 +75,7 @@ def estimate_motion(
     centre = (region.low + region.high) / 2
     told = None if commanded is None else commanded[used]
     fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
-    fit, camera_fit, doubt = _refine((shown, fine), (axis, angles), told, depth_std)
+    fit, camera_fit = _refine((shown, fine), (axis, angles), told, depth_std)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -117,7 +115,6 @@ def estimate_motion(
         camera_check=fit.check,
         focal_check=camera_fit.check,
         focal_std=float(camera_fit.check_std[0]),
-        doubt=doubt,
     )
 
 
@@ -146,12 +143,11 @@ def _refine(
     guess: tuple[Axis, Array],
     commanded: Array | None,
     depth_std: float | None,
-) -> tuple[Loop, Loop, SelfCheck | None]:
+) -> tuple[Loop, Loop]:
     """The turns together, then errors of camera and depth as far as no calibration tells them; last the axis as stated.
 
     Returns:
-        The motion for the stated camera, the fit in which the camera alone was free, and what of a calibrated depth
-        the scan contradicts.
+        The motion for the stated camera, and the fit in which the camera alone was free.
     """
     seen = stack(views[0])
     middle, edges = together(seen, *guess, commanded, depth_std)
@@ -168,25 +164,21 @@ def _refine(
     lens = () if "fx" in seen.views[0].map.camera.std else (("focal",),)
     ways = (*lens, DEPTH_ERRORS) if depth_std is None else lens
     fits = [((), plain), *((free, fitted(free, middle.check)) for free in ways)]
-    doubt = None
-    if depth_std is not None:
-        free_depth = fitted(DEPTH_ERRORS, replace(stated, prior=PRIOR))
-        doubt = free_depth.check if misfit(free_depth) < WORTH * misfit(plain) else None
     chosen, best = fits[0]
     for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
         if misfit(fit) < WORTH * misfit(best):
             chosen, best = free, fit
     if not chosen:
-        return plain, camera_fit, doubt
+        return plain, camera_fit
     passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen, told=told)
     seen = stack(views[1]())
     fine = close_loop(seen, (best.axis, best.angles), choose_edges(best.angles, WIDEST, 10), passes, best.check)
     if WORTH * misfit(fine) > misfit(best):  # more points fit worse: the errors ran away with noise
-        return plain, camera_fit, doubt
+        return plain, camera_fit
     # the volume is filled through the camera as it is stated: the axis must stand where that sees it
     passes = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
     fit = close_loop(seen, (fine.axis, fine.angles), edges, passes, stated)
-    return replace(fit, angles=fine.angles, angle_std=fine.angle_std, check=fine.check), camera_fit, doubt
+    return replace(fit, angles=fine.angles, angle_std=fine.angle_std, check=fine.check), camera_fit
 
 
 def _thinned(view: View, most: int) -> View:

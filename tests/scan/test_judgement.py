@@ -151,3 +151,10 @@ def test_what_made_a_scan_fail_stands_first():
     scan = replace(with_evidence(good_scan(), agreement=contradicted(0.4)), wobble=0.05)
     assert "contradict the surface" in scan.turntable()["reasons"][0]
     assert "--keep-failed" in str(failure(scan, "scan"))
+
+
+def test_a_calibrated_camera_that_a_scan_contradicts_may_have_a_wrong_depth_law():
+    scan = with_evidence(good_scan(), focal=WRONG, stated_camera=CALIBRATED)
+    assert "depth law" not in light(scan, "Camera").reason
+    corrected = replace(scan, settings=scan.settings | {"correction": {"undone_m": {"depth_offset": 0.003}}})
+    assert "depth law" in light(corrected, "Camera").reason and "more walls" in light(corrected, "Camera").do

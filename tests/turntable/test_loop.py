@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fusion.turntable import motion
 from fusion.turntable.loop import LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.selfcheck import NAMES
 from fusion.turntable.views import View
@@ -70,6 +71,25 @@ def test_a_log_holds_what_views_do_not_tell(owl_scene):
     settings = LoopSettings((0.03,), (2,), told=owl_scene.angles)
     free, held = (close_loop(views, start, edges[:1], s) for s in (replace(settings, told=None), settings))
     assert error_deg(held, owl_scene.angles) < 0.5 * error_deg(free, owl_scene.angles)
+
+
+def test_errors_that_run_away_with_more_points_are_not_taken(owl_scene, monkeypatch):
+    """The camera fits better in few points, and worse in all: the motion is that of the camera as stated."""
+    views = few(owl_scene.views(replace(owl_scene.camera, fx=190.0 * 1.05, fy=191.0 * 1.05)), 300)
+    start, calls = (owl_scene.axis, owl_scene.angles), []
+
+    def run_away(*arguments):
+        loop, settings = close_loop(*arguments), arguments[3]
+        calls.append((loop, settings))
+        if settings.free_camera and settings.reaches[-1] == 0.006:  # the last passes, all points
+            return replace(loop, residual=3 * loop.residual, angles=1.1 * loop.angles)
+        return loop
+
+    monkeypatch.setattr(motion, "close_loop", run_away)
+    ran_away, _ = motion._refine((views, lambda: views), start, None, None)
+    stated = next(loop for loop, settings in calls if not settings.free_camera)
+    assert any(settings.reaches[-1] == 0.006 for _, settings in calls)
+    assert ran_away is stated
 
 
 def test_frames_left_out_stay_out(owl_scene):
