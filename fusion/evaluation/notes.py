@@ -7,7 +7,7 @@ import numpy as np
 
 from fusion.evaluation.still import centre_of
 from fusion.recording.checks.depth_values import implausible
-from fusion.recording.readable import unread_text
+from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ def notes_on(looks: "Sequence[Look]", recordings: Sequence[Recording]) -> list[N
                 "Neither IR nor colour was recorded in the depth camera's pixels: shares are not told over brightness.",
             )
         )
+    used = sum(look.still.frames + len(look.still.failures) for look in looks)
+    notes += [(level, f"{text}.") for level, text in moving_notes(recordings, used)]
     notes += [("warning", f"{recording.path.name}: {text}.") for recording in recordings for text in recording.warnings]
     order = {"bad": 0, "warning": 1, "ok": 2}
     return sorted(dict.fromkeys(notes), key=lambda note: order[note[0]])

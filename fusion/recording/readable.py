@@ -1,6 +1,6 @@
 """One broken file is no reason to lose the other frames; which were lost is told."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from fusion.errors import RecordingError
 from fusion.recording.recording import Frame, Recording
@@ -22,3 +22,15 @@ def unread_text(unread: dict[int, str]) -> str:
     count = "1 frame" if len(unread) == 1 else f"{len(unread)} frames"
     first = min(unread)
     return f"{count} could not be read and left out, the first is frame {first}: {unread[first]}"
+
+
+def moving_notes(recordings: Sequence[Recording], used: int) -> list[tuple[str, str]]:
+    """What is said where `used` of all frames, readable or not, belong to a view that stands still, and others do not.
+
+    Returns:
+        ("ok", sentence), or nothing.
+    """
+    total = sum(map(len, recordings))
+    if used >= total:
+        return []
+    return [("ok", f"{total - used} of {total} frames belong to no view that stands still: left out")]

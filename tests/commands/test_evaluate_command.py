@@ -46,3 +46,15 @@ def test_a_recording_of_zeros_is_one_line_and_leaves_nothing(tmp_path, capsys):
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and "no frame has a depth" in error
     assert not (tmp_path / "out").exists()
+
+
+def test_frames_of_a_camera_that_is_carried_are_counted(tmp_path, capsys):
+    rng = np.random.default_rng(0)
+    far = [1.0] * 8 + [1.3, 1.6, 1.9] + [2.4] * 8
+    images = [(z + 0.002 * rng.standard_normal(CAMERA.shape)).astype(np.float32) for z in far]
+    write_recording(tmp_path / "rec", CAMERA, [Frame(i, i / 30, image) for i, image in enumerate(images)])
+    said = "3 of 19 frames belong to no view that stands still: left out"
+    for words in (["evaluate"], ["calibrate", "depth"]):
+        out = str(tmp_path / words[-1])
+        assert main([*words, str(tmp_path / "rec"), "-o", out, "--no-report"]) == 0
+        assert capsys.readouterr().out.count(said) == 1

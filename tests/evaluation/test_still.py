@@ -74,7 +74,7 @@ def test_a_broken_frame_is_told_and_left_out(tmp_path):
     (tmp_path / "wall/depth/000003.png").write_bytes(b"no image")
     found = evaluate([opened])
     assert found.looks[0].still.frames == 9
-    assert any("1 frames could not be read" in text for _, text in found.notes)
+    assert any("1 frame could not be read" in text for _, text in found.notes)
 
 
 def test_one_frame_says_what_it_can():

@@ -31,6 +31,7 @@ from fusion.geometry.camera import Camera
 from fusion.progress import each, stage
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.quantity import RADIAL_LIMIT
+from fusion.recording.readable import moving_notes
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import MODULATIONS_HZ, stretch
@@ -138,6 +139,9 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
     walls = [wall for recording in each(recordings, "reading") for wall in walls_of(recording, begin, settings)]
+    if settings.board is None and settings.radial_limit is None:  # each of them leaves walls out as well
+        used = sum(wall.frames + len(wall.unread) for wall in walls)
+        begin = replace(begin, notes=(*begin.notes, *moving_notes(recordings, used)))
     if settings.board is not None and not any(any(wall.centre) for wall in walls):
         raise FusionError("no picture shows the board", found=f"{len(recordings)} recordings", do=CHECK_BOARD)
     with stage("fitting"):

@@ -13,7 +13,7 @@ from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
-from fusion.recording.readable import readable, unread_text
+from fusion.recording.readable import moving_notes, readable, unread_text
 from fusion.recording.recording import Recording
 from fusion.recording.scene_file import stated_scene
 from fusion.sensor.effect import Effect
@@ -79,6 +79,7 @@ def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -
         except FusionError as error:
             lost.append(error)
             continue
+        notes += [f"{recording.path.name}: {text}" for _, text in moving_notes([recording], sum(map(len, parts)))]
         for part in parts:
             name = recording.path.name
             name = name if len(parts) == 1 else f"{name} {part.start}-{part.stop - 1}"
