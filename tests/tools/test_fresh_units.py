@@ -157,5 +157,6 @@ def test_a_wrong_scale_has_to_be_said():
     units = [one(0.001), one(0.006), one(0.006, words=["the depth is off"]), one(float("nan"), "failed")]
     assert [u.within for u in units] == [True, False, False, False]
     assert [u.unsaid for u in units] == [False, True, False, False]
+    assert not one(0.006, words=["Surface: black parts give no depth"]).told
     assert "1 of 4" in summary(units)
     assert row(units[3])["scale"] is None

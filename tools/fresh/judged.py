@@ -17,7 +17,7 @@ from fresh.information import Allowed, allowed
 
 Array = NDArray[np.float64]
 
-NAMES_SCALE = r"\bscale\b|\bsize\b|\bdepth\b|focal"
+NAMES_SCALE = r"\bscale\b|\bsize\b|(?<!no )\bdepth\b|focal"  # "gives no depth" is told of holes
 ASKED, WORST = 0.002, 0.005  # of the scale
 ANGLE, RATIO = 0.15, 1.15  # [deg] rms; std over that of true poses
 
@@ -30,6 +30,7 @@ class Judged:
         scale: by `fusion compare --scale`; `again`: by the judge's own fit.
         angle: rms [deg] after the best constant; `moved`: without the frames' median, the largest.
         floor: scale of true poses and true depth, by the judge's fit: what resolution and volume do.
+        raw: [m] what is wrong with the depth of the object as measured, its median; below zero it is too far.
         bias: [m] what the unit's own calibration leaves in the depth of the object: its surface at true poses, beside
             that of true depth; below zero it is too far. Over the distance this is what a scan must get wrong.
         focal: fx calibrated over the true one, minus 1.
@@ -44,6 +45,7 @@ class Judged:
     scale: float = np.nan
     again: float = np.nan
     floor: float = np.nan
+    raw: float = np.nan
     bias: float = np.nan
     angle: float = np.nan
     largest: float = np.nan
@@ -101,7 +103,7 @@ def judged(folder: Path) -> Judged:
     return Judged(
         folder.name, truth["sensor"], truth["object"], said, allowed(folder, truth),
         free.scale - 1 if free else nothing, own.scale - 1,
-        ideal.scale - 1, bias,
+        ideal.scale - 1, raw_bias(folder), bias,
         float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else nothing,
         float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else nothing,
         int(np.isnan(errors).sum()), camera.get("fx", nothing) / truth["camera"]["fx"] - 1,
@@ -145,6 +147,17 @@ def measured(folder: Path) -> Path:
         if not cv2.imwrite(str(file), np.where(mask, depth, 0).astype(np.uint16)):
             raise OSError(f"{file}: not written")
     return out
+
+
+def raw_bias(folder: Path) -> float:
+    """Median [m] over every fifth frame of the depth without errors less that of the scan, on the object."""
+    scale, apart = content(folder / "clean" / "camera.json")["depth_scale"], []
+    for file in sorted((folder / "clean" / "depth").iterdir())[::5]:
+        names = file, folder / "scan" / "depth" / file.name
+        true, own = (np.asarray(cv2.imread(str(name), cv2.IMREAD_UNCHANGED), float) for name in names)
+        both = (true > 0) & (own > 0)
+        apart.append((true - own)[both] / scale)
+    return float(np.median(np.concatenate(apart)))
 
 
 def _start(folder: Path) -> Array:

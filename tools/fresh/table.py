@@ -10,7 +10,7 @@ import numpy as np
 from fresh.judged import ANGLE, RATIO, WORST, Judged
 
 HEAD = (
-    f"{'unit':<9}{'sensor':<7}{'object':<8}{'scale %':>9}{'own fit':>9}{'floor':>7}{'bias mm':>8}"
+    f"{'unit':<9}{'sensor':<7}{'object':<8}{'scale %':>9}{'own fit':>9}{'floor':>7}{'raw mm':>8}{'bias':>6}"
     f"{'limit':>7}{'angle deg':>10}{'largest':>9}{'std mm':>8}{'true':>7}{'ratio':>7}"
     f"{'fx %':>7}  {'said':<10}{'told':<5}{'status':<11}law"
 )
@@ -24,8 +24,9 @@ def line(one: Judged) -> str:
     statuses = " ".join(str(x) for x in one.status.values())
     return (
         f"{one.name:<9}{kind:<7}{one.shape:<8}{100 * one.scale:>7.2f}{mark:<2}{100 * one.again:>9.2f}"
-        f"{100 * one.floor:>7.2f}{1e3 * one.bias:>8.2f}{100 * one.limit:>7.2f}{one.angle:>10.3f}{one.largest:>9.2f}"
-        f"{1e3 * one.std:>8.2f}{1e3 * one.std_true:>7.2f}{one.ratio:>7.2f}{100 * one.focal:>7.2f}  "
+        f"{100 * one.floor:>7.2f}{1e3 * one.raw:>8.2f}{1e3 * one.bias:>6.2f}"
+        f"{100 * one.limit:>7.2f}{one.angle:>10.3f}{one.largest:>9.2f}{1e3 * one.std:>8.2f}{1e3 * one.std_true:>7.2f}{one.ratio:>7.2f}"
+        f"{100 * one.focal:>7.2f}  "
         f"{verdict:<10}{'yes' if one.told else 'no':<5}{statuses:<11}{one.law}"
     )
 
