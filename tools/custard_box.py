@@ -34,6 +34,7 @@ COLUMNS, FARTHEST, HEIGHTS = (200, 470), 0.48, (0.02, 0.18)  # [px], [m], [m] ab
 TABLE = np.s_[440:480, 480:640]  # pixels that show nothing but the table where they are nearer than the wall
 NEAR = 0.002  # [m] off a face
 LEAST_SHARE = 0.12  # of a frame's points on a face
+BOX = (66.0, 112.0)  # [mm] its sides as the widest of them show in single frames
 REACH = {"total_deg": (-369.0, 4.0), "off_faces_max_deg": 3.0, "plane_rms_mm": 1.5, "neighbours_deg": (90.0, 1.5)}
 
 
@@ -87,7 +88,7 @@ def reached(found: dict[str, Any]) -> dict[str, bool]:
         "every frame": found["off_faces_max_deg"] <= REACH["off_faces_max_deg"],
         "sides": max(found["plane_rms_mm"]) <= REACH["plane_rms_mm"] and max(found["area_off_the_plane"]) < 0.02,
         "corners": max(abs(a - corners[0]) for a in found["neighbours_deg"]) <= corners[1],
-        "the box alone": max(found["size_mm"][:2]) < 135 and 180 < found["size_mm"][2] < 230,
+        "the box alone": all(abs(w - own) < 8 for w, own in zip(sorted(found["widths_mm"]), BOX, strict=True)),
     }
 
 

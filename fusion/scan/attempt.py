@@ -56,7 +56,7 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     """
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     region = find_region(recording, sensor, settings, masks)
-    frames, broken = load(recording, sensor, region, masks)
+    frames, broken = load(recording, sensor, region, masks, settings.color)
     told = told_angles(recording, settings)
     motion = find_motion(frames, (recording.camera, settings), region, told)
     frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)

@@ -12,6 +12,7 @@ from fusion.progress import each
 from fusion.recording.masks import Masks
 from fusion.recording.recording import Recording
 from fusion.recording.telemetry_file import PLAUSIBLE
+from fusion.scan.colors import Colors
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.moments import moments_of
 from fusion.sensor.sensor import Sensor
@@ -76,18 +77,23 @@ def _shown(depths: NDArray[np.float32], camera: Camera, settings: ScanSettings) 
 
 
 def load(
-    recording: Recording, sensor: Sensor, region: Region, masks: Masks | None = None
+    recording: Recording, sensor: Sensor, region: Region, masks: Masks | None = None, color: bool = False
 ) -> tuple[list[Prepared | None], dict[int, str]]:
     """All frames, cut to the window that shows the object and rated; unreadable ones with the reason.
 
     Args:
         recording: with corrected depth, and the camera that belongs to it.
+        sensor: rates the pixels.
+        region: where the object is.
+        masks: of the object, or None.
+        color: keep what the colour images show in the depth camera's pixels, for tracking.
 
     Outside a mask a frame keeps its points, which say where the object is not, but no normals and no depth to fuse.
     """
     camera = recording.camera
     window = region.window(camera)
     moments, sensor = moments_of(recording), of_window(sensor, camera.shape, window)
+    shown = Colors.of(recording) if color else None
     frames: list[Prepared | None] = []
     broken = {}
     for index in each(range(len(recording)), "reading"):
@@ -105,6 +111,8 @@ def load(
             ir=None if frame.ir is None else np.ascontiguousarray(frame.ir[window]),
         )
         prepared = prepare(cut, crop(camera, window), sensor, moments[index])
+        if shown is not None:
+            prepared = replace(prepared, color=shown.seen_at(index, frame, window))
         frames.append(prepared if mask is None else _masked(prepared, mask))
     return frames, broken
 

@@ -45,14 +45,15 @@ def find_motion(
     cut = region.cut(region.window(camera))
     pixels = [None if f is None else usable(f.surface, cut) for f in frames]
     both = list(zip(frames, pixels, strict=True))
-    views = [_nothing(frames) if f is None or p is None else view(f.surface, p) for f, p in both]
+    views = [_nothing(frames) if f is None or p is None else view(f.surface, p, f.color) for f, p in both]
     with stage("motion"):
         if how[1].step is not None and not how[1].force:
-            refuse_contradicted_step(views, region, how[1].step)
+            refuse_contradicted_step(views, cut, how[1].step)
         sensor, middle = how[1].sensor, float((region.low[2] + region.high[2]) / 2)
         known = None if sensor is None else depth_std(sensor, camera, middle)
-        motion, commanded = _motion(views, region, (commanded, known), how[1].step is None)
-    if not motion.camera_check.values.any():  # a model is sharp only where camera and depth fit the motion
+        motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
+    # a model is sharp only where camera and depth fit the motion
+    if motion.shifts is None and not motion.camera_check.values.any():
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
             frames = object_alone(frames, cut, motion)

@@ -31,7 +31,10 @@ def choose_volume(
     distance = float(np.median(inside[:, 2])) if len(inside) else float(np.linalg.norm(motion.axis.point))
     sigma = typical_noise(frames, region)
     voxel = choose_voxel(distance, camera) if settings.voxel is None else settings.voxel
-    truncation = choose_truncation(voxel, sigma) if settings.truncation is None else settings.truncation
+    # views that lie beside each other by more than their noise would tear a thin surface into several
+    truncation = (
+        choose_truncation(voxel, max(sigma, motion.spread)) if settings.truncation is None else settings.truncation
+    )
     radius = motion.radius + MARGIN
     bottom = (motion.bottom if motion.plate is None else motion.plate) - MARGIN
     low, high = (-radius, -radius, bottom), (radius, radius, motion.top + MARGIN)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.coloring.color_mesh import Colored, color_mesh
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
 from fusion.progress import each, stage
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
@@ -22,6 +23,7 @@ from fusion.scan.frames import load
 from fusion.scan.object import choose_volume, clean, typical_noise
 from fusion.scan.poses import align_directly, confirmed, constrained, gap_of, track_freely, wobble
 from fusion.scan.result import Scan
+from fusion.scan.seen import seen_by_any
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
@@ -77,7 +79,11 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)
     with stage("mesh"):
-        (mesh, kept), (mesh_raw, _) = (clean(v.surface(), settings, motion) for v in (volume, rough))
+        surface = volume.surface()
+        if motion.shifts is not None:  # frames that a hand placed do not lie on each other as on one axis
+            shown = seen_by_any(surface, frames, corrected.poses, volume_settings.truncation)
+            surface = vertices_kept(surface, shown)
+        (mesh, kept), (mesh_raw, _) = (clean(m, settings, motion) for m in (surface, rough.surface()))
     colored = color_mesh(mesh, recording, corrected) if settings.color else Colored(mesh)
     pair = closing_pair(motion.angles)
     direct = None if pair is None else align_directly(frames, region, corrected, pair)

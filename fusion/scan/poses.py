@@ -26,18 +26,27 @@ TRACKING = IcpSettings(
 )
 
 
-def about_axis(axis: Axis, angles: Array) -> Array:
-    """The camera in the object's frame (n, 4, 4): one axis, one angle (n,) [rad] per frame; NaN where that is NaN."""
+def about_axis(axis: Axis, angles: Array, shifts: Array | None = None) -> Array:
+    """The camera in the object's frame (n, 4, 4), NaN where the angle is NaN.
+
+    Args:
+        axis: about which the object turns.
+        angles: (n,) [rad].
+        shifts: (n, 2) across the axis [m], where a hand moved the object too (see `Motion`).
+    """
     T_object_camera = axis.object_frame()
     poses = np.full((len(angles), 4, 4), np.nan)
+    moved = np.zeros((len(angles), 2)) if shifts is None else shifts
     for i in np.flatnonzero(np.isfinite(angles)):
-        poses[i] = T_object_camera @ axis.turn(-float(angles[i]))
+        back = axis.turn(-float(angles[i]))
+        back[:3, 3] -= back[:3, :3] @ (moved[i] @ axis.across())
+        poses[i] = T_object_camera @ back
     return poses
 
 
 def constrained(recording: Recording, motion: Motion) -> Trajectory:
     """The camera in the object's frame, by the axis and the angles that were found."""
-    return Trajectory(recording.timestamps, about_axis(motion.axis, motion.angles))
+    return Trajectory(recording.timestamps, about_axis(motion.axis, motion.angles, motion.shifts))
 
 
 def track_freely(

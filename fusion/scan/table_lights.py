@@ -34,6 +34,9 @@ def _table(scan: "Scan") -> Light:
     steps, wobble = scan.steps, scan.wobble
     judged = level(wobble, WOBBLE) if np.isfinite(wobble) else "ok"
     said = "; ".join([f"{np.rad2deg(steps.mean):.2f} deg a frame", *steps.notes])
+    if scan.motion.shifts is not None:
+        moved = np.sqrt(np.nanmean(np.nansum((scan.motion.shifts - np.nanmean(scan.motion.shifts, 0)) ** 2, axis=1)))
+        said += f"; turned by hand, which moved the object by {moved * 1e3:.0f} mm (rms): each frame has its own place"
     do = ""
     if judged != "ok":
         # freely tracked poses rock with the plate, and with a depth that is bent differently in each part of the image

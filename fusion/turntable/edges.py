@@ -1,7 +1,7 @@
 """The point-to-plane equations of all edges of a joint fit, shrunk to one small normal matrix per edge."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -32,6 +32,7 @@ class Stack:
         first: (n + 1,) where each view's points start.
         points: (all, 7) of the sampled surface: point [m], normal, sigma [m].
         maps: (n, h, w, 7) the same of the pixels, every `stride`-th of them.
+        tones, images: (all,), (n, h, w) what is printed there, see `View`; (0,), (0, 0, 0) without colour.
     """
 
     views: Sequence[View]
@@ -39,13 +40,17 @@ class Stack:
     points: NDArray[np.float32]
     maps: NDArray[np.float32]
     stride: int
+    tones: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
+    images: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0, 0), np.float32))
 
     def thinned(self, most: int) -> "Stack":
         """About `most` of the points, evenly from all views."""
         step = max(1, len(self.points) // most)
         kept = [np.arange(a, b, step) for a, b in pairwise(self.first.tolist())]
         first = np.concatenate([[0], np.cumsum([len(k) for k in kept])]).astype(np.int32)
-        return replace(self, first=first, points=self.points[np.concatenate(kept)])
+        chosen = np.concatenate(kept)
+        tones = self.tones[chosen] if len(self.tones) else self.tones
+        return replace(self, first=first, points=self.points[chosen], tones=tones)
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,12 @@ def stack(views: Sequence[View]) -> Stack:
             maps[i, ..., k] = v.map.points[::stride, ::stride, k]
             maps[i, ..., 3 + k] = v.map.normals[::stride, ::stride, k]
         maps[i, ..., 6] = v.map.sigma[::stride, ::stride]
-    return Stack(views, first, points, maps, stride)
+    plain = Stack(views, first, points, maps, stride)
+    prints, tones = [v.print for v in views], [v.tones for v in views]
+    if any(p is None for p in prints) or any(t is None for t in tones):
+        return plain
+    images = np.stack([p[::stride, ::stride] for p in prints if p is not None])
+    return replace(plain, tones=np.concatenate([t for t in tones if t is not None]), images=images)
 
 
 def edge_sums(

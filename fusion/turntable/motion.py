@@ -7,20 +7,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
+from fusion.geometry import pose
+from fusion.turntable.alone import Alone
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Stack, stack
+from fusion.turntable.beginning import begun_with
+from fusion.turntable.edges import stack
 from fusion.turntable.log import of_its_sign
 from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.misfit import misfits
-from fusion.turntable.plate import above, ground_height, plate_height
+from fusion.turntable.plate import above, plate_height
 from fusion.turntable.selfcheck import SelfCheck
-from fusion.turntable.start import axis_guesses, find_turns, search_range
-from fusion.turntable.together import DEPTH_ERRORS, REACH, WIDEST, WORTH, fit_camera, misfit, together
+from fusion.turntable.together import DEPTH_ERRORS, WIDEST, WORTH, fit_camera, misfit, together
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
-POINTS_FIRST, POINTS_FINE = 1000, 3000  # source points per frame
+POINTS_FINE = 3000  # source points per frame
+MISPLACED = 0.5  # misfit of a frame with its partners from which it is left out
 POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 
 
@@ -32,6 +34,8 @@ class Motion:
         axis: in the camera's frame, its point at the plate's height where a plate was seen.
         angles: (n,) turn of each frame [rad], 0 at the first; NaN for rejected frames.
         angle_std: (n,) [rad].
+        shifts: (n, 2) of the object along `axis.across()`, after the turn [m], where a hand turned it about no fixed
+            axis; None where the axis holds.
         residual: (n,) [m]; support: (n,) share of the visible points that fit.
         rejected: frame to reason.
         plate: height of the plate above the axis' point [m], None when no plate was seen.
@@ -39,6 +43,7 @@ class Motion:
         camera_check: what camera and depth seem to get wrong, with all errors fitted.
         focal_check: the same with the camera alone (focal length and principal point) fitted.
         focal_std: standard deviation of the relative focal length in `focal_check`.
+        spread: rms distance of overlapping views from each other [m], where that was measured.
     """
 
     axis: Axis
@@ -54,6 +59,8 @@ class Motion:
     camera_check: SelfCheck
     focal_check: SelfCheck
     focal_std: float
+    shifts: Array | None = None
+    spread: float = 0.0
 
 
 def estimate_motion(
@@ -71,8 +78,11 @@ def estimate_motion(
         TrackingError: the views do not fit any turn about one axis.
     """
     n = len(views)
-    used, seen, shown, floor, (axis, angles) = begin(views, region, commanded)
+    begun = begun_with(views, region, commanded)
+    used, seen, shown, floor, axis, angles = begun.used, begun.seen, begun.shown, begun.floor, begun.axis, begun.angles
     centre = (region.low + region.high) / 2
+    if begun.by_hand is not None:
+        return by_hand(begun.by_hand, (n, used, seen), centre)
     told = None if commanded is None else commanded[used]
     fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
     fit, camera_fit = _refine((shown, fine), (axis, angles), told, depth_std)
@@ -87,14 +97,7 @@ def estimate_motion(
 
     angles = whole(np.where(bad, np.nan, fit.angles))
     angles -= angles[np.isfinite(angles)][0]
-    turned = float(np.ptp(angles[np.isfinite(angles)]))
-    if turned < LEAST_TURN:
-        raise TrackingError(
-            "the object hardly turns",
-            found=f"{np.rad2deg(turned):.1f} deg in {len(used)} frames",
-            expected=f"{np.rad2deg(LEAST_TURN):.0f} deg or more",
-            do="use `fusion reconstruct` if the camera moved",
-        )
+    _refuse_still(angles)
     final = fit.axis.nearest_to(centre)
     height = plate_height(seen, final)
     if height is not None:
@@ -118,24 +121,70 @@ def estimate_motion(
     )
 
 
-def begin(
-    views: Sequence[View], region: Region, commanded: Array | None
-) -> tuple[NDArray[np.intp], list[View], list[View], float, tuple[Axis, Array]]:
-    """Frames that show the object, their views whole and thinned above the plate, where it ends, and a first motion."""
-    empty = np.array([len(v.points) < 100 for v in views])
-    used = np.flatnonzero(~empty)
-    seen = [v for v, nothing in zip(views, empty, strict=True) if not nothing]
-    if len(used) < 3:
-        raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
-    centre = (region.low + region.high) / 2
-    stride, steps, axis = _first_axis(seen, centre, None if commanded is None else commanded[used])
-    ground = ground_height(seen, axis)
-    floor = -np.inf if ground is None else ground + 0.008
-    shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
-    if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
-        shown, floor = [_thinned(v, POINTS_FIRST) for v in seen], -np.inf
-    axis, angles = _chain(shown, axis, steps, stride, None if commanded is None else commanded[used])
-    return used, seen, shown, floor, (axis, angles)
+def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centre: Array) -> Motion:
+    """The motion of an object that a hand turned and moved.
+
+    Args:
+        found: of the views that show the object.
+        shown: number of frames, those that show it, their views.
+        centre: (3,) of the region [m].
+    """
+    n, used, seen = shown
+    state, lens = found.state, found.lens
+    assert lens is not None
+    axis = state.axis.nearest_to(centre)
+    height = plate_height(seen, axis)
+    if height is not None:
+        axis = replace(axis, point=axis.point + height * axis.direction)
+    back = pose.inverse(state.motions())
+    some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
+    points = np.concatenate(
+        [pose.transform(T, v.points[::some].astype(float)) for T, v in zip(back, seen, strict=True)]
+    )
+    reach, above_point = axis.distance(points)
+    bad = found.joint.misfit > MISPLACED
+
+    def whole(values: Array) -> Array:
+        out = np.full((n, *values.shape[1:]), np.nan)
+        out[used] = values
+        return out
+
+    angles = whole(np.where(bad, np.nan, state.angles))
+    _refuse_still(angles)
+    sigma = np.array([float(np.median(v.sigma)) for v in seen])
+    stated = no_errors(seen)
+    values = stated.values.copy()
+    values[0] = lens.state.focal
+    return Motion(
+        axis=axis,
+        angles=angles - angles[np.isfinite(angles)][0],
+        angle_std=whole(found.joint.angle_std),
+        residual=whole(found.joint.scale * sigma),
+        support=whole(1 - found.joint.misfit),
+        rejected={int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
+        | {int(used[k]): f"only {1 - found.joint.misfit[k]:.0%} of the surface fits" for k in np.flatnonzero(bad)},
+        plate=None if height is None else 0.0,
+        radius=float(np.percentile(reach, 99.8)),
+        bottom=float(np.percentile(above_point, 0.2)),
+        top=float(np.percentile(above_point, 99.8)),
+        camera_check=stated,
+        focal_check=replace(stated, values=values),
+        focal_std=lens.focal_std,
+        shifts=whole(state.shifts),
+        spread=found.joint.spread,
+    )
+
+
+def _refuse_still(angles: Array) -> None:
+    known = angles[np.isfinite(angles)]
+    turned = float(np.ptp(known)) if len(known) else 0.0
+    if turned < LEAST_TURN:
+        raise TrackingError(
+            "the object hardly turns",
+            found=f"{np.rad2deg(turned):.1f} deg in {len(known)} frames",
+            expected=f"{np.rad2deg(LEAST_TURN):.0f} deg or more",
+            do="use `fusion reconstruct` if the camera moved",
+        )
 
 
 def _refine(
@@ -179,69 +228,3 @@ def _refine(
     passes = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
     fit = close_loop(seen, (fine.axis, fine.angles), edges, passes, stated)
     return replace(fit, angles=fine.angles, angle_std=fine.angle_std, check=fine.check), camera_fit
-
-
-def _thinned(view: View, most: int) -> View:
-    return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)
-
-
-def _first_axis(views: list[View], centre: Array, commanded: Array | None) -> tuple[int, Array, Axis]:
-    """Stride [frames] whose turns are large enough to see, the turns of some pairs so far apart, and the axis."""
-    stride = 1
-    if commanded is not None:
-        known = np.abs(np.diff(commanded))
-        step = float(np.median(known[known > 1e-4])) if (known > 1e-4).any() else np.deg2rad(5)
-        stride = int(np.clip(round(np.deg2rad(15) / step), 1, max(1, (len(views) - 1) // 2)))
-    while True:
-        starts = np.arange(0, len(views) - stride, max(1, (len(views) - stride) // 8)).tolist()
-        both = stack([_thinned(views[k], POINTS_FIRST) for i in starts for k in (i, i + stride)])
-        best = min((_try_axis(both, guess) for guess in axis_guesses(centre)), key=lambda found: found[0])
-        typical = float(np.median(np.abs(best[2])))
-        if commanded is not None or typical > np.deg2rad(7) or 2 * stride >= len(views) // 2:
-            break
-        stride *= 2
-    if best[0] > 0.6:
-        raise TrackingError(
-            "the views do not fit a turn about one axis",
-            found=f"a misfit of {best[0]:.2f}",
-            expected="below 0.6",
-            do="check that the camera stood still and steps are below 25 degrees, or give --box",
-        )
-    return stride, best[2], best[1].nearest_to(centre)
-
-
-def _try_axis(both: Stack, axis: Axis) -> tuple[float, Axis, Array]:
-    """Misfit, axis and turns of pairs of frames that stand one after the other, starting from one guess of the axis."""
-    n = len(both.views)
-    alone = [(k, k + 1) for k in range(0, n, 2)]
-    turns = np.zeros(len(alone))
-    for _ in range(2):
-        angles = np.zeros(n)
-        angles[1::2] = find_turns(both, alone, axis, np.tile(search_range(), (len(alone), 1)), REACH).turns
-        fit = close_loop(both, (axis, angles), alone, LoopSettings((REACH, REACH / 2), (6, 4)))
-        axis, turns = fit.axis, fit.angles[1::2] - fit.angles[0::2]
-    if axis.direction[1] > 0:  # up is -y
-        return 1.0, axis, turns
-    return float(np.mean(misfits(both, alone, (axis, turns), 0.02))), axis, turns
-
-
-def _chain(views: list[View], axis: Axis, turns: Array, stride: int, commanded: Array | None) -> tuple[Axis, Array]:
-    """Angles (n,) of all frames, by key frames `stride` apart."""
-    keys = np.append(np.arange(0, len(views) - 1, stride), len(views) - 1)
-    typical = float(np.median(turns)) / stride
-    sign = 1.0
-    if commanded is not None:
-        sign = float(np.sign(typical * np.median(np.diff(commanded)[np.diff(commanded) != 0])) or 1.0)
-    expected = typical * np.diff(keys) if commanded is None else sign * np.diff(commanded[keys])
-    seen, alone = stack([views[k] for k in keys]), [(k, k + 1) for k in range(len(keys) - 1)]
-    found = find_turns(seen, alone, axis, expected[:, None] + np.deg2rad(np.arange(-10, 10.1, 2)), REACH)
-    steps = found.turns
-    if commanded is not None:  # what the table says holds unless the surface clearly contradicts
-        steps = np.where(found.misfit > 0.7 * misfits(seen, alone, (axis, expected), REACH), expected, steps)
-    at_keys = np.concatenate([[0.0], np.cumsum(steps)])
-    fit = close_loop(seen, (axis, at_keys), alone, LoopSettings((REACH, REACH / 2), (5, 3)))
-    if commanded is not None:  # between the keys as told
-        told_angles = sign * (commanded - commanded[0])
-        correction = np.interp(np.arange(len(views)), keys, at_keys - told_angles[keys])
-        return fit.axis, told_angles + correction
-    return fit.axis, np.interp(np.arange(len(views)), keys, fit.angles)

@@ -17,6 +17,8 @@ EDGE = 0.015  # [m] around what turns that may still be it
 NEAREST = 0.006  # [m] least difference that shows a motion
 # share of a cell's face that must show surface in one frame: mixed pixels along silhouettes string things together
 FILLED = 0.05
+FLAT = 0.02  # [m] before the background: shadows of stereo and filters bend that by less
+MOSTLY = 0.6  # share of an object that stands so far before the background, unless it is flat
 LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
@@ -68,8 +70,12 @@ def find_moving(
     wall = find_background(behind, outside_of(_box(chosen), behind.far, camera))
     # with it the whole object shows, not only where something was seen behind it
     with np.errstate(invalid="ignore"):
-        before = np.where(np.isfinite(wall), depths < wall, moved)
-    points, frames, stride = _points_of(_with_neighbours(before), depths, camera)
+        before = _with_neighbours(np.where(np.isfinite(wall), depths < wall, moved))
+        # beside the object its shadow bends a wall, which tells nothing of where it ends unless it is itself so flat
+        clear = before & (depths < wall - FLAT)
+    if clear.sum() > MOSTLY * before.sum():
+        before = clear
+    points, frames, stride = _points_of(before, depths, camera)
     chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride), chosen)]
     return Moving(chosen, *_box(chosen), behind.still, wall)
 

@@ -1,7 +1,6 @@
 """The plate the object stands on: its height along the axis, and views without it."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,4 +99,4 @@ def above(view: View, axis: Axis, height: float, most: int) -> View:
     kept = np.flatnonzero(axis.distance(view.points.astype(float))[1] > height)
     if len(kept) > most:  # a fixed seed: the same scan gives the same result
         kept = np.sort(np.random.default_rng(0).permutation(kept)[:most])
-    return replace(view, points=view.points[kept], normals=view.normals[kept], sigma=view.sigma[kept])
+    return view.of(kept)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
+from fusion.turntable.tones import contrast
 
 Array = NDArray[np.float64]
 
@@ -69,17 +70,31 @@ class View:
     Attributes:
         map: everything seen in the window (the background too: it says where the object is not).
         points, normals, sigma: (n, 3), (n, 3), (n,) of the sampled object surface.
+        print: (h, w) what is printed on the surface (see `tones.contrast`), NaN where unknown; None without colour.
+        tones: (n,) the same at the points.
     """
 
     map: PointMap
     points: NDArray[np.float32]
     normals: NDArray[np.float32]
     sigma: NDArray[np.float32]
+    print: NDArray[np.float32] | None = None
+    tones: NDArray[np.float32] | None = None
 
     @property
     def sampled(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
         """Points, normals and sigma as `find_pairs` takes them."""
         return self.points, self.normals, self.sigma
+
+    def of(self, chosen: NDArray) -> "View":
+        """The view with some of its points: their places, or a bool for each."""
+        return replace(
+            self,
+            points=self.points[chosen],
+            normals=self.normals[chosen],
+            sigma=self.sigma[chosen],
+            tones=None if self.tones is None else self.tones[chosen],
+        )
 
 
 def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
@@ -94,14 +109,19 @@ def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
     )
 
 
-def view(surface: PointMap, seen: NDArray[np.bool_]) -> View:
+def view(surface: PointMap, seen: NDArray[np.bool_], color: NDArray[np.uint8] | None = None) -> View:
     """The view of one frame.
 
     Args:
         surface: what the frame shows, in the window of the region (see `Region.window` and `crop`).
         seen: (h, w) its pixels that take part, see `usable`.
+        color: (h, w, 3) of the same pixels, or None.
     """
-    return View(surface, surface.points[seen], surface.normals[seen], surface.sigma[seen])
+    known = surface.points[seen], surface.normals[seen], surface.sigma[seen]
+    if color is None:
+        return View(surface, *known)
+    tones = contrast(color, seen)
+    return View(surface, *known, tones, tones[seen])
 
 
 def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:

@@ -20,12 +20,16 @@ NOISIEST = 0.5  # standard deviations above this share of the truncation would t
 
 @dataclass(frozen=True)
 class Prepared:
-    """A corrected frame ready for tracking and fusion: depth [m], its surface, and the weight of each pixel."""
+    """A corrected frame ready for tracking and fusion: depth [m], its surface, and the weight of each pixel.
+
+    `color` (h, w, 3) of the same pixels helps tracking, where it is kept; what `frame` has is fused.
+    """
 
     depth: NDArray[np.float32]
     surface: PointMap
     weight: NDArray[np.float32]
     frame: Frame
+    color: NDArray[np.uint8] | None = None
 
 
 def prepare(

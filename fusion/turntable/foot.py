@@ -1,0 +1,75 @@
+"""The upright of what the object stands on, and about where an axis along it passes through the object."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.turntable.axis import Axis
+
+Array = NDArray[np.float64]
+FLAT = 0.004  # [m] off a plane
+TRIES = 300
+SOME = 4000  # points that are looked at
+LEAST = 0.03  # share of the background that makes a foot
+UNDER = 0.03  # [m] the foot may lie so far below the lowest of the object, which its own wall hides
+ABOVE = 0.97  # share of the object above the foot
+UPWARDS = 0.15  # least cosine between the image's up and the foot's: no camera is held on its side
+
+
+def foot_normal(wall: NDArray[np.float32], camera: Camera, points: Array) -> Array | None:
+    """Unit normal (3,) of the level surface under points (n, 3) of the object, upwards; None when there is none.
+
+    Args:
+        wall: (h, w) the background [m], see `background`.
+        camera: of that image.
+        points: of the object in all views, camera frame [m].
+    """
+    behind = camera.points(wall).reshape(-1, 3).astype(float)
+    behind = behind[np.isfinite(behind[:, 2])]
+    low, high = np.percentile(points, [1, 99], axis=0)
+    size = high - low
+    near = ((behind > low - size) & (behind < high + size)).all(axis=1)
+    behind, some = behind[near], points[:: max(1, len(points) // SOME)]
+    if len(behind) < 100:
+        return None
+    random = np.random.default_rng(0)  # a fixed seed: the same scan gives the same result
+    behind = behind[random.permutation(len(behind))[:SOME]]
+    best, most = None, LEAST * len(behind)
+    for _ in range(TRIES):
+        a, b, c = behind[random.integers(len(behind), size=3)]
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal)
+        if length < 1e-5 or abs(normal[1]) < UPWARDS * length:
+            continue
+        normal *= -np.sign(normal[1]) / length
+        count = int(np.sum(np.abs((behind - a) @ normal) < FLAT))
+        if count > most and _stands_on((some - a) @ normal):
+            best, most = (a, normal), count
+    if best is None:
+        return None
+    a, normal = best
+    for _ in range(3):
+        inside = behind[np.abs((behind - a) @ normal) < FLAT]
+        a = inside.mean(axis=0)
+        normal = np.linalg.svd(inside - a, full_matrices=False)[2][2]
+    return np.asarray(normal * -np.sign(normal[1]))
+
+
+def _stands_on(height: Array) -> bool:
+    lowest = float(np.percentile(height, 2))
+    return bool(np.mean(height > -FLAT) > ABOVE and lowest < UNDER)
+
+
+def axis_through(direction: Array, points: Array) -> Axis:
+    """The axis along a direction (3,) through the middle of what points (n, 3) of all views fill: half of it shows, so
+    that it reaches as far behind its nearest as it does to the sides."""
+    middle = np.median(points, axis=0)
+    sideways = np.cross(direction, middle)
+    sideways /= np.linalg.norm(sideways)
+    away = np.cross(sideways, direction)
+    away *= np.sign(away @ middle)
+    left, right = np.percentile(points @ sideways, [1, 99])
+    near, far = np.percentile(points @ away, [1, 99])
+    depth = min(near + (right - left) / 2, max(far, near + 0.005))
+    along = np.percentile(points @ direction, [1, 99]).mean()
+    return Axis((left + right) / 2 * sideways + depth * away + along * direction, direction)

@@ -1,0 +1,207 @@
+"""All views at once by shape and print: one axis, one turn for each view, and where a hand moved it across the axis.
+
+What each pair of views says of a small motion of one against the other is six equations (see `pairwise`), and one for
+the focal length; a motion of a view is a turn about the axis and a shift across it, and the axis itself leans and
+moves for all views together.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from fusion.geometry import pose
+from fusion.turntable.axis import Axis
+from fusion.turntable.edges import Edges, Stack
+from fusion.turntable.pairwise import Limits, Twists, planar, twists
+from fusion.turntable.twist_system import SHARED, normal_equations, planar_columns
+
+Array = NDArray[np.float64]
+EFFECTIVE = 0.005  # what one point is worth where neighbours say the same, as in `loop`
+FEWEST = 100  # pairs of points that make an edge
+WORST = 0.6  # misfit of an edge that is left out
+ANGLE, SHIFT = np.deg2rad(1.5), 0.002  # [rad], [m] what a pair of views may be off
+WIDE = 0.03  # [m] reach within which the spread of views is taken
+FOCAL = 0.03  # how wrong a nominal focal length may be, as in `selfcheck`
+SETTLED = 2e-5  # [rad], [m]
+FIXED = 1e-6  # [m] an axis that stays where it is
+
+
+@dataclass(frozen=True)
+class State:
+    """A motion of n views.
+
+    Attributes:
+        axis: in the camera's frame.
+        angles: (n,) [rad].
+        shifts: (n, 2) of the object along `axis.across()` [m], after the turn.
+        focal: log of the focal length over the stated one.
+    """
+
+    axis: Axis
+    angles: Array
+    shifts: Array
+    focal: float = 0.0
+
+    def motions(self) -> Array:
+        """(n, 4, 4) what brings the object from its mean place, turned as at angle 0, to that in each view."""
+        return planar(self.axis, self.angles, self.shifts)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What the views say together.
+
+    Attributes:
+        state: the motion.
+        angle_std, shift_std: (n,), (n,) [rad], [m].
+        focal_std: of the log of the focal length.
+        misfit, scale: (n,) of each view with its partners: share of the points that do not fit; observed over declared
+            spread of depth.
+        spread: rms distance of views from each other along the normal [m].
+        at: what the edges say there.
+    """
+
+    state: State
+    angle_std: Array
+    shift_std: Array
+    focal_std: float
+    misfit: Array
+    scale: Array
+    spread: float
+    at: Twists
+
+
+@dataclass(frozen=True)
+class Free:
+    """What a joint fit may change.
+
+    Attributes:
+        loose: standard deviation of the shifts [m]; `FIXED` for a turntable.
+        axis: the axis too.
+        focal: the focal length too.
+    """
+
+    loose: float
+    axis: bool = True
+    focal: bool = False
+
+
+@dataclass
+class _Last:
+    std: Array = field(default_factory=lambda: np.zeros(0))
+    found: Twists | None = None
+
+
+def fit_jointly(
+    seen: Stack, start: State, edges: Edges, passes: tuple[Limits, ...], free: Free, iterations: int = 5
+) -> Joint:
+    """Refine a motion.
+
+    Args:
+        seen: the views.
+        start: where to begin.
+        edges: pairs of views.
+        passes: limits, one after the other.
+        free: what may change.
+        iterations: in each pass.
+    """
+    state, last = start, _Last()
+    for limits in passes:
+
+        def say(poses: Array, centre: Array, focal: float, limits: Limits = limits) -> Twists:
+            return twists(seen, edges, poses, centre, limits, focal)
+
+        state = _fit(state, edges, say, (free, iterations), last)
+    assert last.found is not None
+    n, i = len(state.angles), np.array(edges, np.intp)[:, 0]
+    count = np.maximum(np.bincount(i, minlength=n), 1)
+    misfit, scale = (np.bincount(i, k, n) / count for k in (last.found.misfit, last.found.scale))
+    own = last.std[SHARED:].reshape(n, 3)
+    return Joint(
+        state, own[:, 0], np.hypot(own[:, 1], own[:, 2]), float(last.std[SHARED - 1]), misfit, scale,
+        _spread(seen, state, edges), last.found,
+    )  # fmt: skip
+
+
+def fit_to_pairs(start: State, edges: Edges, poses: Array, worth: Array, iterations: int = 15) -> State:
+    """The motion that agrees with those of pairs of views (m, 4, 4), each as far as it is worth (m,).
+
+    Motions that do not fit in count less and less (Cauchy's weights).
+    """
+    size = np.array([ANGLE, SHIFT, SHIFT])
+    none = np.zeros(len(edges))
+    axis = start.axis
+    own = np.vstack([planar_columns(axis), np.zeros((1, 3))])
+
+    def say(now: Array, centre: Array, focal: float) -> Twists:
+        D = poses @ pose.inverse(now)
+        turn = Rotation.from_matrix(D[:, :3, :3]).as_rotvec() @ axis.direction
+        shift = (np.einsum("mij,j->mi", D[:, :3, :3], centre) + D[:, :3, 3] - centre) @ axis.across().T
+        off = np.column_stack([turn, shift])
+        weight = worth / (1 + np.sum((off / size) ** 2, axis=1)) / EFFECTIVE
+        H = weight[:, None, None] * ((own / size**2) @ own.T)
+        g = -weight[:, None] * ((off / size**2) @ own.T)
+        return Twists(H, g, none, none + 2 * FEWEST, none, none, none, none, none)
+
+    return _fit(start, edges, say, (Free(1.0, axis=False), iterations), _Last())
+
+
+def _fit(
+    state: State, edges: Edges, say: Callable[[Array, Array, float], Twists], how: tuple[Free, int], last: _Last
+) -> State:
+    free, iterations = how
+    n = len(state.angles)
+    i, j = np.array(edges, np.intp).T
+    held = np.zeros(SHARED + 3 * n, bool)
+    held[: SHARED - 1], held[SHARED - 1] = not free.axis, not free.focal
+    held[SHARED] = True  # the first view is not turned
+    across = (SHARED + np.arange(3 * n).reshape(n, 3)[:, 1:]).ravel()
+    for _ in range(iterations):
+        M = state.motions()
+        found = say(M[j] @ pose.inverse(M[i]), state.axis.point, state.focal)
+        good = (found.misfit < WORST) & (found.pairs > FEWEST)
+        H, g = normal_equations(found, (state.axis, M), (i, j), np.where(good, EFFECTIVE, 0.0))
+        H[across, across] += 1 / free.loose**2
+        g[across] += state.shifts.ravel() / free.loose**2
+        H[SHARED - 1, SHARED - 1] += 1 / FOCAL**2
+        g[SHARED - 1] += state.focal / FOCAL**2
+        step, last.std = _solve(H, g, held)
+        last.found = found
+        state = _moved(state, step)
+        if np.abs(step).max() < SETTLED:
+            break
+    return state
+
+
+def _spread(seen: Stack, state: State, edges: Edges) -> float:
+    M = state.motions()
+    i, j = np.array(edges, np.intp).T
+    limits = Limits(WIDE, -1.0)
+    at = twists(seen, edges, M[j] @ pose.inverse(M[i]), state.axis.point, limits, state.focal)
+    squares = at.misfit * at.visible - (at.visible - at.pairs)  # of pairs, in units of half the reach
+    return float(WIDE / 2 * np.sqrt(max(squares.sum(), 0.0) / max(at.pairs.sum(), 1)))
+
+
+def _solve(H: Array, g: Array, held: NDArray[np.bool_]) -> tuple[Array, Array]:
+    free = (np.diag(H) > 0) & ~held
+    size = np.sqrt(np.diag(H)[free]) + 1e-12
+    inverse = np.linalg.pinv(H[np.ix_(free, free)] / np.outer(size, size), rcond=1e-9, hermitian=True)
+    inverse /= np.outer(size, size)
+    step, std = np.zeros((2, len(g)))
+    step[free] = -inverse @ g[free]
+    std[free] = np.sqrt(np.maximum(np.diag(inverse), 0))
+    return step * min(1.0, 0.1 / max(float(np.abs(step).max()), 1e-12)), std
+
+
+def _moved(state: State, step: Array) -> State:
+    own = step[SHARED:].reshape(-1, 3)
+    first, second = state.axis.across()
+    sign = np.sign(np.cross(first, second) @ state.axis.direction)
+    c, s = np.cos(own[:, 0]), sign * np.sin(own[:, 0])
+    x, y = state.shifts.T  # a step turns about the axis' point after the shift
+    shifts = np.column_stack([c * x - s * y, s * x + c * y]) + own[:, 1:]
+    focal = state.focal + float(step[SHARED - 1])
+    return replace(state, axis=state.axis.moved(step[:4]), angles=state.angles + own[:, 0], shifts=shifts, focal=focal)

@@ -1,0 +1,92 @@
+"""A motion of which nothing is told: hands turn by uneven steps and move the object; print holds what shape lets go."""
+
+import numpy as np
+import pytest
+
+from fusion.errors import TrackingError
+from fusion.geometry import pose
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import point_map
+from fusion.simulation.demo import looking_at
+from fusion.turntable.alone import find_alone
+from fusion.turntable.views import Region, view
+
+CAMERA = Camera(160, 120, 220.0, 220.0, 79.5, 59.5)
+T_WORLD_CAMERA = looking_at(np.array([0.45, 0.0, 0.28]), np.array([0.0, 0.0, 0.06]))
+HALF = np.array([0.03, 0.055, 0.075])  # a box that is neither square nor round
+
+
+def printed(points):
+    """Brightness of places on the box: fields of 12 mm, another on every side."""
+    cell = np.floor((points + 0.3001) / 0.012).astype(int)
+    return (
+        (cell[..., 0] * 7 + cell[..., 1] * 13 + cell[..., 2] * 29 + cell[..., 0] * cell[..., 2] * 3) * 37
+    ) % 200 + 30
+
+
+def seen(turn, shift, random, color):
+    """One view of the box, its middle at the origin but for a shift (2,) on the table [m]."""
+    T_world_box = pose.about_axis([0, 0, 0], [0, 0, 1], turn)
+    T_world_box[:3, 3] += [*shift, 0.06]
+    T = pose.inverse(T_world_box) @ T_WORLD_CAMERA
+    rays = np.concatenate([CAMERA.rays(), np.ones((*CAMERA.shape, 1))], axis=-1) @ T[:3, :3].T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (-HALF - T[:3, 3]) / rays, (HALF - T[:3, 3]) / rays
+    near, far = np.minimum(a, b).max(axis=-1), np.maximum(a, b).min(axis=-1)
+    depth = np.where((near < far) & (near > 0), near, np.nan)
+    gray = np.nan_to_num(printed(T[:3, 3] + rays * np.nan_to_num(depth)[..., None] * 0.9999))
+    surface = point_map((depth + random.normal(0, 0.0006, depth.shape)).astype(np.float32), CAMERA, 0.0006)
+    image = (gray[..., None] * np.ones(3) * random.uniform(0.7, 1.2)).clip(0, 255).astype(np.uint8)
+    shown = np.isfinite(surface.normals[..., 0]) & (surface.incidence < np.deg2rad(75))
+    return view(surface, shown, image if color else None)
+
+
+def scanned(steps, wander, seed=0, color=True):
+    random = np.random.default_rng(seed)
+    turns = np.concatenate([[0.0], np.cumsum(np.deg2rad(steps))])
+    shifts = random.normal(0, wander, (len(turns), 2))
+    return turns, shifts, [seen(a, s, random, color) for a, s in zip(turns, shifts, strict=True)]
+
+
+REGION = Region(np.full(3, -1.0), np.ones(3))
+UNEVEN = [22, 41, 15, 30, 12, 38, 25, 18, 44, 28, 35, 20, 33]  # 361 degrees
+
+
+@pytest.mark.slow  # a minute on a busy machine: every pair of views at turns all round
+@pytest.mark.parametrize("sign", [1, -1])
+def test_uneven_steps_of_a_hand_and_where_it_moved_the_box(sign):
+    turns, shifts, views = scanned(sign * np.array(UNEVEN), 0.006)
+    found = find_alone(views, REGION)
+    error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
+    assert np.abs(error - error.mean()).max() < 0.6  # noise of 0.6 mm over 110 mm, few pixels
+    assert found.lens is not None
+    moved = (found.state.shifts @ found.state.axis.across() @ T_WORLD_CAMERA[:3, :3].T)[:, :2]
+    # the axis may stand anywhere: another place of it is a shift that turns with the object
+    c, s = np.cos(turns), np.sin(turns)
+    free = np.zeros((2 * len(turns), 4))
+    free[0::2], free[1::2] = np.column_stack([c, -s, 1 + 0 * c, 0 * c]), np.column_stack([s, c, 0 * c, 1 + 0 * c])
+    rest = (moved - shifts).ravel()
+    rest = rest - free @ np.linalg.lstsq(free, rest, rcond=None)[0]
+    assert np.sqrt(np.mean(rest**2)) < 0.0006  # of 6 mm; half a pixel is 1 mm
+
+
+@pytest.mark.slow
+def test_a_firm_axis_is_told_from_a_hand():
+    turns, _, views = scanned(UNEVEN, 0.0)
+    found = find_alone(views, REGION)
+    error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
+    assert found.lens is None and np.abs(error - error.mean()).max() < 0.4
+
+
+def test_what_turns_about_no_axis_is_told():
+    """Views of a box at places of which no turn about one axis tells."""
+    random = np.random.default_rng(1)
+    views = []
+    for _ in range(5):
+        depth = np.full(CAMERA.shape, np.nan, np.float32)
+        u, v = random.integers(5, 60, 2)
+        depth[v : v + 40, u : u + 40] = random.uniform(0.3, 0.9) + random.uniform(0, 0.05, (40, 40))
+        surface = point_map(depth, CAMERA, 0.001)
+        views.append(view(surface, np.isfinite(depth) & np.isfinite(surface.normals[..., 0])))
+    with pytest.raises(TrackingError, match="do not fit a turn about one axis"):
+        find_alone(views, REGION)
