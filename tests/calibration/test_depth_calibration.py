@@ -13,6 +13,7 @@ from fusion.calibration.depth.choice import choose, refused
 from fusion.calibration.depth.harmonics import ALIKE, harmonics
 from fusion.calibration.depth.known import start
 from fusion.calibration.depth.law_sensor import Numbers, with_law
+from fusion.calibration.depth.notes import beyond_laser
 from fusion.calibration.depth.plane import Plane, find_wall
 from fusion.calibration.depth.radial_limit import radial_limit
 from fusion.calibration.depth.surface import _mean, _std_of_mean
@@ -425,6 +426,14 @@ def test_pixels_do_not_buy_a_richer_law_with_the_distances_of_the_walls():
     assert bent.error < judged[0].error
     assert choose([*judged, bent]) == best
     assert refused([*judged, bent], best) is bent and refused(judged, best) is None
+
+
+def test_a_law_that_errs_by_more_than_the_laser_is_said_to():
+    found = calibrated(SL, (DepthScale(0.004),))
+    assert beyond_laser(found.best, found.walls) == 0
+    off = replace(found.best, offset=3 * np.where(np.arange(len(found.walls)) % 2, 1, -1) * found.walls[0].distance_std)
+    assert beyond_laser(off, found.walls) == pytest.approx(3 * found.walls[0].distance_std)
+    assert beyond_laser(off, [replace(wall, distance_std=1.0) for wall in found.walls]) == 0
 
 
 def test_no_law_says_what_to_record():

@@ -1,6 +1,7 @@
 """What a person should know about a depth calibration, in sentences."""
 
 import numpy as np
+from scipy.special import chdtri
 
 from fusion.calibration.depth.fitted import Fitted
 from fusion.calibration.depth.gloss import FRESNEL
@@ -11,6 +12,7 @@ from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import unread_text
 
 MOVED = 0.005  # [m] by what is mirrored: plainly more than a square scatters
+UNLIKELY = 0.01
 MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
 NO_LAW = "no law helps on walls left out by more than its own uncertainty: none is written"
 OF_BOARDS = (
@@ -38,6 +40,12 @@ def notes_on(
         stated = float(np.median([wall.distance_std for wall in walls])) * 1e3
         text = f"the walls scatter by {fitted.scatter * 1e3:.1f} mm about the law, where distances with a deviation of "
         notes.append(("warning", text + f"{stated:.1f} mm would not; intervals hold that"))
+    elif (off := beyond_laser(best, walls)) > 0:
+        text = (
+            f"on walls left out the law errs by {off * 1e3:.2f} mm on the axis, more than their stated distances do by "
+        )
+        text += "chance: objects of other distances or brightness will be off by as much"
+        notes.append(("warning", f"{text}; {more_walls(walls)}"))
     if any(wall.by_board for wall in walls):
         notes.append(("warning", OF_BOARDS))
     if "gloss" in fitted.numbers.value:
@@ -61,6 +69,21 @@ def notes_on(
             ("ok", f"{text}left out, this law by {best.error * 1e3:.2f} mm; to tell more, {more_walls(walls)}")
         )
     return notes
+
+
+def beyond_laser(best: Judged, walls: list[Wall]) -> float:
+    """Error on the axis of walls left out [m] where the stated distances' own would be as large in 1 of 100; else 0.
+
+    What a wall left out is off by holds its own distance's error and those of the fit to the others: as many numbers as
+    only distances tell, over as many walls, are lost.
+    """
+    known = np.isfinite(best.offset) & np.array([np.isfinite(wall.distance_std) for wall in walls])
+    stated = np.array([wall.distance_std for wall in walls])[known]
+    left = len(stated) - best.candidate.over_distance
+    if left < 2:
+        return 0.0
+    squares = float(np.sum((best.offset[known] / stated) ** 2))
+    return best.axis_error if squares > chdtri(len(stated), UNLIKELY) * len(stated) / left else 0.0
 
 
 def more_walls(walls: list[Wall]) -> str:
