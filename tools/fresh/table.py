@@ -25,8 +25,8 @@ def line(one: Judged) -> str:
     return (
         f"{one.name:<9}{kind:<7}{one.shape:<8}{100 * one.scale:>7.2f}{mark:<2}{100 * one.again:>9.2f}"
         f"{100 * one.floor:>7.2f}{1e3 * one.raw:>8.2f}{1e3 * one.bias:>6.2f}"
-        f"{100 * one.limit:>7.2f}{one.angle:>10.3f}{one.largest:>9.2f}{1e3 * one.std:>8.2f}{1e3 * one.std_true:>7.2f}{one.ratio:>7.2f}"
-        f"{100 * one.focal:>7.2f}  "
+        f"{100 * one.limit:>7.2f}{one.angle:>10.3f}{one.largest:>9.2f}"
+        f"{1e3 * one.std:>8.2f}{1e3 * one.std_true:>7.2f}{one.ratio:>7.2f}{100 * one.focal:>7.2f}  "
         f"{verdict:<10}{'yes' if one.told else 'no':<5}{statuses:<11}{one.law}"
     )
 
