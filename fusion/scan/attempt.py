@@ -56,8 +56,9 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     """
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     region = find_region(recording, sensor, settings, masks)
-    frames, broken = load(recording, sensor, region, masks, settings.color)
     told = told_angles(recording, settings)
+    # print helps to find what nothing was told of
+    frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
     motion = find_motion(frames, (recording.camera, settings), region, told)
     frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
