@@ -53,7 +53,7 @@ def find_motion(
         known = None if sensor is None else depth_std(sensor, camera, middle)
         motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
     # a model is sharp only where camera and depth fit the motion
-    if motion.shifts is None and not motion.camera_check.values.any():
+    if not motion.settled and not motion.camera_check.values.any():
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
             frames = object_alone(frames, cut, motion)

@@ -16,7 +16,7 @@ from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Edges, Stack, stack
 from fusion.turntable.everywhere import Heard, listen
 from fusion.turntable.foot import axis_through, foot_normal
-from fusion.turntable.joint import FIXED, Free, Joint, State, fit_jointly, fit_to_pairs
+from fusion.turntable.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly, fit_to_pairs
 from fusion.turntable.labels import consistent, unwound
 from fusion.turntable.loop import LoopSettings, close_loop
 from fusion.turntable.pairwise import Limits
@@ -34,6 +34,7 @@ LEAST = 0.25  # worth of a pair that takes part
 PARTNERS = 8  # of a view in the joint fit
 WANDERS = 0.002  # [m] rms of shifts from which one axis is asked whether it fits as well
 WORSE, MORE = 1.5, 0.05  # misfit of one fixed axis over that of a wandering one, and beyond: a hand turned it
+SLIPS = 2.0  # standard deviations of the angles by shape alone over those with print: shape lets them slip
 HOPELESS = 0.5  # misfit of views that do not turn about any axis
 JOINT = (Limits(0.01, 2.0, 0.12, 1000), Limits(0.006, 2.0, 0.12, POINTS_JOINT))
 COARSE = (Limits(0.02, 0.0, 0.24, 600), *JOINT)
@@ -46,13 +47,15 @@ class Alone:
     Attributes:
         state: axis, angles and shifts.
         joint: the fit behind it.
-        lens: the fit with the focal length free where a hand turned the object about no fixed axis; None where one
-            axis holds.
+        lens: the fit with the focal length free where a hand turned the object about no fixed axis, or where print
+            holds what shape lets slip; None where shape and one axis do.
+        wanders: a hand moved the object.
     """
 
     state: State
     joint: Joint
     lens: Joint | None
+    wanders: bool = False
 
 
 def find_alone(views: Sequence[View], region: Region) -> Alone:
@@ -193,10 +196,23 @@ def _decided(seen: Stack, state: State, edges: Edges) -> Alone:
     narrow = fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True))
     wanders = np.sqrt(np.mean(np.sum(shifts**2, axis=1))) > WANDERS
     if not wanders or float(np.median(narrow.at.misfit)) < WORSE * misfit + MORE:
-        return Alone(narrow.state, narrow, None)
+        if not held_by_print(seen, narrow, edges):
+            return Alone(narrow.state, narrow, None)
+        stated = fit_jointly(seen, replace(narrow.state, focal=0.0), edges, JOINT, Free(FIXED))
+        return Alone(stated.state, stated, narrow)
     # a hand does not move the object so that a wrong focal length keeps it in shape
     lens = fit_jointly(seen, wide.state, edges, (JOINT[0], *JOINT), Free(1.0, focal=True))
-    return Alone(wide.state, wide, lens)
+    return Alone(wide.state, wide, lens, wanders=True)
+
+
+def held_by_print(seen: Stack, found: Joint, edges: Edges) -> bool:
+    """Whether it is mostly print that tells the angles: without it they would be known clearly worse."""
+    if not len(seen.tones):
+        return False
+    both, shape = (
+        angle_stds(seen, found.state, edges, replace(JOINT[-1], tone=tone)) for tone in (JOINT[-1].tone, 0.0)
+    )
+    return bool(np.median(shape[1:]) > SLIPS * np.median(both[1:]))
 
 
 def _nothing_turns(misfit: float) -> TrackingError:

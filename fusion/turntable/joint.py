@@ -149,6 +149,21 @@ def fit_to_pairs(start: State, edges: Edges, poses: Array, worth: Array, iterati
     return _fit(start, edges, say, (Free(1.0, axis=False), iterations), _Last())
 
 
+def angle_stds(seen: Stack, state: State, edges: Edges, limits: Limits) -> Array:
+    """Standard deviations (n,) of the angles [rad] where a fit about one axis stands; infinite where nothing tells."""
+    M = state.motions()
+    i, j = np.array(edges, np.intp).T
+    found = twists(seen, edges, M[j] @ pose.inverse(M[i]), state.axis.point, limits, state.focal)
+    good = (found.misfit < WORST) & (found.pairs > FEWEST)
+    H, g = normal_equations(found, (state.axis, M), (i, j), np.where(good, EFFECTIVE, 0.0))
+    turns = SHARED + 3 * np.arange(1, len(M))
+    kept = np.append(np.arange(4), turns)
+    values = H[np.ix_(kept, kept)] + np.diag(
+        np.append(1 / np.array([0.1, 0.1, 0.02, 0.02]) ** 2, np.full(len(turns), 1e-3))
+    )
+    return np.append(0.0, np.sqrt(np.diag(np.linalg.inv(values))[4:]))
+
+
 def _fit(
     state: State, edges: Edges, say: Callable[[Array, Array, float], Twists], how: tuple[Free, int], last: _Last
 ) -> State:

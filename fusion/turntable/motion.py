@@ -44,6 +44,7 @@ class Motion:
         focal_check: the same with the camera alone (focal length and principal point) fitted.
         focal_std: standard deviation of the relative focal length in `focal_check`.
         spread: rms distance of overlapping views from each other [m], where that was measured.
+        settled: shape alone would only make it worse.
     """
 
     axis: Axis
@@ -61,6 +62,7 @@ class Motion:
     focal_std: float
     shifts: Array | None = None
     spread: float = 0.0
+    settled: bool = False
 
 
 def estimate_motion(
@@ -122,7 +124,7 @@ def estimate_motion(
 
 
 def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centre: Array) -> Motion:
-    """The motion of an object that a hand turned and moved.
+    """The motion of an object that a hand turned and moved, or of which only print tells how far it turned.
 
     Args:
         found: of the views that show the object.
@@ -170,7 +172,8 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centr
         camera_check=stated,
         focal_check=replace(stated, values=values),
         focal_std=lens.focal_std,
-        shifts=whole(state.shifts),
+        shifts=whole(state.shifts) if found.wanders else None,
+        settled=True,
         spread=found.joint.spread,
     )
 
