@@ -191,7 +191,7 @@ def test_the_command_writes_the_contract(written, left):
     assert table["radius"] == pytest.approx(np.hypot(0.66, 0.06), abs=0.02)  # of the camera about the axis
     settings = json.loads((written / "settings.json").read_text())
     assert settings["strength"] == "circle" and settings["frames"] == FRAMES
-    assert settings["judgement"][0].keys() == {"level", "subject", "reason", "do"}
+    assert settings["judgement"][0].keys() == {"level", "subject", "reason", "do", "fails"}
     assert "<html" in (written / "report.html").read_text(encoding="utf-8")[:2000].lower()
     stamps = read_trajectory(written / "trajectory.txt").timestamps
     kept = np.delete(left[1].timestamps, BROKEN)
