@@ -155,7 +155,7 @@ def angle_stds(seen: Stack, state: State, edges: Edges, limits: Limits) -> Array
     i, j = np.array(edges, np.intp).T
     found = twists(seen, edges, M[j] @ pose.inverse(M[i]), state.axis.point, limits, state.focal)
     good = (found.misfit < WORST) & (found.pairs > FEWEST)
-    H, g = normal_equations(found, (state.axis, M), (i, j), np.where(good, EFFECTIVE, 0.0))
+    H, _ = normal_equations(found, (state.axis, M), (i, j), np.where(good, EFFECTIVE, 0.0))
     turns = SHARED + 3 * np.arange(1, len(M))
     kept = np.append(np.arange(4), turns)
     values = H[np.ix_(kept, kept)] + np.diag(
