@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fusion.errors import TrackingError
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Edges, Stack, stack
-from fusion.turntable.everywhere import ROW, Heard, listen
+from fusion.turntable.everywhere import Heard, listen
 from fusion.turntable.foot import axis_through, foot_normal
 from fusion.turntable.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly, fit_to_pairs
 from fusion.turntable.labels import consistent, unwound
@@ -26,7 +26,6 @@ from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
 ALL, KEYS = 24, 16  # views of which all pairs are compared; of more, the others find their place between so many
-MOST = 72  # views that are all placed together: labels take time with the cube of their number
 POINTS, POINTS_JOINT = 800, 2000
 PROBED = 8  # neighbours that tell the axis
 NEIGHBOURS = np.deg2rad(75)  # largest turn between these that is tried
@@ -77,12 +76,9 @@ def find_alone(views: Sequence[View], region: Region, start: State | None = None
         return _decided(seen, start, choose_edges(start.angles, WIDEST, PARTNERS))
     keys = np.unique(np.linspace(0, n - 1, n if n <= ALL else KEYS).round().astype(int))
     seen = stack([_thin(v, POINTS) for v in views])
-    axis = _upright(views, seen, region, np.arange(n) if n <= MOST else keys)
-    pairs = {(int(i), int(j)) for k, i in enumerate(keys) for j in keys[k + 1 :]}
-    if n <= MOST:  # steps may be large: all that follow each other are compared
-        pairs |= {(i, j) for i in range(n) for j in range(i + 1, min(i + ROW, n - 1) + 1)}
-        keys = np.arange(n)
-    heard = listen(seen, axis, sorted(pairs))
+    axis = _upright(views, seen, region, keys)
+    pairs = [(int(i), int(j)) for k, i in enumerate(keys) for j in keys[k + 1 :]]
+    heard = listen(seen, axis, pairs)
     printed = heard.printed()
     place = np.full(n, -1)
     place[keys] = np.arange(len(keys))

@@ -34,9 +34,8 @@ def consistent(n: int, said: Said) -> Array:
     """
     table = _table(n, said)
     best, value = np.zeros(n, int), -1.0
-    roots = min(n, 8 if n <= 24 else 3)  # each takes time with the cube of n
-    for root in range(roots):
-        found = _tree(table, root * n // roots)
+    for root in range(min(n, 8)):
+        found = _tree(table, root * n // min(n, 8))
         found = _improved(table, found)
         agreed = _value(table, found)
         if agreed > value + 1e-9:
