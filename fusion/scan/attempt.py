@@ -47,7 +47,7 @@ class Attempt:
         return float(np.nanmedian(self.motion.residual)) / max(support, 1e-3)
 
 
-def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings, before: Motion | None = None) -> Attempt:
+def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Attempt:
     """Find what turns and how.
 
     Raises:
@@ -59,7 +59,7 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings, before
     told = told_angles(recording, settings)
     # print helps to find what nothing was told of
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
-    motion = find_motion(frames, (recording.camera, settings), region, told, before)
+    motion = find_motion(frames, (recording.camera, settings), region, told)
     frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
@@ -105,6 +105,6 @@ def _with_focal_length_of(found: Attempt, sensor: Sensor, settings: ScanSettings
     """
     camera = found.motion.focal_check.only("focal").camera(found.recording.camera)
     try:
-        return attempt(replace(found.recording, camera=camera), sensor, settings, found.motion)
+        return attempt(replace(found.recording, camera=camera), sensor, settings)
     except TrackingError:
         return None

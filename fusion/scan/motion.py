@@ -27,11 +27,7 @@ Array = NDArray[np.float64]
 
 
 def find_motion(
-    frames: list[Prepared | None],
-    how: tuple[Camera, ScanSettings],
-    region: Region,
-    commanded: Array | None,
-    before: Motion | None = None,
+    frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, commanded: Array | None
 ) -> Motion:
     """Axis and angles.
 
@@ -40,7 +36,6 @@ def find_motion(
         how: the camera of the whole image, and the settings.
         region: where the object is.
         commanded: (n,) angles [rad] as told, or None.
-        before: found with another camera, to start from.
 
     Raises:
         RecordingError: the images contradict the step that was told.
@@ -56,7 +51,7 @@ def find_motion(
             refuse_contradicted_step(views, cut, how[1].step)
         sensor, middle = how[1].sensor, float((region.low[2] + region.high[2]) / 2)
         known = None if sensor is None else depth_std(sensor, camera, middle)
-        motion, commanded = _motion(views, cut, (commanded, known, before), how[1].step is None)
+        motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
     # a model is sharp only where camera and depth fit the motion
     if not motion.settled and not motion.camera_check.values.any():
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
@@ -69,15 +64,15 @@ def find_motion(
 
 
 def _motion(
-    views: list[View], region: Region, known: tuple[Array | None, float | None, Motion | None], logged: bool
+    views: list[View], region: Region, known: tuple[Array | None, float | None], logged: bool
 ) -> tuple[Motion, Array | None]:
     """The motion between the views, and the told angles that it follows; `known`: these, and how well the depth is.
 
     Where a log leads nowhere, as one in radians does, the images are asked alone; what is wrong with it shows then.
     """
-    commanded, std, before = known
+    commanded, std = known
     try:
-        return estimate_motion(views, region, commanded, std, before), commanded
+        return estimate_motion(views, region, commanded, std), commanded
     except TrackingError:
         if commanded is None or not logged:
             raise

@@ -18,18 +18,17 @@ from fusion.turntable.everywhere import Heard, listen
 from fusion.turntable.foot import axis_through, foot_normal
 from fusion.turntable.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly, fit_to_pairs
 from fusion.turntable.labels import consistent, unwound
-from fusion.turntable.loop import LoopSettings, choose_edges, close_loop
+from fusion.turntable.loop import LoopSettings, close_loop
 from fusion.turntable.pairwise import Limits
 from fusion.turntable.plate import above
 from fusion.turntable.start import axis_guesses
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
-ALL, KEYS = 24, 16  # views of which all pairs are compared; of more, the others find their place between so many
+KEYS = 24  # views of which all pairs are compared; the others find their place between them
 POINTS, POINTS_JOINT = 800, 2000
 PROBED = 8  # neighbours that tell the axis
 NEIGHBOURS = np.deg2rad(75)  # largest turn between these that is tried
-WIDEST = np.deg2rad(60)  # between views that are compared
 AGREES = np.deg2rad(8)  # of a pair and the labels
 LEAST = 0.25  # worth of a pair that takes part
 PARTNERS = 8  # of a view in the joint fit
@@ -59,22 +58,14 @@ class Alone:
     wanders: bool = False
 
 
-def find_alone(views: Sequence[View], region: Region, start: State | None = None) -> Alone:
+def find_alone(views: Sequence[View], region: Region) -> Alone:
     """Axis and angles of views (n) of the object.
-
-    Args:
-        views: of the object.
-        region: where it is.
-        start: a motion that was found before, with another camera: nothing is searched for then.
 
     Raises:
         TrackingError: the views do not fit turns about one axis.
     """
     n = len(views)
-    if start is not None:
-        seen = stack([_thin(v, POINTS_JOINT) for v in views])
-        return _decided(seen, start, choose_edges(start.angles, WIDEST, PARTNERS))
-    keys = np.unique(np.linspace(0, n - 1, n if n <= ALL else KEYS).round().astype(int))
+    keys = np.unique(np.linspace(0, n - 1, min(n, KEYS)).round().astype(int))
     seen = stack([_thin(v, POINTS) for v in views])
     axis = _upright(views, seen, region, keys)
     pairs = [(int(i), int(j)) for k, i in enumerate(keys) for j in keys[k + 1 :]]

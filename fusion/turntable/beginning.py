@@ -1,7 +1,7 @@
 """How the motion of the table begins: from what was told, or from the views alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,6 @@ from fusion.errors import TrackingError
 from fusion.turntable.alone import Alone, find_alone
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Stack, stack
-from fusion.turntable.joint import State
 from fusion.turntable.loop import LoopSettings, close_loop
 from fusion.turntable.misfit import misfits
 from fusion.turntable.plate import above, ground_height
@@ -51,14 +50,13 @@ def begin(
     return begun.used, begun.seen, begun.shown, begun.floor, (begun.axis, begun.angles)
 
 
-def begun_with(views: Sequence[View], region: Region, commanded: Array | None, before: State | None = None) -> Begun:
+def begun_with(views: Sequence[View], region: Region, commanded: Array | None) -> Begun:
     """The first motion: as told, checked against the views, or found from these alone.
 
     Args:
         views: (n) with all their surface points.
         region: where the object is.
         commanded: (n,) angles [rad] as told, or None.
-        before: the motion (n) that was found with another camera, NaN angles where a view was left out; or None.
 
     Raises:
         TrackingError: the views do not fit any turn about one axis.
@@ -69,10 +67,7 @@ def begun_with(views: Sequence[View], region: Region, commanded: Array | None, b
     if len(used) < 3:
         raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
     told = None if commanded is None else commanded[used]
-    start = None
-    if before is not None and np.isfinite(before.angles[used]).all():
-        start = replace(before, angles=before.angles[used], shifts=before.shifts[used])
-    alone = find_alone(seen, region, start) if told is None else None
+    alone = find_alone(seen, region) if told is None else None
     if alone is None:
         stride, steps, axis = _first_axis(seen, (region.low + region.high) / 2, told)
     else:

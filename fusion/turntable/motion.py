@@ -12,7 +12,6 @@ from fusion.turntable.alone import Alone
 from fusion.turntable.axis import Axis
 from fusion.turntable.beginning import begun_with
 from fusion.turntable.edges import stack
-from fusion.turntable.joint import State
 from fusion.turntable.log import of_its_sign
 from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.plate import above, plate_height
@@ -65,18 +64,9 @@ class Motion:
     spread: float = 0.0
     settled: bool = False
 
-    def state(self) -> State:
-        """The motion as joint fits take it."""
-        shifts = np.zeros((len(self.angles), 2)) if self.shifts is None else self.shifts
-        return State(self.axis, self.angles, shifts)
-
 
 def estimate_motion(
-    views: Sequence[View],
-    region: Region,
-    commanded: Array | None = None,
-    depth_std: float | None = None,
-    before: Motion | None = None,
+    views: Sequence[View], region: Region, commanded: Array | None = None, depth_std: float | None = None
 ) -> Motion:
     """Find axis and angles.
 
@@ -90,7 +80,7 @@ def estimate_motion(
         TrackingError: the views do not fit any turn about one axis.
     """
     n = len(views)
-    begun = begun_with(views, region, commanded, None if before is None else before.state())
+    begun = begun_with(views, region, commanded)
     used, seen, shown, floor, axis, angles = begun.used, begun.seen, begun.shown, begun.floor, begun.axis, begun.angles
     centre = (region.low + region.high) / 2
     if begun.by_hand is not None:
