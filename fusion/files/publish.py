@@ -63,6 +63,8 @@ def place_of(path: Path) -> Path:
     try:
         place = Path(path).resolve()
         place.exists()  # tells names that are too long
+        if place.is_symlink():  # Python 3.13 says no more of a loop
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
     except (OSError, ValueError, RuntimeError) as error:  # a null byte; a loop of links
         reason = getattr(error, "strerror", None) or str(error)
         raise FusionError("the output's name cannot be used", str(path)[:200], reason, "a new name") from error

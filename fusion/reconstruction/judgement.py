@@ -17,13 +17,16 @@ FIT_BANDS = (0.5, 1.0)
 COURSE_BANDS = (1.0, 3.0)
 WEAK_SHARE = (0.1, 0.6)
 CRUMB_SHARE = (0.05, 0.2)
+APART = (0.5, 1.0)  # of a truncation, places seen twice: beyond, walls are doubled
 RELIEF = "Keep more relief in view: corners, furniture, things at several depths."
 
 
 def judge(result: "Reconstruction") -> Judgement:
     """All lights of a reconstruction, the worst first."""
     lights = [frames_light(len(result.trajectory), result.rejected), _surface(result), *result.notes]
-    lights += [light for light in (_fit(result), _directions(result), _course(result)) if light is not None]
+    lights += [
+        light for light in (_fit(result), _directions(result), _drift(result), _course(result)) if light is not None
+    ]
     return Judgement(worst_first(lights), result.footnotes)
 
 
@@ -56,6 +59,29 @@ def _surface(result: "Reconstruction") -> Light:
     larger = "--voxel" if result.settings["kind"] == "room" else "--voxel, --room"
     do = f"Larger voxels ({larger}), a nearer --max-depth, or more frames join them." if judged != "ok" else ""
     return Light(judged, "Surface", f"{said}.", do)
+
+
+def _drift(result: "Reconstruction") -> Light | None:
+    """What is known of the drift: corrected where a place was seen again, else what is to be expected."""
+    course = result.course
+    if course is None:
+        return None
+    band = result.settings["truncation_m"]
+    if course.met:
+        many = f"{course.met} pairs of views show a place seen before" if course.met > 1 else "One place was seen again"
+        said = f"{many}; they moved the camera by up to {course.moved * 1e3:.0f} mm"
+        left = "" if np.isnan(course.after) else f" and lie {course.after * 1e3:.1f} mm apart now"
+        judged = "ok" if np.isnan(course.after) else level(course.after / band, APART)
+        return Light(judged, "Loops", f"{said}{left}.", "Walk the loop again, slower." if judged != "ok" else "")
+    if course.in_view and not course.moved:
+        return Light("ok", "Drift", "The camera kept in view what it had seen.")
+    judged = "warning" if course.drift > band else "ok"
+    seen = "The surface alone did not hold the camera" if course.in_view else "Nothing was seen again after it was left"
+    said = f"{seen}, on a way of {course.path:.1f} m: drift is not checked"
+    if course.moved:
+        said += f", and landmarks of neighbouring views moved the camera by up to {course.moved * 1e3:.0f} mm"
+    do = "End where you began, with the same things in view." if judged != "ok" else ""
+    return Light(judged, "Drift", f"{said}; {course.drift * 1e3:.0f} mm would be usual.", do)
 
 
 def _course(result: "Reconstruction") -> Light | None:

@@ -5,28 +5,28 @@ from collections import Counter
 import numpy as np
 
 from fusion.coloring.color_mesh import Colored, color_mesh
-from fusion.errors import RecordingError, TrackingError, VolumeError
+from fusion.errors import TrackingError, VolumeError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
-from fusion.progress import each, stage
-from fusion.reconstruction.placing import Placer
+from fusion.progress import stage
+from fusion.reconstruction.course import straighten
 from fusion.reconstruction.planning import Plan, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
+from fusion.reconstruction.walk import Frames, fused_again, track
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.color_light import color_lights
+from fusion.results.course import Course
 from fusion.results.light import Light, note
 from fusion.results.off_course import off_course
 from fusion.sensor.corrected_recording import corrected_recording
-from fusion.sensor.moments import moments_of
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.told import Told
 from fusion.tracking.tracker import Tracked
-from fusion.volume.prepared import fuse, prepare
 from fusion.volume.volume import Volume
 from fusion.volume.voxel_check import voxel_check
 
@@ -52,21 +52,18 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     with stage("looking"):
         asked = _ask_doctor(recording, settings)
     recording, told = corrected_recording(recording, sensor)
-    moments = moments_of(recording)
     with stage("planning"):
         chosen = plan(recording, settings, sensor)
-    volume = Volume(chosen.volume)
-    placed = Placer(recording, settings, volume)
-    results: list[Tracked] = []
-    for index in each(range(len(recording)), "tracking"):
-        try:
-            frame = prepare(recording[index], recording.camera, sensor, moments[index], settings.max_depth)
-        except RecordingError as error:  # one broken file is no reason to lose the others
-            results.append(placed.skip(str(error)))
-            continue
-        results.append(placed(index, frame))
-        if results[-1].ok:
-            fuse(volume, frame, results[-1].T_world_camera)
+    frames = Frames(recording, sensor, settings.max_depth)
+    tracked = track(frames, settings, chosen)
+    volume, chosen, results = tracked.volume, tracked.plan, tracked.results
+    course = None
+    if settings.poses is None:
+        with stage("loops"):
+            straight = straighten(results, tracked.pieces, recording.timestamps, tracked.keyframes)
+        results, course = straight.results, straight.course
+        if straight.between is not None:
+            volume, results = fused_again(frames, results, chosen, straight.between)
     _check_enough(results, recording, settings)
     with stage("mesh"):
         mesh = without_crumbs(volume.surface(), CRUMB * chosen.volume.truncation)
@@ -74,7 +71,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
-    return _result(recording, results, (mesh, volume, chosen), (settings, sensor, notes, told))
+    return _result(recording, results, (mesh, volume, chosen), (settings, sensor, notes, told, course))
 
 
 def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
@@ -99,9 +96,9 @@ def _check_enough(results: list[Tracked], recording: Recording, settings: Recons
 
 def _result(
     recording: Recording, results: list[Tracked], made: tuple[Mesh, Volume, Plan],
-    how: tuple[ReconstructSettings, Sensor, list[Light], Told],
+    how: tuple[ReconstructSettings, Sensor, list[Light], Told, Course | None],
 ) -> Reconstruction:  # fmt: skip
-    (mesh, volume, chosen), (settings, sensor, notes, told_of) = made, how
+    (mesh, volume, chosen), (settings, sensor, notes, told_of, course) = made, how
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
     colored = color_mesh(mesh, recording, trajectory) if settings.color else Colored(mesh)
     told = {
@@ -131,4 +128,5 @@ def _result(
         notes=(*notes, *color_lights(colored)),
         footnotes=(*sensor.warnings, *told_of.left),
         off_course=off_course(trajectory, recording) if settings.poses is None else None,
+        course=course,
     )

@@ -5,15 +5,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fusion.errors import RecordingError, VolumeError
+from fusion.geometry.pose import Array
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
 from fusion.volume.prepared import Prepared, fusible, prepare
 from fusion.volume.settings import VolumeSettings
-from fusion.volume.subject import Subject, subject_of
+from fusion.volume.subject import MIDDLE, ROOM, Subject, subject_of
 
 PROBES = 9  # frames looked at before the start, to choose voxels and to forecast the memory
+GROWN = 2.0  # so much more than one view may all views of an object show, its surroundings among them (guess)
 MUCH = 0.25  # of the memory for one view alone: a scan shows several times as much (guess)
 
 
@@ -57,6 +59,25 @@ def plan(recording: Recording, settings: ReconstructSettings, sensor: Sensor) ->
         volume = _volume(recording, settings, subject)
         needed = _needed(volume, recording, probes)
     return Plan(subject, reason, volume, _memory(needed, volume, recording))
+
+
+def room_after_all(plan: Plan, recording: Recording, settings: ReconstructSettings, points: Array) -> Plan | None:
+    """Another plan, where a walk has shown more than an object with its surroundings; None where this one stays.
+
+    Single frames of a room may show as little as those of an object do.
+
+    Args:
+        points: (n, 3) some of all that was seen so far, in one frame [m].
+    """
+    told = settings.room is not None or settings.voxel is not None or settings.truncation is not None
+    if told or plan.subject.room or plan.subject.free:
+        return None
+    size = float(np.ptp(np.percentile(points, MIDDLE, axis=0), axis=0).max())
+    if size < GROWN * ROOM:
+        return None
+    subject = replace(plan.subject, room=True, size=size)
+    volume = _volume(recording, settings, subject)
+    return Plan(subject, f"the walk shows {size:.2f} m", volume, plan.warnings)
 
 
 def _volume(recording: Recording, settings: ReconstructSettings, subject: Subject) -> VolumeSettings:

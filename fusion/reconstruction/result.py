@@ -12,6 +12,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.picture import png
 from fusion.mesh.shape import shape_of
 from fusion.reconstruction.judgement import judge
+from fusion.results.course import Course
 from fusion.results.facts import ScanFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
 from fusion.results.light import Light
@@ -35,6 +36,7 @@ class Reconstruction:
         footnotes: sentences that come with nearly every reconstruction of such a sensor.
         volume: what was fused.
         off_course: the trajectory's error against poses that the recording states; None without them.
+        course: how the trajectory hangs together; None where poses were given.
     """
 
     mesh: Mesh
@@ -49,6 +51,7 @@ class Reconstruction:
     notes: tuple[Light, ...] = ()
     footnotes: tuple[str, ...] = ()
     off_course: OffCourse | None = None
+    course: Course | None = None
 
     def __repr__(self) -> str:
         placed = f"{int(self.trajectory.valid.sum())} of {len(self.trajectory)} frames placed"
@@ -70,6 +73,7 @@ class Reconstruction:
             residual=rms_of(self.residual),
             inlier_share=median_of(self.inlier_share),
             off_course=self.off_course,
+            course=self.course,
         )
 
     @cached_property

@@ -7,6 +7,7 @@ import numpy as np
 
 from fusion.geometry.pose import Array
 from fusion.mesh.shape import Shape
+from fusion.results.course import Course
 from fusion.results.off_course import OffCourse
 
 
@@ -51,6 +52,7 @@ class ScanFacts:
         inlier_share: median over the frames; None without tracking.
         table: None when nothing turned.
         off_course: error of the trajectory against poses that the recording states; None without them.
+        course: how the trajectory of a moving camera hangs together; None where it was not tracked freely.
     """
 
     shape: Shape
@@ -60,6 +62,7 @@ class ScanFacts:
     inlier_share: float | None = None
     table: TableFacts | None = None
     off_course: OffCourse | None = None
+    course: Course | None = None
 
     def values(self) -> dict[str, Any]:
         """Plain values for JSON, SI units but where a name says otherwise."""
@@ -93,6 +96,8 @@ class ScanFacts:
             }
         if self.off_course is not None:
             out["trajectory_error"] = self.off_course.values()
+        if self.course is not None:
+            out["course"] = self.course.values()
         return out
 
 

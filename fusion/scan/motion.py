@@ -52,8 +52,8 @@ def find_motion(
         sensor, middle = how[1].sensor, float((region.low[2] + region.high[2]) / 2)
         known = None if sensor is None else depth_std(sensor, camera, middle)
         motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
-    # a model is sharp only where camera and depth fit the motion
-    if not motion.settled and not motion.camera_check.values.any():
+    # a model is sharp only where camera and depth fit the motion, and it has one axis
+    if motion.shifts is None and not motion.camera_check.values.any():
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
             frames = object_alone(frames, cut, motion)
@@ -89,8 +89,9 @@ def _finished(
                 fuse(volume, frame, T)
         return volume
 
-    found = finish(rays, (motion.axis, motion.angles), model_of)
-    return replace(motion, axis=found.axis, angles=found.angles, angle_std=found.angle_std)
+    found = finish(rays, (motion.axis, motion.angles), model_of, held=motion.held)
+    std = motion.angle_std if motion.held else found.angle_std
+    return replace(motion, axis=found.axis, angles=found.angles, angle_std=std)
 
 
 def _nothing(frames: list[Prepared | None]) -> View:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
@@ -11,8 +12,11 @@ from fusion.geometry.depth import PointMap
 from fusion.geometry.trajectory import Trajectory
 from fusion.progress import each
 from fusion.recording.recording import Recording
-from fusion.tracking.icp import IcpSettings, align
+from fusion.tracking.equations import lay_out
+from fusion.tracking.icp import IcpResult, IcpSettings, align
+from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.axis import Axis
+from fusion.turntable.focal import SURE
 from fusion.turntable.jumps import Jump
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
@@ -88,12 +92,19 @@ def align_directly(
     frames: list[Prepared | None], region: Region, guess: Trajectory, pair: tuple[int, int]
 ) -> Array | None:
     """`T_i_j` of two frames about a turn apart, aligned directly, no model and no axis between them."""
+    found = _aligned(frames, region, guess, pair)
+    return None if found is None else found.T_model_source
+
+
+def _aligned(
+    frames: list[Prepared | None], region: Region, guess: Trajectory, pair: tuple[int, int]
+) -> IcpResult | None:
     first, second = frames[pair[0]], frames[pair[1]]
     if first is None or second is None or not np.isfinite(guess.poses[list(pair)]).all():
         return None
     T = pose.inverse(guess.poses[pair[0]]) @ guess.poses[pair[1]]
     found = align(only(second.surface, region), first.surface, T, TRACKING)
-    return found.T_model_source if found.ok else None
+    return found if found.ok else None
 
 
 def gap_of(
@@ -112,17 +123,36 @@ def gap_of(
 def confirmed(jump: Jump | None, frames: list[Prepared | None], region: Region, by_axis: Trajectory) -> Jump | None:
     """The jump, if frames before and after it show it too when they are aligned directly; its distance from them.
 
-    Free tracking may lose its way where nothing moved; two views aligned from where the axis puts them do not.
+    Free tracking may lose its way where nothing moved; two views aligned from where the axis puts them do not. Both
+    slide along surfaces that look the same there: by how much the axis fits the two views worse says whether they do.
     """
     if jump is None:
         return None
     pairs = [(jump.frame - 1 - a, jump.frame + b) for a, b in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))]
-    inside = [(i, j) for i, j in pairs if i >= 0 and j < len(frames)]
-    direct = [(pair, align_directly(frames, region, by_axis, pair)) for pair in inside]
-    gaps = [gap_of(by_axis, pair, T, region) for pair, T in direct if T is not None]
-    distances = [gap[1] for gap in gaps if gap is not None]
-    found = float(np.median(distances)) if distances else 0.0
-    return replace(jump, distance=found) if found > jump.distance / 2 else None
+    found = [_missed(frames, region, by_axis, (i, j)) for i, j in pairs if i >= 0 and j < len(frames)]
+    known = np.array([one for one in found if one is not None]).reshape(-1, 2)
+    if not len(known):
+        return None
+    distance, deviations = np.median(known, axis=0)
+    real = distance > jump.distance / 2 and deviations > SURE
+    return replace(jump, distance=float(distance)) if real else None
+
+
+def _missed(
+    frames: list[Prepared | None], region: Region, by_axis: Trajectory, pair: tuple[int, int]
+) -> tuple[float, float] | None:
+    """By how much two views miss each other on the axis: shift of the middle [m], and in standard deviations."""
+    found = _aligned(frames, region, by_axis, pair)
+    gap = None if found is None else gap_of(by_axis, pair, found.T_model_source, region)
+    second = frames[pair[1]]
+    if found is None or gap is None or second is None:
+        return None
+    T = pose.inverse(by_axis.poses[pair[0]]) @ by_axis.poses[pair[1]]
+    centre = lay_out(only(second.surface, region), TRACKING.points[-1]).centre
+    about, moved = (pose.transform(at, centre) for at in (found.T_model_source, T))
+    turn = Rotation.from_matrix(T[:3, :3] @ found.T_model_source[:3, :3].T).as_rotvec()
+    twist = np.concatenate([turn, moved - about])
+    return gap[1], float(np.sqrt(EFFECTIVE * twist @ found.information @ twist))
 
 
 def wobble(raw: Trajectory, motion: Motion) -> float:

@@ -9,6 +9,9 @@ from fusion.geometry.depth import PointMap
 from fusion.tracking.association import IN_FRONT, associate
 
 Array = NDArray[np.float64]
+# errors of neighbouring pixels are alike (filters, matching windows, fixed patterns): what one independent
+# equation is worth, a guess until a recording's own noise correlation is measured
+EFFECTIVE = 0.005
 CUT = 4.685  # of Tukey's biweight (Holland and Welsch 1977)
 
 

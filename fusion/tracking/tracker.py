@@ -5,7 +5,7 @@ reason, not an end: the next one is tried from the last good pose with a wider r
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from fusion.tracking.equations import Limits, Points, equations, lay_out, thinne
 from fusion.tracking.icp import IcpResult, IcpSettings, align_points
 
 Model = Callable[[Array], PointMap]  # T_world_camera (4, 4) -> what the model shows a camera there
+Sure = Callable[["Tracked"], bool]  # whether a frame is really where its surface fits
 
+UNSURE = "the surface fits here, but that it is the same place is not sure"
 FEWEST = 300  # pixels with a normal that a frame needs: a 20 x 15 image of surface (guess)
 # after a loss the pose may be further off than between neighbours: wider reaches, more steps to walk them
 WIDE = IcpSettings(reaches=(0.30, 0.10, 0.03), iterations=(30, 15, 6), min_inlier_share=0.5)
@@ -47,6 +49,7 @@ class Tracked:
         T_world_camera: (4, 4), all NaN when the frame is rejected.
         status: "ok", or a sentence saying why the frame is rejected.
         inlier_share, residual, information, unconstrained: as in `IcpResult`.
+        tried: the frame shows a surface, so that it could be placed.
     """
 
     T_world_camera: Array
@@ -55,6 +58,7 @@ class Tracked:
     residual: float = float("nan")
     information: Array = field(default_factory=lambda: np.zeros((6, 6)))
     unconstrained: tuple[str, ...] = ()
+    tried: bool = True
 
     @property
     def ok(self) -> bool:
@@ -65,8 +69,9 @@ class Tracked:
 class Tracker:
     """Follows a camera; state: the good poses so far, and how many frames have been lost since."""
 
-    def __init__(self, model: Model, settings: TrackerSettings | None = None) -> None:
+    def __init__(self, model: Model, settings: TrackerSettings | None = None, start: Array | None = None) -> None:
         self.model = model
+        self.start = np.eye(4) if start is None else start  # T_world_camera of the first frame
         self.settings = settings or TrackerSettings()
         self.past: list[tuple[int, Array]] = []  # (frame, T_world_camera) of the good ones
         self.lost = 0
@@ -76,18 +81,25 @@ class Tracker:
         """Count a frame that cannot be looked at as lost."""
         return self._reject(reason)
 
-    def place(self, frame: PointMap) -> Tracked:
-        """Place the next frame; the first that shows a surface is the world."""
+    def place(self, frame: PointMap, sure: Sure | None = None) -> Tracked:
+        """Place the next frame; the first that shows a surface is where the start says.
+
+        Args:
+            frame: its surface.
+            sure: asked of a pose that was found again after a loss; where it says no, the next is tried.
+        """
         known = int(np.isfinite(frame.normals[..., 0]).sum())
         if known < FEWEST:
             return self._reject(f"only {known} pixels show a surface")
         if not self.past:
-            self._accept(np.eye(4))
-            return Tracked(np.eye(4))
+            self._accept(self.start)
+            return Tracked(self.start)
         points = lay_out(frame, self.settings.icp.points[-1])
         tried = self._follow(points)
+        if tried.ok and self.lost and sure is not None and not sure(tried):
+            tried = replace(tried, status=UNSURE)
         if not tried.ok:
-            tried = self._recover(points, tried)
+            tried = self._recover(points, tried, sure)
         if not tried.ok:
             return self._reject(tried.status, tried)
         self._accept(tried.T_world_camera)
@@ -110,7 +122,7 @@ class Tracker:
             return []
         return [inverse(self.past[-2][1]) @ self.past[-1][1]]
 
-    def _recover(self, points: Points, first: Tracked) -> Tracked:
+    def _recover(self, points: Points, first: Tracked, sure: Sure | None) -> Tracked:
         """With a wider reach from the last good pose; after a loss also from older poses, spread over the past."""
         poses = [self.past[-1][1]]
         if self.lost:
@@ -118,6 +130,8 @@ class Tracker:
         best = first
         for T in poses:
             tried = self._judge(align_points(points, self.model(T), np.eye(4), self.settings.wide), T)
+            if tried.ok and self.lost and sure is not None and not sure(tried):
+                tried = replace(tried, status=UNSURE)
             if tried.ok:
                 return tried
             if tried.inlier_share > best.inlier_share:
@@ -146,7 +160,7 @@ class Tracker:
         self.lost += 1
         nowhere = np.full((4, 4), np.nan)
         if tried is None:
-            return Tracked(nowhere, status, 0.0)
+            return Tracked(nowhere, status, 0.0, tried=False)
         return Tracked(nowhere, status, tried.inlier_share, tried.residual, tried.information, tried.unconstrained)
 
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 Image = NDArray[np.float32]
 CELL = 4  # [px] the background is followed in cells of this size: it is smooth, and rays are many
 WINDOW = 11  # cells of a plane
-LEAST_CELLS = 12  # that make a plane
-RARE = 0.05  # share of a pixel's depths that may lie farther than what stands there: outliers
+LEAST_CELLS = 12  # that make a plane (guess)
+RARE = 0.05  # share of a pixel's depths that may lie farther than what stands there: outliers (guess)
 
 
 @dataclass(frozen=True)

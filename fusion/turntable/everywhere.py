@@ -9,23 +9,23 @@ from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Edges, Stack
 from fusion.turntable.labels import Said
 from fusion.turntable.pairwise import Limits, Registered, Twists, coarser, register, twists
+from fusion.turntable.together import REACH
 
 Array = NDArray[np.float64]
 SPACING = np.deg2rad(5.0)
 KEPT = 4  # turns of a pair that are looked at closer
 APART = 4  # cells between them
-REACH = 0.03  # [m]
 GRID_POINTS = 250
-ASIDE = (0.0, -0.012, 0.012)  # [m] where to start: print guides over some pixels only
+ASIDE = (0.0, -0.012, 0.012)  # [m] where to start: print guides over some pixels only (guess)
 FIRST_POINTS = 300
-LOOSE = 0.02  # [m] how far a hand may move the axis from view to view
-WRONG = 0.5  # misfit that says nothing any more
-PRINT = 3.0  # how much more print counts than shape, which repeats: sides of a box, all of a round thing
+LOOSE = 0.02  # [m] how far a hand may move the axis from view to view (guess)
+WRONG = 0.5  # misfit that says nothing any more (guess)
+PRINT = 3.0  # how much more print counts than shape, which repeats: sides of a box, all of a round thing (guess)
 PLAIN = (0.25, 0.6, 0.3)  # neighbours' prints agree by less where there is none, by more where it is rich; least shape
 ROW = 2  # views that follow each other
 STEP = np.deg2rad(90)  # between them: smaller ones are likelier (guess)
 ALIKE = 0.5  # second best over best turn from which a match of distant views tells nothing (guess)
-TONE = 0.12  # spread of the contrasts' differences at the right place, about
+TONE = 0.12  # spread of the contrasts' differences at the right place, about (guess)
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,7 @@ def finish(
     motion: tuple[Axis, Array],
     build: Callable[[Axis, Array], Volume],
     rounds: int = 3,
+    held: bool = False,
 ) -> Finished:
     """Refine axis and angles against the model.
 
@@ -69,6 +70,7 @@ def finish(
         motion: axis, its point at the plate's height where there is a plate, and angles (n,) [rad]; NaN stays out.
         build: fills a volume in the object's frame (see `Axis.object_frame`) with a motion.
         rounds: how often the model is made anew.
+        held: the angles stay, where something tells them better than shape does.
     """
     axis, angles = motion
     every = bundle(rays)
@@ -82,8 +84,10 @@ def finish(
             shared = _solve(e, steady=True).step[:SHARED]
             # the angles need all relief there is; what it gets wrong goes into an axis of their own, which is dropped
             found = _solve(e)
-            axis, angles = _moved(axis, shared), angles + found.step[SHARED:]
-            angles = angles - angles[np.isfinite(angles)][0]
+            axis = _moved(axis, shared)
+            if not held:
+                angles = angles + found.step[SHARED:]
+                angles = angles - angles[np.isfinite(angles)][0]
     std = found.std[SHARED:] * _alike(e, every.tiles, found)
     return Finished(axis, angles, np.where(np.isfinite(angles), std, np.nan))
 

@@ -14,7 +14,7 @@ from fusion.turntable.together import fit_camera, together
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
-SURE = 5.0  # standard deviations from which a scan contradicts a camera
+SURE = 5.0  # standard deviations from which a scan contradicts a camera, or that nothing was pushed
 DOUBT = 3.0  # from which it is said
 SYSTEMATIC = 0.002  # of the focal length: what an unstated lens does to such a fit (guess)
 

@@ -7,13 +7,13 @@ from fusion.geometry.camera import Camera
 from fusion.turntable.axis import Axis
 
 Array = NDArray[np.float64]
-FLAT = 0.004  # [m] off a plane
+FLAT = 0.004  # [m] off a plane (guess)
 TRIES = 300
 SOME = 4000  # points that are looked at
-LEAST = 0.03  # share of the background that makes a foot
-UNDER = 0.03  # [m] the foot may lie so far below the lowest of the object, which its own wall hides
-ABOVE = 0.97  # share of the object above the foot
-UPWARDS = 0.15  # least cosine between the image's up and the foot's: no camera is held on its side
+LEAST = 0.03  # share of the background that makes a foot (guess)
+UNDER = 0.03  # [m] the foot may lie so far below the lowest of the object, which its own wall hides (guess)
+ABOVE = 0.97  # share of the object above the foot (guess)
+UPWARDS = 0.15  # least cosine between the image's up and the foot's: no camera is held on its side (guess)
 
 
 def foot_normal(wall: NDArray[np.float32], camera: Camera, points: Array) -> Array | None:

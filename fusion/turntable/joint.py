@@ -13,18 +13,19 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
+from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Edges, Stack
 from fusion.turntable.pairwise import Limits, Twists, planar, twists
+from fusion.turntable.selfcheck import PRIOR
 from fusion.turntable.twist_system import SHARED, normal_equations, planar_columns
 
 Array = NDArray[np.float64]
-EFFECTIVE = 0.005  # what one point is worth where neighbours say the same, as in `loop`
-FEWEST = 100  # pairs of points that make an edge
-WORST = 0.6  # misfit of an edge that is left out
-ANGLE, SHIFT = np.deg2rad(1.5), 0.002  # [rad], [m] what a pair of views may be off
+FEWEST = 100  # pairs of points that make an edge (guess)
+WORST = 0.6  # misfit of an edge that is left out (guess)
+ANGLE, SHIFT = np.deg2rad(1.5), 0.002  # [rad], [m] what a pair of views may be off (guess)
 WIDE = 0.03  # [m] reach within which the spread of views is taken
-FOCAL = 0.03  # how wrong a nominal focal length may be, as in `selfcheck`
+FOCAL = float(PRIOR[0])
 SETTLED = 2e-5  # [rad], [m]
 FIXED = 1e-6  # [m] an axis that stays where it is
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve
 
+from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Stack, edge_sums, stack
 from fusion.turntable.log import log_equations
@@ -21,9 +22,6 @@ from fusion.turntable.views import View
 Array = NDArray[np.float64]
 
 
-# errors of neighbouring pixels are alike (filters, matching windows, fixed patterns): what one independent
-# equation is worth, a guess until a recording's own noise correlation is measured
-EFFECTIVE = 0.005
 MOST = 4.0  # errors of the camera stay within this many prior standard deviations
 SETTLED = 5e-5  # [rad], [m]
 COARSE_POINTS = 30_000  # of all frames together, in all passes but the last: they only have to come near
@@ -41,6 +39,7 @@ class Loop:
         angle_std: (n,) standard deviation from the fit, noise taken as independent [rad].
         residual: (n,) rms of a frame's pairs [m].
         support: (n,) share of a frame's visible points that fit.
+        pairs: (n,) how many fit.
         check: errors of camera and depth that were fitted, zero where they were not.
         check_std: (10,) their standard deviations from the fit, noise taken as independent.
     """
@@ -50,6 +49,7 @@ class Loop:
     angle_std: Array
     residual: Array
     support: Array
+    pairs: Array
     check: SelfCheck
     check_std: Array
 
@@ -168,7 +168,7 @@ def close_loop(
     residual = np.sqrt(system.squares / np.maximum(system.fitting, 1))
     support = system.fitting / np.maximum(system.visible, 1)
     angle_std = np.where(np.isfinite(angles), std[FIRST:], np.nan)
-    return Loop(axis, angles, angle_std, residual, support, check, std[SHARED:FIRST])
+    return Loop(axis, angles, angle_std, residual, support, system.fitting, check, std[SHARED:FIRST])
 
 
 def no_errors(views: Sequence[View], depth_std: float | None = None) -> SelfCheck:

@@ -16,13 +16,13 @@ from fusion.turntable.log import of_its_sign
 from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.plate import above, plate_height
 from fusion.turntable.selfcheck import SelfCheck
-from fusion.turntable.together import DEPTH_ERRORS, WIDEST, WORTH, fit_camera, misfit, together
+from fusion.turntable.together import DEPTH_ERRORS, WIDEST, WORTH, believed, fit_camera, misfit, together
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 POINTS_FINE = 3000  # source points per frame
-MISPLACED = 0.5  # misfit of a frame with its partners from which it is left out
+MISPLACED = 0.5  # misfit of a frame with its partners from which it is left out (guess)
 POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 
 
@@ -44,7 +44,7 @@ class Motion:
         focal_check: the same with the camera alone (focal length and principal point) fitted.
         focal_std: standard deviation of the relative focal length in `focal_check`.
         spread: rms distance of overlapping views from each other [m], where that was measured.
-        settled: shape alone would only make it worse.
+        held: the angles are held by print, or by a hand: shape alone would only make them worse.
     """
 
     axis: Axis
@@ -62,7 +62,7 @@ class Motion:
     focal_std: float
     shifts: Array | None = None
     spread: float = 0.0
-    settled: bool = False
+    held: bool = False
 
 
 def estimate_motion(
@@ -173,7 +173,7 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centr
         focal_check=replace(stated, values=values),
         focal_std=lens.focal_std,
         shifts=whole(state.shifts) if found.wanders else None,
-        settled=True,
+        held=True,
         spread=found.joint.spread,
     )
 
@@ -218,7 +218,7 @@ def _refine(
     fits = [((), plain), *((free, fitted(free, middle.check)) for free in ways)]
     chosen, best = fits[0]
     for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
-        if misfit(fit) < WORTH * misfit(best):
+        if believed(fit, best):
             chosen, best = free, fit
     if not chosen:
         return plain, camera_fit

@@ -11,14 +11,15 @@ from scipy import ndimage
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.turntable.background import RARE, Behind, find_background
+from fusion.turntable.noise_seen import noise_over_stated
 
 Array = NDArray[np.float64]
-EDGE = 0.015  # [m] around what turns that may still be it
-NEAREST = 0.006  # [m] least difference that shows a motion
+EDGE = 0.015  # [m] around what turns that may still be it (guess)
+NEAREST = 0.006  # [m] least difference that shows a motion (guess)
 # share of a cell's face that must show surface in one frame: mixed pixels along silhouettes string things together
 FILLED = 0.05
-FLAT = 0.02  # [m] before the background: shadows of stereo and filters bend that by less
-MOSTLY = 0.6  # share of an object that stands so far before the background, unless it is flat
+FLAT = 0.02  # [m] before the background: shadows of stereo and filters bend that by less (guess)
+MOSTLY = 0.6  # share of an object that stands so far before the background, unless it is flat (guess)
 LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
@@ -119,7 +120,7 @@ def look_behind(
     count = known.sum(axis=0)
     ordered = np.sort(np.where(known, depths, np.inf), axis=0)
     far, median = (_quantile(ordered, count, q) for q in (0.9, 0.5))
-    limit = np.maximum(5 * sigma(median), np.float32(NEAREST))
+    limit = np.maximum(5 * sigma(median) * noise_over_stated(depths, sigma, median), np.float32(NEAREST))
     with np.errstate(invalid="ignore"):
         still = (known & (np.abs(depths - median) > limit)).sum(axis=0) < 0.1 * np.maximum(count, 1)
         moved = _with_neighbours(known & (depths < far - limit))

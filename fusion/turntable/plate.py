@@ -12,6 +12,7 @@ from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 THICKEST = 0.06  # [m] a plate may stand above the table, where what turns seems to end (guess)
+HIDDEN = 0.06  # [m] of a foot hardly before what it stands on, nothing may be seen to turn (guess)
 NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
@@ -23,9 +24,11 @@ def plate_height(views: Sequence[View], axis: Axis) -> float | None:
     plate has its rim.
     """
     some = views[:: max(1, len(views) // 25)]
-    found = [h for h in level_heights(some, axis, THICKEST) if is_plate(some, axis, h)]
-    plates = [h for h in found if has_a_rim(some, axis, h)]
-    return next(iter(plates or found), None)
+    for below in (NEAR_PLATE, HIDDEN):
+        found = [h for h in level_heights(some, axis, (below, THICKEST)) if is_plate(some, axis, h)]
+        if found:
+            return next((h for h in found if has_a_rim(some, axis, h)), found[0])
+    return None
 
 
 def ground_height(views: Sequence[View], axis: Axis) -> float | None:
@@ -35,21 +38,22 @@ def ground_height(views: Sequence[View], axis: Axis) -> float | None:
     nothing of the angle, but hold the axis where an object is nearly round.
     """
     some = views[:: max(1, len(views) // 25)]
-    return next((h for h in level_heights(some, axis, NEAR_PLATE) if is_plate(some, axis, h)), None)
+    return next((h for h in level_heights(some, axis, (NEAR_PLATE, NEAR_PLATE)) if is_plate(some, axis, h)), None)
 
 
-def level_heights(views: Sequence[View], axis: Axis, above: float) -> list[float]:
-    """Where much level surface lies [m], from `NEAR_PLATE` below the foot to `above` it, the largest first."""
+def level_heights(views: Sequence[View], axis: Axis, about: tuple[float, float]) -> list[float]:
+    """Where much level surface lies [m], so far below to so far above the foot [m], the largest first."""
     foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in views]), 1))
     heights = []
     for v in views:
         level = np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.97
         heights.append(axis.distance(v.map.points[level].astype(float))[1])
     height = np.concatenate(heights)
-    height = height[(height > foot - NEAR_PLATE) & (height < foot + above)]
+    low, high = foot - about[0], foot + about[1]
+    height = height[(height > low) & (height < high)]
     if len(height) < max(200, 0.02 * sum(len(v.points) for v in views)):
         return []
-    return _largest(height, (foot - NEAR_PLATE, foot + above))
+    return _largest(height, (low, high))
 
 
 def _largest(height: Array, limits: tuple[float, float]) -> list[float]:

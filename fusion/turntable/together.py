@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.axis import Axis
 from fusion.turntable.edges import Stack
 from fusion.turntable.log import of_its_sign
@@ -66,7 +67,7 @@ def fit_camera(shown: Stack, middle: Loop, edges: list[tuple[int, int]], told: A
     start = replace(middle.check, prior=np.append(PRIOR[: len(LENS)], middle.check.prior[len(LENS) :]))
     alone = close_loop(shown, (middle.axis, middle.angles), edges, _passes(LENS, 3, told), start)
     both = close_loop(shown, (alone.axis, alone.angles), edges, _passes(LENS + DEPTH_ERRORS, 5, told), alone.check)
-    return both if misfit(both) < WORTH * misfit(alone) else alone
+    return both if believed(both, alone) else alone
 
 
 def _passes(free: tuple[str, ...], iterations: int, told: Array | None) -> LoopSettings:
@@ -76,6 +77,23 @@ def _passes(free: tuple[str, ...], iterations: int, told: Array | None) -> LoopS
 def misfit(fit: Loop) -> float:
     """Residual over support [m]: a fit that leaves surface out is no better."""
     return float(np.median(fit.residual)) / max(float(np.median(fit.support)), 1e-3)
+
+
+def believed(fit: Loop, than: Loop) -> bool:
+    """Whether more errors of camera or depth pay for themselves: in misfit, and by Schwarz's criterion (1978).
+
+    They cost precision, and without them the model of all frames makes the motion better (see `finish`). What pairs of
+    points are worth together is what the fit itself takes them for.
+    """
+    count = EFFECTIVE * float(fit.pairs.sum())
+    more = np.count_nonzero(fit.check.values) - np.count_nonzero(than.check.values)
+    gain = 2 * count * np.log(misfit(than) / misfit(fit)) - _surprise(fit) + _surprise(than)
+    return bool(misfit(fit) < WORTH * misfit(than) and gain > more * np.log(count))
+
+
+def _surprise(fit: Loop) -> float:
+    """By how much the errors are larger than what was known of them before, as part of chi2."""
+    return float(np.sum((fit.check.values / fit.check.prior) ** 2))
 
 
 def _close_turns(seen: Stack, fit: Loop) -> Array:

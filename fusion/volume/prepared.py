@@ -48,10 +48,14 @@ def prepare(
 
 def fuse(volume: Volume, frame: Prepared, T_world_camera: Array) -> None:
     """Integrate a frame; pixels whose noise does not fit into the truncation are left out."""
-    truncation = volume.settings.truncation
-    # weights count in pixels as good as the noise limit, so their size does not depend on the sensor
-    weight = frame.weight * np.float32((NOISIEST * truncation) ** 2) * fusible(frame, truncation)
+    weight = fusing_weight(frame, volume.settings.truncation)
     volume.integrate(frame.depth, frame.surface.camera, T_world_camera, weight, frame.frame.color)
+
+
+def fusing_weight(frame: Prepared, truncation: float) -> NDArray[np.float32]:
+    """How much each pixel (h, w) counts in a volume, 0 where its noise does not fit into the truncation [m]."""
+    # weights count in pixels as good as the noise limit, so their size does not depend on the sensor
+    return np.asarray(frame.weight * np.float32((NOISIEST * truncation) ** 2) * fusible(frame, truncation))
 
 
 def fusible(frame: Prepared, truncation: float) -> NDArray[np.bool_]:

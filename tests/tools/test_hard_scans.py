@@ -82,8 +82,8 @@ def test_streams_are_apart_and_every_fourth_is_planted(tmp_path, monkeypatch):
     monkeypatch.setattr(hard_scans, "drawn", noted)
     monkeypatch.setattr(hard_scans, "make", lambda *_: None)
     for k in range(32):
-        hard_scans.made(k, 1, False, tmp_path)
-    hard_scans.made(0, 1, True, tmp_path)
+        hard_scans.made((hard_scans.STREAMS[False], 1), k, tmp_path)
+    hard_scans.made((hard_scans.STREAMS[True], 1), 0, tmp_path)
     assert [p for p, _ in drawings[:32] if p] == list(PLANTED)
     assert drawings[0][1] != drawings[32][1]
 

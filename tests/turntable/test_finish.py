@@ -12,7 +12,7 @@ from fusion.volume.volume import Volume, VolumeSettings
 EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
 
 
-def run(scene, start, sigma=0.001, seed=None, left_out=()):
+def run(scene, start, sigma=0.001, seed=None, left_out=(), held=False):
     """The finish from a start (axis, angles), the owl's depth with normal noise where a seed is given."""
     depths = scene.depths
     if seed is not None:
@@ -28,7 +28,7 @@ def run(scene, start, sigma=0.001, seed=None, left_out=()):
         return volume
 
     rays = [None if i in left_out else rays_of(m, usable(m, EVERYWHERE)) for i, m in enumerate(maps)]
-    return finish(rays, start, build)
+    return finish(rays, start, build, held=held)
 
 
 def start_near(scene, seed=0):
@@ -92,3 +92,12 @@ def test_where_nothing_meets_the_model_the_motion_stays(owl_scene):
     found = finish(rays, (owl_scene.axis, owl_scene.angles), lambda *_: Volume(VolumeSettings(0.002, 0.010)))
     assert (found.angles == owl_scene.angles).all()
     assert np.isnan(found.angle_std).all()
+
+
+def test_angles_that_something_else_tells_stay_and_the_axis_is_found(owl_scene):
+    """Where print tells the angles of a thing that is nearly round, its shape tells where the axis is."""
+    axis, _ = start_near(owl_scene)
+    found = run(owl_scene, (axis, owl_scene.angles), held=True)
+    assert (found.angles == owl_scene.angles).all()
+    assert owl_scene.axis.distance(axis.point[None])[0][0] > 0.001
+    assert owl_scene.axis.distance(found.axis.point[None])[0][0] < 0.0001

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.selection import Judged, Law
 
+NEGLIGIBLE = 4.0  # of chi2: what one number that means nothing is expected to gain is 1; two standard deviations, 4
 PROMISING = 12  # laws that are tried with one more radial term: the first ten differ by less than that term does
 
 
@@ -18,7 +19,8 @@ def choose(judged: Sequence[Judged]) -> int:
 
     A law is taken only if it helps in plain millimetres: the weighted error, chi2, is mostly the shape of the walls,
     and laws of many terms buy that with their distances. Of these the one of the fewest millimetres counts, or a
-    simpler one that falls behind in neither measure.
+    simpler one that falls behind in neither measure; in chi2 by no more than numbers that mean nothing gain, either,
+    for few or restless walls have wide standard errors.
     A law of which one number is smaller than its standard deviation is not established, and not taken. Of a single
     wall nothing can be held out: it gets no law.
     """
@@ -30,7 +32,9 @@ def choose(judged: Sequence[Judged]) -> int:
         return 0
     nearest = min(found, key=lambda i: float(plain[i].sum()))
     chi2 = [j.chi2 for j in judged]
-    alike = [i for i in found if not (_less(plain[nearest], plain[i]) or _less(chi2[nearest], chi2[i]))]
+    near = [i for i in found if not _less(plain[nearest], plain[i])]
+    lost = [float(np.sum(one - chi2[nearest])) for one in chi2]
+    alike = [i for i in near if lost[i] <= NEGLIGIBLE and not _less(chi2[nearest], chi2[i])]
     return min(alike, key=lambda i: (complexity(judged[i]), float(chi2[i].sum())))
 
 

@@ -1,0 +1,125 @@
+"""A camera that comes back to what it saw first: the loop closes, and what is not closed is told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import exp
+from fusion.geometry.trajectory import Trajectory
+from fusion.geometry.trajectory_error import trajectory_error
+from fusion.reconstruction.loops.closing import close
+from fusion.reconstruction.loops.keyframes import keyframe_of
+from fusion.reconstruction.pipeline import reconstruct
+from fusion.reconstruction.settings import ReconstructSettings
+from fusion.sensor.sensor import Sensor
+from fusion.volume.prepared import prepare
+from reference.walked_room import WalkedRoom, round_walk, truth_of
+
+CHEAP = ReconstructSettings(voxel=0.02, truncation=0.08, color=False)
+ROUND = 2 * np.pi + 0.5
+
+
+def error(result, recording, poses):
+    return trajectory_error(result.trajectory, truth_of(recording, poses))
+
+
+def light(result, subject):
+    return next((x for x in result.judgement.lights if x.subject == subject), None)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return round_walk(ROUND)
+
+
+@pytest.fixture(scope="module")
+def bare(walk):
+    recording = WalkedRoom(bare=True).recording(walk)
+    return recording, reconstruct(recording, CHEAP)
+
+
+def test_a_walk_past_bare_walls_is_closed(bare, walk):
+    recording, result = bare
+    assert not result.rejected
+    # tracking alone slides along the bare wall; half a voxel is left
+    assert result.course.moved > 0.05
+    assert error(result, recording, walk).rmse < 0.01
+    assert result.course.met > 3 and result.course.after < 0.01 < result.course.before
+    assert light(result, "Loops").level == "ok" and light(result, "Drift") is None
+    assert result.facts.values()["course"]["places_seen_again"] == result.course.met
+    assert np.allclose(result.trajectory.poses[0], np.eye(4))
+
+
+def test_what_is_not_closed_is_told(walk):
+    half = walk[: len(walk) // 2]
+    result = reconstruct(WalkedRoom().recording(half), CHEAP)
+    assert result.course.met == 0 and not result.course.in_view
+    assert "not checked" in light(result, "Drift").reason
+
+
+def test_a_camera_that_keeps_its_view_costs_nothing_more(walk):
+    few = walk[:4]
+    result = reconstruct(WalkedRoom().recording(few), CHEAP)
+    assert result.course.in_view and result.course.met == 0
+    assert light(result, "Drift").level == "ok"
+
+
+def test_after_a_loss_the_pieces_are_joined(walk):
+    """Frames without depth, and meanwhile the camera turned by more than it sees at once."""
+    kept = [*range(40), *range(54, len(walk))]
+    poses = walk[kept]
+    poses[40:44] = poses[44]
+    recording = WalkedRoom().recording(poses, blank=range(38, 44))
+    result = reconstruct(recording, CHEAP)
+    assert result.course.pieces == result.course.joined == 2
+    assert set(result.rejected) >= set(range(38, 44)) and len(result.rejected) <= 8
+    assert error(result, recording, poses).rmse < 0.01
+
+
+def test_a_piece_that_meets_nothing_is_left_out_and_told(walk):
+    kept = [*range(25), *range(41, 50)]
+    poses = walk[kept]
+    poses[25:31] = poses[31]
+    recording = WalkedRoom().recording(poses, blank=range(25, 31))
+    result = reconstruct(recording, CHEAP)
+    assert (result.course.pieces, result.course.joined) == (2, 1)
+    assert "after a loss" in result.rejected[len(poses) - 1]
+    placed = result.trajectory.valid
+    assert placed[:25].all() and not placed[25:].any()
+
+
+def test_given_poses_have_no_course(walk):
+    recording = WalkedRoom().recording(walk[:4])
+    result = reconstruct(recording, replace(CHEAP, poses=truth_of(recording, walk[:4])))
+    assert result.course is None and light(result, "Drift") is None
+
+
+def test_without_colour_a_symmetric_room_is_not_mistaken(walk):
+    """From its middle a room looks much the same both ways, and bare depth of 160 x 120 tells no more."""
+    result = reconstruct(WalkedRoom().recording(walk, colored=False), CHEAP)
+    assert result.course.met == 0 and "not checked" in light(result, "Drift").reason
+    assert result.course.moved == 0.0
+
+
+def test_without_colour_the_shapes_are_recognised():
+    truth = round_walk(ROUND, start=2.8, step=np.deg2rad(8))
+    fine = Camera(320, 240, 280.0, 280.0, 159.5, 119.5)
+    recording = WalkedRoom(camera=fine, sigma=0.001).recording(truth, colored=False)
+    drift = [exp([0.001 * k, 0.002 * k, 0, 0.004 * k, -0.003 * k, 0.002 * k]) for k in range(len(truth))]
+    frames = [keyframe_of(prepare(recording[k], fine, Sensor()), 0, drift[k] @ truth[k]) for k in range(len(truth))]
+    start = Trajectory(recording.timestamps, np.stack([frame.T_world_camera for frame in frames]))
+    found = Trajectory(recording.timestamps, close(frames).poses)
+    before, after = (trajectory_error(one, truth_of(recording, truth)).rmse for one in (start, found))
+    assert before > 0.05 and after < 0.01
+
+
+def test_what_slides_along_a_wall_is_held_by_its_print():
+    """Before bare walls tracking alone stays where it is, and would say that the camera kept its view."""
+    bare = WalkedRoom(bare=True)
+    poses = round_walk(1.2, start=2.3)
+    recording = bare.recording(poses)
+    result = reconstruct(recording, CHEAP)
+    assert result.course.moved > 0.05
+    assert error(result, recording, poses).rmse < 0.02

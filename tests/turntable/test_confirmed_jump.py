@@ -1,0 +1,61 @@
+"""A jump of free tracking counts where views before and after do not fit each other on the axis."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fusion.geometry import pose
+from fusion.geometry.depth import point_map
+from fusion.geometry.trajectory import Trajectory
+from fusion.scan import poses
+from fusion.scan.poses import about_axis, confirmed
+from fusion.turntable.jumps import Jump
+from fusion.turntable.views import Region
+
+PUSHED = 8
+EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
+
+
+@pytest.fixture(scope="module")
+def scan(owl_scene):
+    """Frames of an owl, the region around it, and their places by the axis."""
+    maps = [point_map(d.astype(np.float32), owl_scene.camera, 0.001) for d in owl_scene.depths]
+    frames = [SimpleNamespace(surface=m) for m in maps]
+    points = np.concatenate([v.points for v in owl_scene.views()])
+    region = replace(EVERYWHERE, low=points.min(axis=0), high=points.max(axis=0))
+    return frames, region, Trajectory(np.arange(float(len(frames))), about_axis(owl_scene.axis, owl_scene.angles))
+
+
+def pushed(places, by):
+    """The places that the axis gives where the object was pushed before a frame: wrong from then on."""
+    moved = places.poses.copy()
+    moved[PUSHED:] = pose.inverse(pose.pose(np.eye(3), np.array([by, 0, 0]))) @ moved[PUSHED:]
+    return replace(places, poses=moved)
+
+
+def test_a_push_is_confirmed_with_its_size(scan):
+    frames, region, places = scan
+    found = confirmed(Jump(PUSHED, 0.006, "object"), frames, region, pushed(places, 0.006))
+    assert found is not None and found.frame == PUSHED
+    assert found.distance == pytest.approx(0.006, rel=0.2)
+
+
+def test_where_tracking_lost_its_way_nothing_moved(scan):
+    frames, region, places = scan
+    assert confirmed(Jump(PUSHED, 0.006, "object"), frames, region, places) is None
+    assert confirmed(None, frames, region, places) is None
+
+
+def test_views_that_slide_on_each_other_show_no_push(scan, monkeypatch):
+    """They lie elsewhere when they are aligned directly, and fit no better there."""
+    frames, region, places = scan
+    aligned = poses._aligned
+
+    def loose(*arguments):
+        found = aligned(*arguments)
+        return None if found is None else replace(found, information=1e-4 * found.information)
+
+    monkeypatch.setattr(poses, "_aligned", loose)
+    assert confirmed(Jump(PUSHED, 0.006, "object"), frames, region, pushed(places, 0.006)) is None
