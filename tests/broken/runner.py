@@ -20,6 +20,8 @@ LIMIT_S = 30.0
 IDLE_S = 8.0  # a process that waits so long without any work waits for what never comes
 LIMIT_BYTES = 2_000_000_000
 HERE = Path(__file__).resolve().parent
+# the same on every machine, and cases run beside others
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "TI_CPU_MAX_NUM_THREADS"), "1")
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,7 @@ class Server:
     def __init__(self) -> None:
         mine, its = socket.socketpair()
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE.parent), str(HERE.parent.parent)])}
-        environment |= {"MPLBACKEND": "Agg", "COLUMNS": "120"}
-        for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "TI_CPU_MAX_NUM_THREADS"):
-            environment[threads] = "1"  # the same on every machine, and cases run beside others
+        environment |= {"MPLBACKEND": "Agg", "COLUMNS": "120", **ONE_THREAD}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "broken.server", str(its.fileno())],
             env=environment,
@@ -94,6 +94,12 @@ class Fresh:
         answer = follow(child.pid, request)
         child.returncode = answer["status"]  # it has been waited for
         return answer
+
+
+def keep_kernels(place: Path) -> None:
+    """Let the program compile its kernels, once on a machine: a server's children end too soon to keep them."""
+    words = ["demo", "-o", str(place / "kernels"), "--frames", "12", "--no-report"]
+    subprocess.run([sys.executable, "-c", PROGRAM, *words], env={**os.environ, **ONE_THREAD}, check=True)
 
 
 def run(case: Case, server: Server | Fresh, place: Path) -> Ran:

@@ -4,10 +4,8 @@ import itertools
 import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 from pathlib import Path
 from queue import SimpleQueue
-from threading import Lock
 
 import pytest
 
@@ -15,7 +13,7 @@ from broken import corpus
 from broken.case import Case
 from broken.judge import judged
 from broken.open import OPEN
-from broken.runner import Fresh, Server, forget, run
+from broken.runner import Fresh, Server, forget, keep_kernels, run
 
 WORKERS = min(4, os.cpu_count() or 1)
 
@@ -34,20 +32,26 @@ def servers(good_inputs: Path) -> Iterator[SimpleQueue[Server]]:
 
 def broken_rules(cases: Iterable[Case], servers: SimpleQueue[Server], place: Path) -> dict[str, list[str]]:
     """Names of the cases that break the rule, with what they break."""
-    count, alone = itertools.count(), Lock()
+    count = itertools.count()
 
     def one(case: Case) -> tuple[str, list[str]]:
-        # the whole demo takes most of a run's limit by itself, and more where two share a core's caches and threads
-        with alone if case.name.endswith(": demo") else nullcontext():
-            server, folder = servers.get(), place / f"{next(count):05d}"
-            try:
-                return case.name, judged(case, run(case, server, folder))
-            finally:
-                servers.put(server)
-                forget(folder)
+        server, folder = servers.get(), place / f"{next(count):05d}"
+        try:
+            return case.name, judged(case, run(case, server, folder))
+        finally:
+            servers.put(server)
+            forget(folder)
 
+    many, long = [], []
+    for case in cases:
+        (long if case.name.endswith(": demo") else many).append(case)
     with ThreadPoolExecutor(servers.qsize()) as pool:
-        return {name: wrong for name, wrong in pool.map(one, cases) if wrong}
+        found = list(pool.map(one, many))
+    # a whole demo takes half of a run's limit by itself, and all of it beside a run that shares its core
+    if long:
+        keep_kernels(place)
+        found += map(one, long)
+    return {name: wrong for name, wrong in found if wrong}
 
 
 def held_against_open(found: dict[str, list[str]], tried: set[str]) -> None:
