@@ -40,7 +40,7 @@ from fusion.scan.settings import ScanSettings
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.file import read_sensor
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.plate import above_plate
+from fusion.turntable.table.plate import above_plate
 from fusion.volume.forecast import choose_truncation
 from fusion.volume.prepared import fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings

@@ -13,9 +13,9 @@ from fusion.scan.frames import find_region, load, object_alone, told_angles
 from fusion.scan.motion import find_motion
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
+from fusion.turntable.all_views.together import WORTH
 from fusion.turntable.focal import SURE, FocalCheck, focal_of
 from fusion.turntable.motion import Motion
-from fusion.turntable.together import WORTH
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
 

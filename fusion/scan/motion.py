@@ -13,12 +13,12 @@ from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.calibrated import depth_std
+from fusion.turntable.all_views.log import with_log
 from fusion.turntable.axis import Axis
-from fusion.turntable.finish import finish
-from fusion.turntable.log import with_log
+from fusion.turntable.guess.told_step import refuse_contradicted_step
+from fusion.turntable.model.finish import finish
+from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion, estimate_motion
-from fusion.turntable.rays import Rays, rays_of
-from fusion.turntable.told_step import refuse_contradicted_step
 from fusion.turntable.views import Region, View, usable, view
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings

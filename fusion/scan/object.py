@@ -11,7 +11,7 @@ from fusion.mesh.shape import CRUMB
 from fusion.mesh.vertices import vertices_kept
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.motion import Motion
-from fusion.turntable.plate import above_plate
+from fusion.turntable.table.plate import above_plate
 from fusion.turntable.views import Region
 from fusion.volume.forecast import choose_truncation, choose_voxel
 from fusion.volume.prepared import Prepared

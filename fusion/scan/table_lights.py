@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.results.light import LEVELS, Light, level
-from fusion.turntable.log import departure
+from fusion.turntable.all_views.log import departure
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan

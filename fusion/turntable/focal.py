@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.turntable.beginning import begin
-from fusion.turntable.edges import stack
+from fusion.turntable.all_views.together import fit_camera, together
+from fusion.turntable.guess.beginning import begin
 from fusion.turntable.motion import Motion
-from fusion.turntable.together import fit_camera, together
+from fusion.turntable.pairs.edges import stack
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]

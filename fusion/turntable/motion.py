@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry import pose
-from fusion.turntable.alone import Alone
+from fusion.turntable.all_views.log import of_its_sign
+from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
+from fusion.turntable.all_views.together import DEPTH_ERRORS, WIDEST, WORTH, believed, fit_camera, misfit, together
 from fusion.turntable.axis import Axis
-from fusion.turntable.beginning import begun_with
-from fusion.turntable.edges import stack
-from fusion.turntable.log import of_its_sign
-from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.plate import above, plate_height
+from fusion.turntable.guess.alone import Alone
+from fusion.turntable.guess.beginning import begun_with
+from fusion.turntable.pairs.edges import stack
 from fusion.turntable.selfcheck import SelfCheck
-from fusion.turntable.together import DEPTH_ERRORS, WIDEST, WORTH, believed, fit_camera, misfit, together
+from fusion.turntable.table.plate import above, plate_height
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]

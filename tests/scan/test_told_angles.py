@@ -11,7 +11,7 @@ from fusion.recording.recording import Recording
 from fusion.scan.frames import told_angles
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import edge_sums
+from fusion.turntable.pairs.edges import edge_sums
 from fusion.turntable.selfcheck import SelfCheck
 
 

@@ -8,7 +8,7 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.simulation.demo import looking_at
-from fusion.turntable.alone import find_alone
+from fusion.turntable.guess.alone import find_alone
 from fusion.turntable.views import Region, view
 
 CAMERA = Camera(160, 120, 220.0, 220.0, 79.5, 59.5)

@@ -9,8 +9,8 @@ from fusion.simulation.demo import looking_at
 from fusion.simulation.render import RayCaster
 from fusion.simulation.shapes import box, joined
 from fusion.turntable.axis import Axis
-from fusion.turntable.moving import find_moving, find_wall
-from fusion.turntable.standing import standing
+from fusion.turntable.turning.moving import find_moving, find_wall
+from fusion.turntable.turning.standing import standing
 from fusion.turntable.views import Region
 
 CAMERA = Camera(320, 240, 300.0, 300.0, 159.5, 119.5)

@@ -4,7 +4,7 @@ import numpy as np
 
 from fusion.compute.start import start
 from fusion.tracking.pairs import tukey
-from fusion.turntable.cells import CUT, SHARED, normal_equations, settle
+from fusion.turntable.model.cells import CUT, SHARED, normal_equations, settle
 
 FRAMES, CELLS, EACH, SIGMA = 5, 40, 12, 0.001
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.tracking.pairs import find_pairs
-from fusion.turntable.edges import edge_sums, paired, stack
+from fusion.turntable.pairs.edges import edge_sums, paired, stack
 from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
 
 EDGE, REACH = [(0, 1)], 0.02

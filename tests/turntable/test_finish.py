@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fusion.geometry.depth import point_map
-from fusion.turntable.finish import finish
-from fusion.turntable.rays import rays_of
+from fusion.turntable.model.finish import finish
+from fusion.turntable.model.rays import rays_of
 from fusion.turntable.views import Region, usable
 from fusion.volume.volume import Volume, VolumeSettings
 

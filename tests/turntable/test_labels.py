@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fusion.turntable.labels import Said, consistent, unwound
+from fusion.turntable.guess.labels import Said, consistent, unwound
 
 
 def said(true, wrong=(), random=None, least=0.3):

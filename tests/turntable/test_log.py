@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.turntable.log import departure, log_equations, with_log
+from fusion.turntable.all_views.log import departure, log_equations, with_log
 
 N = 200
 STEP = np.deg2rad(5.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.turntable import motion
-from fusion.turntable.loop import LoopSettings, choose_edges, close_loop, no_errors
+from fusion.turntable.all_views.loop import LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.selfcheck import NAMES
 from fusion.turntable.views import View
 

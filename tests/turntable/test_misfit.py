@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fusion.turntable import misfit
-from fusion.turntable.edges import stack
-from fusion.turntable.misfit import misfits
-from fusion.turntable.start import find_turns, search_range
+from fusion.turntable.guess.start import find_turns, search_range
+from fusion.turntable.pairs import misfit
+from fusion.turntable.pairs.edges import stack
+from fusion.turntable.pairs.misfit import misfits
 
 EDGES = [(0, 1), (4, 3), (10, 11)]
 REACH = 0.03

@@ -9,7 +9,7 @@ from fusion.geometry.camera import Camera
 from fusion.simulation.demo import looking_at
 from fusion.simulation.render import RayCaster
 from fusion.simulation.shapes import box, joined
-from fusion.turntable.moving import find_moving
+from fusion.turntable.turning.moving import find_moving
 
 SMALL = Camera(160, 120, 150.0, 150.0, 79.5, 59.5)
 T_WORLD_CAMERA = looking_at(np.array([0.9, 0.0, 0.3]), np.array([0.0, 0.0, 0.1]))

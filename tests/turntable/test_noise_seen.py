@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.turntable.noise_seen import noise_over_stated
+from fusion.turntable.turning.noise_seen import noise_over_stated
 
 STATED = 0.001  # [m]
 

@@ -11,9 +11,9 @@ from fusion.simulation.render import RayCaster
 from fusion.simulation.shapes import box, disc, joined
 from fusion.simulation.turntable import Turntable
 from fusion.turntable.axis import Axis
-from fusion.turntable.level import has_a_rim
-from fusion.turntable.moving import find_moving
-from fusion.turntable.plate import above_plate, plate_height
+from fusion.turntable.table.level import has_a_rim
+from fusion.turntable.table.plate import above_plate, plate_height
+from fusion.turntable.turning.moving import find_moving
 from fusion.turntable.views import Region, usable, view
 
 CLEAR = 0.004
@@ -142,7 +142,7 @@ def test_the_table_below_is_not_the_plate_though_more_of_it_is_seen(monkeypatch)
     """A plate has a rim past which one looks; a table goes on."""
     views, axis = seen((BODY, PLATE), CLOSE)
     assert has_a_rim(views, axis, 0.0) and not has_a_rim(views, axis, -0.04)
-    monkeypatch.setattr("fusion.turntable.plate.level_heights", lambda *_: [-0.04, 0.0])
+    monkeypatch.setattr("fusion.turntable.table.plate.level_heights", lambda *_: [-0.04, 0.0])
     assert plate_height(views, axis) == 0.0
 
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from fusion.turntable.all_views.loop import Loop
+from fusion.turntable.all_views.together import believed
 from fusion.turntable.axis import Axis
-from fusion.turntable.loop import Loop
 from fusion.turntable.selfcheck import NAMES, SelfCheck
-from fusion.turntable.together import believed
 
 FRAMES = 36
 NONE = SelfCheck(np.zeros(len(NAMES)), 0.5, 1.0)

@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 from fusion.geometry import pose
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Edges, Stack
-from fusion.turntable.pairwise import Limits, Twists, planar, twists
+from fusion.turntable.pairs.edges import Edges, Stack
+from fusion.turntable.pairs.pairwise import Limits, Twists, planar, twists
+from fusion.turntable.pairs.twist_system import SHARED, normal_equations, planar_columns
 from fusion.turntable.selfcheck import PRIOR
-from fusion.turntable.twist_system import SHARED, normal_equations, planar_columns
 
 Array = NDArray[np.float64]
 FEWEST = 100  # pairs of points that make an edge (guess)

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
-from fusion.turntable.alone import Alone, find_alone
+from fusion.turntable.all_views.loop import LoopSettings, close_loop
+from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Stack, stack
-from fusion.turntable.loop import LoopSettings, close_loop
-from fusion.turntable.misfit import misfits
-from fusion.turntable.plate import above, ground_height
-from fusion.turntable.start import axis_guesses, find_turns, search_range
-from fusion.turntable.together import REACH
+from fusion.turntable.guess.alone import Alone, find_alone
+from fusion.turntable.guess.start import axis_guesses, find_turns, search_range
+from fusion.turntable.pairs.edges import Stack, stack
+from fusion.turntable.pairs.misfit import misfits
+from fusion.turntable.table.plate import above, ground_height
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.linalg import solve
 
 from fusion.tracking.pairs import EFFECTIVE
+from fusion.turntable.all_views.log import log_equations
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Stack, edge_sums, stack
-from fusion.turntable.log import log_equations
+from fusion.turntable.pairs.edges import Stack, edge_sums, stack
 from fusion.turntable.selfcheck import NAMES, SelfCheck, prior_of
 from fusion.turntable.views import View
 

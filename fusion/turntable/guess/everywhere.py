@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Edges, Stack
-from fusion.turntable.labels import Said
-from fusion.turntable.pairwise import Limits, Registered, Twists, coarser, register, twists
-from fusion.turntable.together import REACH
+from fusion.turntable.guess.labels import Said
+from fusion.turntable.pairs.edges import Edges, Stack
+from fusion.turntable.pairs.pairwise import Limits, Registered, Twists, coarser, register, twists
 
 Array = NDArray[np.float64]
 SPACING = np.deg2rad(5.0)

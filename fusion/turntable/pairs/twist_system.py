@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairwise import Twists
+from fusion.turntable.pairs.pairwise import Twists
 
 Array = NDArray[np.float64]
 SHARED = 5  # tilt (2) and shift (2) of the axis, focal length

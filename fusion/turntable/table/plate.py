@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.level import has_a_rim, is_plate
+from fusion.turntable.table.level import has_a_rim, is_plate
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]

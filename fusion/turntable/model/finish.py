@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from fusion.geometry import pose
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.cells import CUT, SHARED, normal_equations, settle
-from fusion.turntable.meeting import CELLS, COLUMNS, by_cell, meet
-from fusion.turntable.rays import Bundle, Rays, bundle
+from fusion.turntable.model.cells import CUT, SHARED, normal_equations, settle
+from fusion.turntable.model.meeting import CELLS, COLUMNS, by_cell, meet
+from fusion.turntable.model.rays import Bundle, Rays, bundle
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]

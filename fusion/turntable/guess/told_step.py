@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError, TrackingError
-from fusion.turntable.beginning import begin
-from fusion.turntable.edges import stack
-from fusion.turntable.misfit import misfits
+from fusion.turntable.guess.beginning import begin
+from fusion.turntable.pairs.edges import stack
+from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.views import Region, View
 
 FRAMES = 12  # looked at

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.depth import PointMap
-from fusion.turntable.rough import HALF, shared_errors
+from fusion.turntable.model.rough import HALF, shared_errors
 
 TILE = 16  # [px] farther apart than this, errors are taken as independent (guess)
 

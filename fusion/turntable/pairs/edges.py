@@ -117,7 +117,7 @@ def edge_sums(
 def _some(
     seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, Sequence[str]]
 ) -> Sums:
-    from fusion.turntable.edge_pairs import PAIRED, sum_edges
+    from fusion.turntable.pairs.edge_pairs import PAIRED, sum_edges
 
     (axis, angles), (errors, names) = motion, check
     source, model = np.array(edges).T
@@ -160,7 +160,7 @@ def paired(
         limits: largest distance of a pair [m], least cosine between its normals.
         check: errors of camera and depth, and how many of them, in their order, have columns too.
     """
-    from fusion.turntable.edge_pairs import pair_edges  # starts Taichi
+    from fusion.turntable.pairs.edge_pairs import pair_edges  # starts Taichi
 
     start()
     (axis, turns), (errors, columns) = motion, check

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import PART, Edges, Stack, paired
+from fusion.turntable.pairs.edges import PART, Edges, Stack, paired
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ def misfits(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float,
 
 
 def _some(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck) -> Array:
-    from fusion.turntable.edge_pairs import PAIRED, SEEN
+    from fusion.turntable.pairs.edge_pairs import PAIRED, SEEN
 
     code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), (check, 0))
     pair = code == PAIRED

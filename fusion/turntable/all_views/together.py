@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.tracking.pairs import EFFECTIVE
+from fusion.turntable.all_views.log import of_its_sign
+from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Stack
-from fusion.turntable.log import of_its_sign
-from fusion.turntable.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.misfit import misfits
+from fusion.turntable.pairs.edges import Stack
+from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.selfcheck import PRIOR, SelfCheck
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Edges, Stack
-from fusion.turntable.misfit import misfits
+from fusion.turntable.pairs.edges import Edges, Stack
+from fusion.turntable.pairs.misfit import misfits
 
 Array = NDArray[np.float64]
 

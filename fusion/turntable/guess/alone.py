@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
+from fusion.turntable.all_views.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly, fit_to_pairs
+from fusion.turntable.all_views.loop import LoopSettings, close_loop
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Edges, Stack, stack
-from fusion.turntable.everywhere import Heard, listen
-from fusion.turntable.foot import axis_through, foot_normal
-from fusion.turntable.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly, fit_to_pairs
-from fusion.turntable.labels import consistent, unwound
-from fusion.turntable.loop import LoopSettings, close_loop
-from fusion.turntable.pairwise import Limits
-from fusion.turntable.plate import above
-from fusion.turntable.start import axis_guesses
+from fusion.turntable.guess.everywhere import Heard, listen
+from fusion.turntable.guess.labels import consistent, unwound
+from fusion.turntable.guess.start import axis_guesses
+from fusion.turntable.pairs.edges import Edges, Stack, stack
+from fusion.turntable.pairs.pairwise import Limits
+from fusion.turntable.table.foot import axis_through, foot_normal
+from fusion.turntable.table.plate import above
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.start import start
 from fusion.turntable.axis import Axis
-from fusion.turntable.edges import Edges, Stack
+from fusion.turntable.pairs.edges import Edges, Stack
 
 Array = NDArray[np.float64]
 LEAST_COSINE = 0.6  # between the normals of a pair
@@ -60,7 +60,7 @@ class Twists:
 
 def twists(seen: Stack, edges: Edges, poses: Array, centre: Array, limits: Limits, focal: float = 0.0) -> Twists:
     """The equations of m pairs of views at poses (m, 4, 4) (model from source), by a focal length log(f / stated)."""
-    from fusion.turntable.edge_twists import COUNTS, MATRIX, WIDTH, twist_sums  # starts Taichi
+    from fusion.turntable.pairs.edge_twists import COUNTS, MATRIX, WIDTH, twist_sums  # starts Taichi
 
     start()
     sums = np.zeros((len(edges), WIDTH))

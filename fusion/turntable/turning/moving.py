@@ -10,8 +10,8 @@ from scipy import ndimage
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.turntable.background import RARE, Behind, find_background
-from fusion.turntable.noise_seen import noise_over_stated
+from fusion.turntable.turning.background import RARE, Behind, find_background
+from fusion.turntable.turning.noise_seen import noise_over_stated
 
 Array = NDArray[np.float64]
 EDGE = 0.015  # [m] around what turns that may still be it (guess)

@@ -1,0 +1,1 @@
+"""Every frame against the model that all frames make together."""

@@ -1,0 +1,1 @@
+"""What the object stands on: plate, level, upright."""

@@ -1,0 +1,1 @@
+"""What turns, and what stands still behind it."""
