@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.numbers import number
-from fusion.commands.results import add_output, made
+from fusion.commands.results import add_output, add_topic, made
 from fusion.progress import stage
 from fusion.quantity import DISTANCE_STD, RADIAL_LIMIT
 
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("recordings", type=Path, nargs="+", metavar="REC", help="a wall each, its distance_m in telemetry.csv if known")
     add_output(parser, "folder for sensor.json and report.html")
     add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
+    add_topic(parser)
     add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known")
     add(
         "--board",
@@ -65,7 +66,7 @@ def run(options: argparse.Namespace) -> None:
         force=options.force,
         radial_limit=options.radial_limit,
     )
-    found = calibrate_depth([open_recording(path) for path in options.recordings], settings)
+    found = calibrate_depth([open_recording(path, topic=options.topic) for path in options.recordings], settings)
     told = {"distance_std_m": options.distance_std, "camera": options.camera or "recordings'"}
     told |= {"radial_limit_px": options.radial_limit or "none"}
     with options.claim.folder() as partial:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fusion.commands.results import add_output, made
+from fusion.commands.results import add_output, add_topic, made
 from fusion.progress import stage
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("recordings", type=Path, nargs="+", metavar="REC", help="a still target each, or one after the other in one")
     add_output(parser, "folder for sensor.json and report.html")
     add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
+    add_topic(parser)
     add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known, depth errors above all")
     add("--force", action="store_true", help="take recordings or models of another camera")
     add("--json", action="store_true", help="print one JSON object")
@@ -40,7 +41,7 @@ def run(options: argparse.Namespace) -> None:
         sensor=None if options.sensor is None else read_sensor(options.sensor),
         force=options.force,
     )
-    found = calibrate_noise([open_recording(path) for path in options.recordings], settings)
+    found = calibrate_noise([open_recording(path, topic=options.topic) for path in options.recordings], settings)
     told = {"camera": options.camera or "recordings'", "sensor": options.sensor or "none"}
     with options.claim.folder() as partial:
         fill(partial, found, told if options.report else None)

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from fusion.commands.results import add_topic
 from fusion.errors import FusionError
 
 EXAMPLE = "fusion convert chess/seq-01 my_scan --camera 7scenes"
@@ -10,11 +11,14 @@ EXAMPLE = "fusion convert chess/seq-01 my_scan --camera 7scenes"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    parser.add_argument("input", type=Path, metavar="IN", help="folder of a recording of any format, or a mesh file")
+    parser.add_argument(
+        "input", type=Path, metavar="IN", help="recording of any format (folder or file), or a mesh file"
+    )
     parser.add_argument("output", type=Path, metavar="OUT", help="new folder (native format), or a mesh file")
     parser.add_argument(
         "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
     )
+    add_topic(parser)
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")
 
 
@@ -22,15 +26,18 @@ def check(options: argparse.Namespace) -> None:
     """What OUT cannot be, before anything is read: a recording becomes a folder, a mesh a file."""
     from fusion.files.publish import place_of
     from fusion.mesh.files import FORMATS, check_written
+    from fusion.recording.formats.known import refusal
+    from fusion.recording.open import recognised
 
     if not options.input.exists():
-        raise FusionError(
-            "there is nothing to convert", options.input, "nothing", "a recording's folder or a mesh file"
-        )
-    options.folder = options.input.is_dir()
+        raise FusionError("there is nothing to convert", options.input, "nothing", "a recording or a mesh file")
+    # content before name: a mesh's ending tells nothing where a recording is recognised
+    options.folder = options.input.is_dir() or recognised(options.input) is not None
     if not options.folder and options.input.suffix.lower() not in FORMATS:
-        expected = "a recording's folder, or a mesh file " + " ".join(FORMATS)
-        raise FusionError("this is neither a recording nor a mesh", options.input, "a file", expected)
+        expected = "a recording, or a mesh file " + " ".join(FORMATS)
+        raise refusal(options.input) or FusionError(
+            "this is neither a recording nor a mesh", options.input, "a file", expected
+        )
     made = place_of(options.output)
     if not options.folder and made.suffix.lower() != options.output.suffix.lower():
         do = "remove the link, or name the file itself"
@@ -43,12 +50,12 @@ def check(options: argparse.Namespace) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Convert a folder to a native recording, a file to another mesh format."""
+    """Convert a recording to a native one, a mesh to another mesh format."""
     if options.folder:
         from fusion.recording.convert import fill_conversion
         from fusion.recording.open import open_recording
 
-        recording = open_recording(options.input, options.camera)
+        recording = open_recording(options.input, options.camera, options.topic)
         with options.claim.folder() as partial:
             fill_conversion(partial, recording)
     else:

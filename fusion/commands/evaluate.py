@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.numbers import number
-from fusion.commands.results import add_output, made
+from fusion.commands.results import add_output, add_topic, made
 from fusion.progress import stage
 from fusion.quantity import DISTANCE_STD
 
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("recordings", type=Path, nargs="+", metavar="REC", help="still frames, better 100 each; distance_m if known")
     add_output(parser, "folder for evaluation.json and report.html")
     add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recordings' own")
+    add_topic(parser)
     add("--sensor", metavar="S", help="sensor.json or a preset's name, to compare with")
     add("--pixel", type=int, nargs=2, metavar=("U", "V"), help="pixel whose series is shown; the centre")
     add(
@@ -49,7 +50,7 @@ def run(options: argparse.Namespace) -> None:
         distance_std=options.distance_std,
         force=options.force,
     )
-    found = evaluate([open_recording(path, options.camera) for path in options.recordings], settings)
+    found = evaluate([open_recording(path, options.camera, options.topic) for path in options.recordings], settings)
     result = numbers(found)
     told = {"camera": options.camera or "recordings'", "sensor": options.sensor, "distance_std_m": options.distance_std}
     with options.claim.folder() as partial:

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fusion.commands.results import add_output, made
+from fusion.commands.results import add_output, add_topic, made
 from fusion.commands.screen import took
 from fusion.commands.verdict_lines import LABEL, verdict_lines
 
@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what any simulator made of the same scenes, one recording for each REC, in the same order",
     )
     add("--camera", type=Path, metavar="FILE", help="camera.json instead of the recordings' own")
+    add_topic(parser)
     add("--json", action="store_true", help="print the verdict as one JSON object")
 
 
@@ -62,7 +63,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.sensor.file import read_sensor, write_sensor
 
     sensor = read_sensor(options.sensor)
-    recordings = [open_recording(path, options.camera) for path in options.recordings]
+    recordings = [open_recording(path, options.camera, options.topic) for path in options.recordings]
     simulated = [open_recording(path, options.camera) for path in options.simulated]
     found = explain(recordings, sensor, simulated)
     for recording in (*recordings, *simulated):

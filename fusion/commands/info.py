@@ -4,15 +4,18 @@ import argparse
 import json
 from pathlib import Path
 
+from fusion.commands.results import add_topic
+
 EXAMPLE = "fusion info my_scan --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    parser.add_argument("recording", type=Path, metavar="REC", help="folder of the recording")
+    parser.add_argument("recording", type=Path, metavar="REC", help="folder or file of the recording")
     parser.add_argument(
         "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
     )
+    add_topic(parser)
     parser.add_argument(
         "--quick", action="store_true", help="leave out the check of the focal length that a turntable recording allows"
     )
@@ -24,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     from fusion.recording.inspect import CHECKS, inspect
     from fusion.recording.open import open_recording
 
-    recording = open_recording(options.recording, options.camera)
+    recording = open_recording(options.recording, options.camera, options.topic)
     if options.quick:
         checks = CHECKS
     else:  # the turntable's check stands in a room further down

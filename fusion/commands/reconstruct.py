@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.reconstruction.pipeline import reconstruct
     from fusion.recording.open import open_recording
 
-    recording = open_recording(options.recording, options.camera)
+    recording = open_recording(options.recording, options.camera, options.topic)
     result = reconstruct(recording, _settings(options, recording))
     with options.claim.folder() as partial:
         fill(partial, recording, result, page=options.report)

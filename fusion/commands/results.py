@@ -1,4 +1,4 @@
-"""Where a command writes: its options, and the lines that say so in the end."""
+"""Options of commands that write results, and the lines that say in the end where."""
 
 import argparse
 from pathlib import Path
@@ -24,6 +24,11 @@ def add_output(parser: argparse.ArgumentParser, what: str, report: bool = True, 
     if report:
         add("--no-report", dest="report", action="store_false", help="write no report.html")
     parser.set_defaults(folder=True)
+
+
+def add_topic(parser: argparse.ArgumentParser) -> None:
+    """`--topic`, for a command that opens recordings."""
+    parser.add_argument("--topic", metavar="NAME", help="which depth stream of a bag that has several")
 
 
 def made(options: argparse.Namespace, *names: str, width: int = 10) -> list[str]:

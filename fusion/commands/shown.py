@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.commands.numbers import number
-from fusion.commands.results import add_output
+from fusion.commands.results import add_output, add_topic
 from fusion.quantity import CORNER, TRUNCATION, VOXEL, Corners
 
 if TYPE_CHECKING:
@@ -18,10 +18,11 @@ FIRST_CAMERA = "the first camera's frame (x right, y down, z forward)"
 def add_common(parser: argparse.ArgumentParser, frame: str = FIRST_CAMERA) -> None:
     """Recording, output, sensor, camera, box and voxels; `frame` says where the box stands."""
     add = parser.add_argument
-    add("recording", type=Path, metavar="REC", help="folder of the recording")
+    add("recording", type=Path, metavar="REC", help="folder or file of the recording")
     add_output(parser, "folder for mesh.ply, trajectory.txt, ...")
     add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
     add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recording's own")
+    add_topic(parser)
     add("--voxel", type=number(VOXEL), metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
     add(
         "--truncation",

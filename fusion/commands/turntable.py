@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.recording.open import open_recording
     from fusion.scan.pipeline import scan_turntable
 
-    recording = open_recording(options.recording, options.camera)
+    recording = open_recording(options.recording, options.camera, options.topic)
     scan = scan_turntable(recording, _settings(options, recording))
     failed = failure(scan, options.recording)
     if failed is not None and not options.keep_failed:

@@ -57,6 +57,15 @@ def read_bytes(
             raise error(f"{what} cannot be read", path, problem.strerror or problem) from problem
 
 
+def beginning(path: Path | str, most: int = 64) -> bytes:
+    """The first bytes of a regular file of any size; nothing where there is none: for looking at what a file is."""
+    try:
+        with open_regular(path, takes=0) as file:
+            return file.read(most)
+    except (FusionError, OSError):
+        return b""
+
+
 def read_text(path: Path | str, error: type[FusionError] = FusionError, what: str = "the file") -> str:
     """The text of a UTF-8 file, or of a UTF-16 one that begins with its mark; line ends become `\\n`.
 

@@ -1,30 +1,37 @@
-"""Opening a recording: what is in the folder says which format it is."""
+"""Opening a recording: what is in the folder or file says which format it is."""
 
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 from fusion.errors import RecordingError
 from fusion.files.inside import part
+from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import find_camera
-from fusion.recording.formats import bop, fakenect, open3d_folder, seven_scenes, tum
+from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
 from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Recording
 from fusion.recording.scene_file import read_scene_fields
 
-# in the order of asking: the first that recognises the folder reads it
-FORMATS = (tum, bop, seven_scenes, fakenect, open3d_folder)
+# In the order of asking: the first that recognises it reads it. A format has `recognises(path)`, which looks at content
+# and raises nothing, and `read(path, camera)`; one with several depth streams also `HAS_TOPICS` and `read(..., topic)`.
+FOLDERS: tuple[ModuleType, ...] = (tum, bop, seven_scenes, fakenect, open3d_folder)
+FILES: tuple[ModuleType, ...] = ()
+READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
 
 
-def open_recording(path: Path | str, camera: Camera | Path | str | None = None) -> Recording:
+def open_recording(path: Path | str, camera: Camera | Path | str | None = None, topic: str | None = None) -> Recording:
     """Open a recording of any known format; no image is decoded before it is asked for.
 
     Args:
-        path: the folder.
+        path: the folder or the file.
         camera: intrinsics that replace the recording's own: a Camera, a `camera.json` or the name of a preset.
+        topic: which depth stream of a bag that has several.
 
     Raises:
-        RecordingError: the folder is no recording, its lists cannot be read, or it has no camera and none is given.
+        RecordingError: it is no recording, its lists cannot be read, it has no camera and none is given, or several
+            depth streams of which none is named.
 
     >>> recording = fusion.open_recording("my_scan")
     >>> [round(float(np.nanmedian(frame.depth)), 1) for frame in recording][:3]  # images are read when they are used
@@ -32,23 +39,42 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None) 
     >>> fusion.open_recording("my_scan", camera="kinect-v2").camera
     <Camera: 512 x 424, fx 365.46 fy 365.46 cx 254.88 cy 205.40 px, itof, kinect-v2>
     """
-    folder = Path(path)
-    if not folder.is_dir():
-        found = "a file" if folder.exists() else "nothing"
-        raise RecordingError("there is no recording", folder, found, "a folder with depth images")
+    path = Path(path)
+    if not path.exists():
+        raise RecordingError("there is no recording", path, "nothing", "a folder with depth images, or a recorded file")
+    form = recognised(path)
+    if form is None:
+        raise known.refusal(path) or _not_recognised(path)
     chosen = None if camera is None else find_camera(camera)
-    for form in FORMATS:
-        if form.recognises(folder):
-            recording = form.read(folder, chosen)
-            check_frame_size(recording.camera, folder)
-            scene = part(folder, "scene.json", RecordingError)
-            return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
-    raise _not_recognised(folder)
+    if getattr(form, "HAS_TOPICS", False):
+        recording = form.read(path, chosen, topic)
+    elif topic is not None:
+        raise RecordingError("there are no topics in this recording", path, f"--topic {topic}", do="leave it out")
+    else:
+        recording = form.read(path, chosen)
+    check_frame_size(recording.camera, path)
+    scene = part(path, "scene.json", RecordingError)
+    return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
 
 
-def _not_recognised(folder: Path) -> RecordingError:
+def recognised(path: Path) -> ModuleType | None:
+    """The format of a folder or file, told by its content; None where it is none."""
+    return next((form for form in (FOLDERS if path.is_dir() else FILES) if form.recognises(path)), None)
+
+
+def _not_recognised(path: Path) -> RecordingError:
+    if path.is_dir():
+        return _no_recording_folder(path)
+    if not path.is_file():
+        return RecordingError("there is no recording", path, "no regular file", "a folder or a recorded file")
+    start = beginning(path, 16)
+    found = f"a file that begins with {start!r}" if start else "an empty file, or one that cannot be read"
+    return RecordingError("the file is no recording", path, found, READ)
+
+
+def _no_recording_folder(folder: Path) -> RecordingError:
     names = sorted(entry.name + "/" * entry.is_dir() for entry in folder.iterdir())
-    inside = [name for name in names if name.endswith("/") and any(f.recognises(folder / name) for f in FORMATS)]
+    inside = [name for name in names if name.endswith("/") and recognised(folder / name)]
     found = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
     expected = (
         "depth.txt (native, TUM), frame-000000.depth.png (7-Scenes), scene_camera.json (BOP), "
