@@ -14,7 +14,8 @@ from fusion.reconstruction.course import straighten
 from fusion.reconstruction.planning import Plan, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
-from fusion.reconstruction.walk import Frames, fused_again, track
+from fusion.reconstruction.settling import settled
+from fusion.reconstruction.walk import Frames, track
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
@@ -61,9 +62,8 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     if settings.poses is None:
         with stage("loops"):
             straight = straighten(results, tracked.pieces, recording.timestamps, tracked.keyframes)
-        results, course = straight.results, straight.course
-        if straight.between is not None:
-            volume, results = fused_again(frames, results, chosen, straight.between)
+        course = straight.course
+        volume, chosen, results = settled(frames, settings, tracked, straight)
     _check_enough(results, recording, settings)
     with stage("mesh"):
         mesh = without_crumbs(volume.surface(), CRUMB * chosen.volume.truncation)
@@ -110,7 +110,7 @@ def _result(
         "kind": chosen.kind,
         "kind_reason": chosen.reason,
         "max_depth_m": settings.max_depth,
-        "box_m": settings.box,
+        "box_m": chosen.volume.bounds,
         "sensor": sensor.name,
         "poses": "tracked" if settings.poses is None else "given",
         "volume_bytes": volume.bytes,

@@ -1,16 +1,18 @@
-"""Before the start: object or room, and which voxels, truncation and memory that takes."""
+"""Object or room, and which voxels, truncation and memory that takes: before the start, and by the camera's course."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fusion.errors import RecordingError, VolumeError
-from fusion.geometry.pose import Array
+from fusion.geometry.pose import Array, transform
 from fusion.reconstruction.settings import ReconstructSettings
+from fusion.reconstruction.walked_round import View, walked_round
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
-from fusion.volume.prepared import Prepared, fusible, prepare
+from fusion.volume.prepared import NOISIEST, Prepared, prepare
 from fusion.volume.settings import VolumeSettings
 from fusion.volume.subject import MIDDLE, ROOM, Subject, subject_of
 
@@ -51,14 +53,19 @@ def plan(recording: Recording, settings: ReconstructSettings, sensor: Sensor) ->
     subject = subject_of(probes, settings.room)
     reason = subject.reason if settings.room is None else "as told"
     volume = _volume(recording, settings, subject)
-    needed = _needed(volume, recording, probes)
+    needed = _needed(volume, probes)
     free = settings.room is None and settings.voxel is None and not subject.room
     if free and needed > MUCH * settings.max_bytes:
         reason = f"voxels of {volume.voxel * 1e3:g} mm would take {needed / 2**20:.0f} MiB for one view"
         subject = replace(subject, room=True)
         volume = _volume(recording, settings, subject)
-        needed = _needed(volume, recording, probes)
-    return Plan(subject, reason, volume, _memory(needed, volume, recording))
+        needed = _needed(volume, probes)
+    chosen = Plan(subject, reason, volume, _memory(needed, volume, recording))
+    if settings.poses is None:
+        return chosen
+    poses = settings.poses.at(np.array([p.frame.timestamp for p in probes])).poses
+    views = [View(T, p.surface) for T, p in zip(poses, probes, strict=True) if np.isfinite(T).all()]
+    return object_after_all(chosen, recording, settings, views) or chosen
 
 
 def room_after_all(plan: Plan, recording: Recording, settings: ReconstructSettings, points: Array) -> Plan | None:
@@ -69,8 +76,7 @@ def room_after_all(plan: Plan, recording: Recording, settings: ReconstructSettin
     Args:
         points: (n, 3) some of all that was seen so far, in one frame [m].
     """
-    told = settings.room is not None or settings.voxel is not None or settings.truncation is not None
-    if told or plan.subject.room or plan.subject.free:
+    if _told(settings) or plan.subject.room or plan.subject.free:
         return None
     size = float(np.ptp(np.percentile(points, MIDDLE, axis=0), axis=0).max())
     if size < GROWN * ROOM:
@@ -78,6 +84,36 @@ def room_after_all(plan: Plan, recording: Recording, settings: ReconstructSettin
     subject = replace(plan.subject, room=True, size=size)
     volume = _volume(recording, settings, subject)
     return Plan(subject, f"the walk shows {size:.2f} m", volume, plan.warnings)
+
+
+def object_after_all(
+    plan: Plan, recording: Recording, settings: ReconstructSettings, views: Sequence[View]
+) -> Plan | None:
+    """Another plan, where the camera went round one thing in a room; None where this one stays.
+
+    Single frames of a thing on a table show the room behind it, and all frames the whole room.
+
+    Args:
+        views: some of the recording, spread over it.
+    """
+    found = None if _told(settings) or not plan.subject.room else walked_round(views)
+    if found is None:
+        return None
+    subject, reach = found.subject, GROWN * found.subject.size
+    reason = f"the camera went round what is {subject.size:.2f} m large, at {subject.distance:.2f} m"
+    volume = _volume(recording, settings, subject)
+    if settings.box is None:  # in voxels this small, nobody wants the room around
+        low, high = (tuple((found.middle + side * reach).tolist()) for side in (-1, 1))
+        volume = replace(volume, bounds=(low, high))
+        reason += f", and what is farther than {reach:.1f} m from it is left out"
+    if max(_taken(volume, view) for view in views) > MUCH * settings.max_bytes:
+        return None
+    return Plan(subject, reason, volume)
+
+
+def _told(settings: ReconstructSettings) -> bool:
+    """The voxels, or what they depend on, are not for the frames to say."""
+    return settings.room is not None or settings.voxel is not None or settings.truncation is not None
 
 
 def _volume(recording: Recording, settings: ReconstructSettings, subject: Subject) -> VolumeSettings:
@@ -88,12 +124,19 @@ def _volume(recording: Recording, settings: ReconstructSettings, subject: Subjec
     return VolumeSettings(voxel, truncation, bounds=settings.box, max_bytes=settings.max_bytes)
 
 
-def _needed(volume: VolumeSettings, recording: Recording, probes: list[Prepared]) -> int:
+def _needed(volume: VolumeSettings, probes: list[Prepared]) -> int:
     """Bytes that the view with most surface takes; 0 in a box, whose part of the view is not known yet."""
+    return 0 if volume.bounds is not None else max(_taken(volume, View(np.eye(4), p.surface)) for p in probes)
+
+
+def _taken(volume: VolumeSettings, view: View) -> int:
+    """Bytes that a view takes."""
+    surface = view.surface
+    usable = surface.sigma < NOISIEST * volume.truncation
     if volume.bounds is not None:
-        return 0
-    usable = [np.where(fusible(p, volume.truncation), p.depth, np.nan) for p in probes]
-    return max(forecast_bytes(volume, depth, recording.camera) for depth in usable)
+        points = transform(view.T_world_camera, surface.points.astype(float))
+        usable &= ((points > volume.bounds[0]) & (points < volume.bounds[1])).all(axis=-1)
+    return forecast_bytes(volume, np.where(usable, surface.points[..., 2], np.nan), surface.camera)
 
 
 def _memory(needed: int, volume: VolumeSettings, recording: Recording) -> tuple[tuple[str, str], ...]:
