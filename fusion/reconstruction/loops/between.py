@@ -8,10 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array, inverse
-from fusion.reconstruction.loops.edges import CLOSE, SHARE, landmark_edge, surface_edge
+from fusion.reconstruction.loops.correction import TORN
+from fusion.reconstruction.loops.edges import CLOSE, agree, landmark_edge, surface_edge
 from fusion.reconstruction.loops.keyframes import Keyframe, keyframe_of
-from fusion.tracking.icp import align_points
+from fusion.tracking.graph import Edge, settle
 from fusion.volume.prepared import Prepared
+
+# where a frame is carried to that is not torn: the key frames beside it say the same within these
+CARRIED = np.diag(np.repeat([TORN[1] ** -2.0, TORN[0] ** -2.0], 3))
 
 
 @dataclass(frozen=True)
@@ -36,31 +40,33 @@ class Between:
     def place(self, frame: Prepared, T_world_camera: Array) -> Array | None:
         """The pose of a frame (4, 4), from what is known so far (4, 4); None where it is lost (NaN) and stays so."""
         placed, index = bool(np.isfinite(T_world_camera).all()), frame.frame.index
-        found = self._found(frame) if not placed or self.torn[index] else None
-        if not placed or found is not None:
-            return found
-        return self._held(frame, T_world_camera) if self.off[index] else T_world_camera
+        if placed and not self.off[index]:
+            return T_world_camera
+        here, carried = keyframe_of(frame, -1, np.eye(4)), T_world_camera if placed else None
+        beside = self._beside(index)
+        if carried is None or self.torn[index]:  # where it is, only landmarks tell
+            found = next((T for k in beside if (T := self._held(k, here, None)) is not None), None)
+            if found is not None or carried is None:
+                return found
+        held = self._held(beside[0], here, carried) if beside else None
+        return T_world_camera if held is None else held
 
-    def _held(self, frame: Prepared, T_world_camera: Array) -> Array:
-        """The pose of a placed frame (4, 4), or a better one by the surface of the key frame nearest to it."""
-        for k in self._beside(frame.frame.index)[:1]:
-            here = keyframe_of(frame, -1, T_world_camera)
-            guess = inverse(self.poses[k]) @ T_world_camera
-            found = align_points(here.points, self.keyframes[k].surface, guess, CLOSE)
-            if found.ok and found.inlier_share > SHARE:
-                return np.asarray(self.poses[k] @ found.T_model_source)
-        return T_world_camera
+    def _held(self, k: int, here: Keyframe, carried: Array | None) -> Array | None:
+        """The pose of a frame (4, 4) that suits what it shares with a key frame and where it was carried (4, 4) to.
 
-    def _found(self, frame: Prepared) -> Array | None:
-        """The pose of a lost frame (4, 4) by the landmarks that it shares with a key frame beside it."""
-        here = keyframe_of(frame, -1, np.eye(4))
-        for k in self._beside(frame.frame.index):
-            pair = [self.keyframes[k], here]
-            marks = landmark_edge(pair, 0, 1, doubtful=True)
-            surface = None if marks is None else surface_edge(pair, (0, 1), marks.T_i_j, CLOSE, doubtful=True)
-            if surface is not None:
-                return np.asarray(self.poses[k] @ surface.T_i_j)
-        return None
+        Its surface alone slides wherever it leaves a direction open; landmarks and the way it was carried hold it.
+        """
+        pair = [self.keyframes[k], here]
+        marks = landmark_edge(pair, 0, 1, doubtful=True)
+        start = None if carried is None else inverse(self.poses[k]) @ carried
+        guess = start if marks is None else marks.T_i_j
+        surface = None if guess is None else surface_edge(pair, (0, 1), guess, CLOSE, doubtful=False)
+        if surface is None:
+            return None
+        edges = [surface] if marks is None or not agree(marks, surface) else [surface, marks]
+        if start is not None:
+            edges.append(Edge(0, 1, start, CARRIED, start[:3, 3]))
+        return np.asarray(settle(self.poses[k] @ np.stack([np.eye(4), surface.T_i_j]), edges).poses[1])
 
     def _beside(self, index: int) -> list[int]:
         """The key frames before and after a frame that have a pose, the nearer first."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from fusion.geometry.pose import Array, angle, inverse, transform
 from fusion.reconstruction.loops.keyframes import Keyframe
+from fusion.reconstruction.loops.relief import by_relief
 from fusion.tracking.graph import Edge
 from fusion.tracking.icp import IcpSettings, align_points
 from fusion.tracking.landmarks import Landmarks, meet
@@ -46,10 +47,9 @@ def surface_edge(
     result = align_points(frames[j].points, frames[i].surface, T_i_j, settings)
     if not result.ok or result.inlier_share < share:
         return None
-    centre = transform(result.T_model_source, frames[j].points.centre)
-    return Edge(
-        i, j, result.T_model_source, EFFECTIVE * result.information, centre, doubtful, "surface", result.inlier_share
-    )
+    T, points = result.T_model_source, frames[j].points
+    information = EFFECTIVE * by_relief(result.information, points, frames[i].surface, T, settings.reaches[-1])
+    return Edge(i, j, T, information, transform(T, points.centre), doubtful, "surface", result.inlier_share)
 
 
 def seen_edge(
