@@ -10,7 +10,6 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, transform
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.images import read_color
 from fusion.recording.recording import Recording
 
 WIDEST = 480  # [px] visibility is judged in images halved until they are no wider
@@ -70,8 +69,7 @@ class ColorImages:
         frame = self.recording[index]
         color = frame.color
         if self.apart:
-            files = self.recording.files
-            color = read_color(files.folder / files.color_apart[index])  # type: ignore[union-attr,operator]
+            color = self.recording.color_apart(index)
         if "color" in frame.unfit or (color is not None and color.shape[:2] != self.camera.shape):
             raise RecordingError("a colour image is of another size", self.recording.path, f"frame {index}")
         return None if color is None else ColorImage(color, frame.depth)
@@ -121,11 +119,10 @@ class ColorImages:
 
 def color_images(recording: Recording) -> ColorImages | None:
     """The colour images of a recording, or None where it names none."""
-    camera, files = recording.camera, recording.files
-    names = None if files is None else files.color_apart or files.color
-    frames = np.arange(len(recording)) if names is None else np.flatnonzero([n is not None for n in names])
+    camera, has = recording.camera, recording.has_color
+    frames = np.arange(len(recording)) if has is None else np.flatnonzero(has)
     if not len(frames):
         return None
-    if files is not None and files.color_apart and camera.color is not None and camera.T_color_depth is not None:
+    if recording.color_is_apart and camera.color is not None and camera.T_color_depth is not None:
         return ColorImages(recording, camera.color, camera.T_color_depth, frames, True)
     return ColorImages(recording, camera, np.eye(4), frames, False)

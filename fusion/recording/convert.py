@@ -11,7 +11,7 @@ from fusion.files.reading import read_bytes
 from fusion.progress import each
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.scene_file import scene_mesh
-from fusion.recording.write import MEMBERS, fill_recording
+from fusion.recording.write import MEMBERS, fill_recording, write_png
 
 _log = logging.getLogger("fusion")
 
@@ -70,18 +70,33 @@ def _counted(recording: Recording, unfit: dict[str, int]) -> Iterator[Frame]:
 
 def _copy_color_apart(recording: Recording, folder: Path) -> None:
     """The colour images that no frame holds, as they are in the depth camera's pixels alone; the list comes last."""
-    files = recording.files
-    if files is None or not any(files.color_apart):
+    if not recording.color_is_apart:
         return
     (folder / "rgb").mkdir()
     lines = ["# color images\n# timestamp filename\n"]
-    for number, (stamp, name) in enumerate(zip(recording.timestamps, files.color_apart, strict=True)):
+    for number, stamp in enumerate(recording.timestamps):
+        copied = _one_color_apart(recording, number, folder)
+        if copied:
+            lines.append(f"{stamp:.6f} {copied}\n")
+    (folder / "rgb.txt").write_text("".join(lines), encoding="utf-8")
+
+
+def _one_color_apart(recording: Recording, number: int, folder: Path) -> str:
+    """Name of a frame's colour image in the folder, "" where it has none; a file of its own is copied as it is."""
+    files = recording.files
+    if files is not None:
+        name = files.color_apart[number]
         if name is None:
-            continue
+            return ""
         copied = f"rgb/{number:06d}{Path(name).suffix}"
         _copy(inside(files.folder, name, RecordingError), folder / copied, "the image")
-        lines.append(f"{stamp:.6f} {copied}\n")
-    (folder / "rgb.txt").write_text("".join(lines), encoding="utf-8")
+        return copied
+    color = recording.color_apart(number)
+    if color is None:
+        return ""
+    copied = f"rgb/{number:06d}.png"
+    write_png(folder / copied, color)
+    return copied
 
 
 def _copy(source: Path, target: Path, what: str) -> None:

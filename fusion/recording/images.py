@@ -84,9 +84,20 @@ def read_bytes(path: Path, limit: int = -1) -> bytes:
     return read_regular(path, RecordingError, "an image", limit)
 
 
+def decode_image(data: bytes, flags: int, path: Path, shape: tuple[int, int] | None = None) -> NDArray:
+    """The image that these bytes are, with OpenCV's `flags`; of another shape than a given one it is not decoded.
+
+    Raises:
+        RecordingError: damaged, too large, or of another shape (height, width); `path` is named.
+    """
+    header = _header(data, path)
+    if shape is not None:
+        check_shape((header.height, header.width), shape, path)
+    return _decoded(data, header, flags, path)
+
+
 def _decode(path: Path, flags: int) -> NDArray:
-    data = read_bytes(path)
-    return _decoded(data, _header(data, path), flags, path)
+    return decode_image(read_bytes(path), flags, path)
 
 
 def _header(data: bytes, path: Path) -> ImageHeader:

@@ -56,11 +56,16 @@ def inspect(recording: Recording, checks: tuple[Check, ...] = CHECKS) -> Finding
 
 
 def fingerprint(recording: Recording) -> str:
-    """sha256 (hex) over camera, stamps, file names and sizes, and the bytes of the first and last depth image."""
+    """sha256 (hex) over camera, stamps, file names and sizes, and the first and last depth image."""
     digest = hashlib.sha256(json.dumps(camera_to_dict(recording.camera), sort_keys=True).encode())
     digest.update(recording.timestamps.tobytes())
     files = recording.files
     if files is None:
+        for index in {0, len(recording) - 1} if recording.streams is not None and len(recording) else ():
+            try:
+                digest.update(recording[index].depth.tobytes())
+            except RecordingError:
+                digest.update(b"missing")
         return digest.hexdigest()
     for name in (*files.depth, *files.color, *files.color_apart, *files.ir):
         path = None if name is None else files.folder / name
@@ -79,14 +84,15 @@ def fingerprint(recording: Recording) -> str:
 
 def _summary(sample: Sample) -> dict[str, Any]:
     recording = sample.recording
-    files, stamps = recording.files, recording.timestamps
+    stamps = recording.timestamps
+    color, ir = recording.has_color, recording.has_ir
     limits = range_m(sample)
     return {
         "path": str(recording.path),
         "format": recording.format,
         "frames": len(recording),
-        "color_frames": sum(name is not None for name in (*files.color, *files.color_apart)) if files else None,
-        "ir_frames": sum(name is not None for name in files.ir) if files else None,
+        "color_frames": None if color is None else int(color.sum()),
+        "ir_frames": None if ir is None else int(ir.sum()),
         "duration_s": float(stamps[-1] - stamps[0]) if len(stamps) else 0.0,
         "frames_per_second": frames_per_second(stamps),
         "camera": camera_to_dict(recording.camera),

@@ -10,14 +10,15 @@ from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import find_camera
 from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
+from fusion.recording.formats.bags import bag
 from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Recording
 from fusion.recording.scene_file import read_scene_fields
 
 # In the order of asking: the first that recognises it reads it. A format has `recognises(path)`, which looks at content
 # and raises nothing, and `read(path, camera)`; one with several depth streams also `HAS_TOPICS` and `read(..., topic)`.
-FOLDERS: tuple[ModuleType, ...] = (tum, bop, seven_scenes, fakenect, open3d_folder)
-FILES: tuple[ModuleType, ...] = ()
+FOLDERS: tuple[ModuleType, ...] = (tum, bop, seven_scenes, fakenect, open3d_folder, bag)
+FILES: tuple[ModuleType, ...] = (bag,)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
 
 

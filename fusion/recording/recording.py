@@ -1,6 +1,6 @@
 """A recording: a camera and frames that are loaded when they are asked for."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.frame_files import FrameFiles
+from fusion.recording.images import read_color
+from fusion.recording.streams import FrameStreams
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ class Recording:
         scene: content of `scene.json`; empty when there is none.
         warnings: what looked wrong while opening, one sentence each.
         files: the image files behind the frames, or None when the frames come from elsewhere.
+        streams: what stands for `files` in a recording that is one file, or None.
     """
 
     path: Path
@@ -66,10 +69,10 @@ class Recording:
     scene: dict[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     files: FrameFiles | None = None
+    streams: FrameStreams | None = None
 
     def __repr__(self) -> str:
-        files = self.files or FrameFiles(self.path, ())
-        held = [name for name, names in (("color", files.color or files.color_apart), ("ir", files.ir)) if any(names)]
+        held = [name for name, has in (("color", self.has_color), ("ir", self.has_ir)) if has is not None and has.any()]
         held += ["poses"] * (self.poses is not None) + ["scene"] * bool(self.scene)
         held += [name for name in self.telemetry if name != "timestamp"]
         seconds = np.ptp(self.timestamps) if len(self) else 0.0
@@ -86,6 +89,46 @@ class Recording:
 
     def __iter__(self) -> Iterator[Frame]:
         return (self.load(i) for i in range(len(self)))
+
+    @property
+    def has_color(self) -> NDArray[np.bool_] | None:
+        """(n,) True for each frame with a colour image, in whose pixels ever; None where that is not known."""
+        if self.files is not None:
+            return self._named(self.files.color_apart or self.files.color)
+        return None if self.streams is None else self._flags(self.streams.color)
+
+    @property
+    def has_ir(self) -> NDArray[np.bool_] | None:
+        """(n,) True for each frame with an infrared image; None where that is not known."""
+        if self.files is not None:
+            return self._named(self.files.ir)
+        return None if self.streams is None else self._flags(self.streams.ir)
+
+    @property
+    def color_is_apart(self) -> bool:
+        """Colour images are in the pixels of `camera.color`, and read by `color_apart` alone."""
+        if self.files is not None:
+            return any(self.files.color_apart)
+        return self.streams is not None and self.streams.color_apart is not None
+
+    def color_apart(self, index: int) -> NDArray[np.uint8] | None:
+        """The colour image (h, w, 3) of a frame in the pixels of `camera.color`, or None. Raises RecordingError."""
+        if self.files is not None:
+            name = self.files.color_apart[index] if self.files.color_apart else None
+            return None if name is None else read_color(self.files.folder / name)
+        return self.streams.color_apart(index) if self.streams and self.streams.color_apart else None
+
+    def depth_counts(self, index: int) -> NDArray[np.uint16] | None:
+        """Counts (h, w) of a frame's depth as they are stored, or None where there are none. Raises RecordingError."""
+        if self.files is not None:
+            return self.files.read_depth(self.files.folder / self.files.depth[index], self.camera.shape)
+        return self.streams.counts(index) if self.streams and self.streams.counts else None
+
+    def _named(self, names: Sequence[str | None]) -> NDArray[np.bool_]:
+        return self._flags(np.array([name is not None for name in names], bool))
+
+    def _flags(self, has: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        return has if len(has) else np.zeros(len(self), bool)
 
     def telemetry_at_frames(self, column: str) -> NDArray[np.float64] | None:
         """A telemetry column at the frames' time stamps (n,), linear in time; None when it was not logged."""

@@ -21,7 +21,7 @@ class Sample:
 
     Attributes:
         recording: what it is a sample of.
-        counts: (65536,) how often each count occurs in the sampled frames, all 0 where frames are no files.
+        counts: (65536,) how often each count occurs in the sampled frames, all 0 where depth is not stored in counts.
         medians: (n,) median depth [m] of each frame, NaN where a frame has none.
         depths: depth images [m] of the kept frames by index, every `stride`-th pixel.
         stride: [px].
@@ -52,7 +52,9 @@ def draw(recording: Recording, frames: int = FRAMES, keep: int = KEPT) -> Sample
     for index in indices:
         try:
             depth = recording[index].depth
-            counts += _histogram(recording, index)
+            stored = recording.depth_counts(index)
+            if stored is not None:
+                counts += np.bincount(stored.reshape(-1), minlength=INVALID_COUNT + 1)
         except RecordingError as error:
             failures[index] = str(error)
             continue
@@ -66,10 +68,3 @@ def draw(recording: Recording, frames: int = FRAMES, keep: int = KEPT) -> Sample
 def spread(count: int, most: int) -> list[int]:
     """Up to `most` indices evenly spread over `count`, first and last among them."""
     return sorted({int(i) for i in np.linspace(0, count - 1, min(count, most)).round()}) if count else []
-
-
-def _histogram(recording: Recording, index: int) -> NDArray[np.int64]:
-    if recording.files is None:
-        return np.zeros(INVALID_COUNT + 1, np.int64)
-    counts = recording.files.read_depth(recording.files.folder / recording.files.depth[index], recording.camera.shape)
-    return np.bincount(counts.reshape(-1), minlength=INVALID_COUNT + 1)

@@ -117,6 +117,11 @@ def _write_png(path: Path, image: NDArray, camera: Camera) -> None:
     if image.shape[:2] != camera.shape:
         found = f"{image.shape[1]} x {image.shape[0]}" if image.ndim > 1 else image.shape
         raise RecordingError("an image has another size than the camera", path.name, found, f"{camera.shape[::-1]}")
+    write_png(path, image)
+
+
+def write_png(path: Path, image: NDArray) -> None:
+    """An RGB image (h, w, 3) uint8, or counts (h, w) as uint16."""
     image = image[..., ::-1] if image.ndim == 3 else image.astype(np.uint16)
     # level 1: four times as fast as the default and a tenth larger
     _, data = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 1])

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from fusion.coloring.images import ColorImage, ColorImages, color_images
 from fusion.errors import RecordingError
 from fusion.geometry.pose import transform
-from fusion.recording.images import read_color
 from fusion.recording.recording import Frame, Recording
 
 
@@ -35,12 +34,8 @@ class Colors:
             shape = source.recording.camera.shape
             fits = frame.color is not None and frame.color.shape[:2] == shape
             return np.ascontiguousarray(frame.color[window]) if fits and frame.color is not None else None
-        files = source.recording.files
-        name = None if files is None else files.color_apart[index]
-        if files is None or name is None:
-            return None
         try:
-            image = read_color(files.folder / name)
+            image = source.recording.color_apart(index)
         except RecordingError:  # told where the mesh is coloured
             return None
         if image is None or image.shape[:2] != source.camera.shape:

@@ -12,7 +12,8 @@ GAP = 10.0
 
 def check_stamps(sample: Sample) -> list[Finding]:
     """Unsorted and equal stamps, gaps, images without a depth frame."""
-    stamps, files = sample.recording.timestamps, sample.recording.files
+    recording = sample.recording
+    stamps, files = recording.timestamps, recording.files or recording.streams
     steps = np.diff(stamps)
     findings = []
     if files is not None and files.steps_back:
@@ -52,7 +53,7 @@ def _gaps(steps: np.ndarray, stamps: np.ndarray) -> list[Finding]:
 
 
 def _unmatched(sample: Sample) -> list[Finding]:
-    files = sample.recording.files
+    files = sample.recording.files or sample.recording.streams
     findings = []
     for name, (lost, total) in (files.unmatched if files else {}).items():
         # a camera that starts or stops a moment earlier loses a few

@@ -1,0 +1,166 @@
+"""Bags of ROS drivers: which topic is the depth, which camera took it, and what lies beside it.
+
+REP 118: depth is 16UC1 in millimetres or 32FC1 in metres. An image's `camera_info` stands beside it; where the image is
+rectified (its name says so) P is its camera and its lens is taken out.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import PurePosixPath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.formats.bags.lens import camera_of
+from fusion.recording.formats.bags.messages import frame_of, message
+from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, Look, look_at
+from fusion.recording.formats.bags.store import Store, Topic
+from fusion.recording.formats.bags.streams import METRES_SCALE, Chosen, Stream, stream_stamps
+from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree
+
+INFO = "sensor_msgs/CameraInfo"
+INFRARED = ("ir", "infra", "infra1", "infra2", "infrared", "amplitude", "confidence")
+MILLIMETRES = 1000.0
+
+
+@dataclass(frozen=True)
+class Images:
+    """A topic of images: how its first one looks, in which frame, and its name without the way it is packed."""
+
+    topic: Topic
+    look: Look
+    frame: str
+    base: str
+
+    @property
+    def infrared(self) -> bool:
+        """True where the name says that it is no depth and no colour."""
+        words = {word for part in self.base.lower().split("/") for word in part.split("_")}
+        return bool(words & set(INFRARED)) and "depth" not in words
+
+
+def images_of(store: Store) -> list[Images]:
+    """The topics of images that can be read; of one image packed in several ways the one with the most messages."""
+    found: dict[str, Images] = {}
+    for name, topic in sorted(store.topics.items()):
+        if topic.type not in (IMAGE, COMPRESSED):
+            continue
+        try:
+            look, frame = look_at(topic), frame_of(topic)
+        except RecordingError:  # theora and the like: another may be readable
+            continue
+        base = name
+        for ending in ("/compressedDepth", "/compressed"):
+            base = base.removesuffix(ending)
+        if base not in found or len(found[base].topic) < len(topic):
+            found[base] = Images(topic, look, frame.lstrip("/"), base)
+    return list(found.values())
+
+
+def depth_topics(images: list[Images]) -> list[str]:
+    """Names of those that hold depth: 16 or 32 bit, and not called infrared; mono16 only where it is called depth."""
+    return [
+        one.topic.name
+        for one in images
+        if one.look.kind == "depth"
+        and not one.infrared
+        and (one.look.encoding in ("16uc1", "32fc1", "z16") or "depth" in one.base.lower())
+    ]
+
+
+def choose(store: Store, images: list[Images], name: str, camera: Camera | None) -> Chosen:
+    """Depth by the name of its topic, with colour, infrared and poses as the bag has them. Raises RecordingError."""
+    warnings = list(store.warnings)
+    depth = next(one for one in images if one.topic.name == name)
+    stated = camera or _camera(store, depth)
+    if stated is None:
+        do = "pass --camera camera.json or a preset's name"
+        raise RecordingError("the recording has no camera", store.path, f"no camera_info beside {name}", do=do)
+    if camera is None:
+        stated = replace(stated, depth_scale=METRES_SCALE if depth.look.metres else MILLIMETRES)
+    elif not depth.look.metres and camera.depth_scale != MILLIMETRES:
+        warnings.append(f"the depth is taken for {camera.depth_scale:g} counts a metre, as --camera says, not for mm")
+    tree = read_tree(store)
+    stream = _stream(depth, stated, warnings)
+    first = float(stream.stamps.min())
+    color = _color(store, images, depth, tree, first)
+    T = between(tree, depth.frame, color.frame, first) if color is not None else None
+    return Chosen(
+        "ros2" if depth.topic.ros2 else "ros1",
+        stream,
+        None if color is None else _stream(color, _camera_or_told(store, color, warnings), warnings),
+        _infrared(store, images, depth, warnings),
+        depth.look.metres,
+        T,
+        color is not None and _same_pixels(color, depth),
+        partial(_poses, tree, depth.frame),
+        tuple(warnings),
+    )
+
+
+def _poses(tree: Tree, frame: str, stamps: NDArray[np.float64]) -> Trajectory | None:
+    return poses_at(tree, frame, stamps)
+
+
+def _stream(images: Images, camera: Camera | None, warnings: list[str]) -> Stream:
+    size = len(images.topic.read(0, -1))
+    return Stream(images.topic, stream_stamps(images.topic, size, warnings), camera)
+
+
+def _camera(store: Store, images: Images) -> Camera | None:
+    """By the CameraInfo beside the images, else by the only one of their frame and size. Raises RecordingError."""
+    beside = str(PurePosixPath(images.base).parent / "camera_info")
+    found = [store.topics[name] for name in (beside, f"{images.base}/camera_info") if name in store.topics]
+    found = [topic for topic in found if topic.type == INFO]
+    if not found:
+        infos = [topic for topic in store.topics.values() if topic.type == INFO]
+        found = [topic for topic in infos if frame_of(topic).lstrip("/") == images.frame != "" and _fits(topic, images)]
+        found = found if len(found) == 1 else []
+    if not found:
+        return None
+    camera = camera_of(message(found[0], 0), found[0].name, "rect" in images.base.lower())
+    if camera.shape != (images.look.height, images.look.width):
+        size = f"{images.look.width} x {images.look.height}"
+        found_size = f"{camera.width} x {camera.height}"
+        raise RecordingError("the camera is of another size than its images", found[0].name, found_size, size)
+    return camera
+
+
+def _fits(topic: Topic, images: Images) -> bool:
+    values = message(topic, 0)
+    return (values.get("width"), values.get("height")) == (images.look.width, images.look.height)
+
+
+def _camera_or_told(store: Store, images: Images, warnings: list[str]) -> Camera | None:
+    try:
+        return _camera(store, images)
+    except RecordingError as problem:
+        warnings.append(f"{images.topic.name}: {problem}")
+        return None
+
+
+def _same_pixels(one: Images, depth: Images) -> bool:
+    """Images of one frame and one size are of one camera, or registered to it."""
+    size = (one.look.width, one.look.height)
+    return one.frame == depth.frame != "" and size == (depth.look.width, depth.look.height)
+
+
+def _color(store: Store, images: list[Images], depth: Images, tree: Tree, stamp: float) -> Images | None:
+    """The best colour topic: in the depth's pixels, else of a camera whose place is known, else any."""
+
+    def rank(one: Images) -> tuple:
+        known = between(tree, depth.frame, one.frame, stamp) is not None
+        name = one.base.lower()
+        return _same_pixels(one, depth), known, "color" in name or "rgb" in name, len(one.topic)
+
+    able = [one for one in images if one.look.kind == "color" and not one.infrared]
+    return max(able, key=rank, default=None)
+
+
+def _infrared(store: Store, images: list[Images], depth: Images, warnings: list[str]) -> Stream | None:
+    """Grey images in the depth camera's pixels."""
+    able = [one for one in images if one.look.kind in ("grey", "depth") and one.infrared and _same_pixels(one, depth)]
+    return _stream(able[0], None, warnings) if able else None
