@@ -12,6 +12,7 @@ import fusion
 from fusion.sensor.view import View
 
 Call = Callable[[Inputs, Path], Any]  # with a place of its own for what it writes
+BAGS = Path(__file__).resolve().parents[1] / "recording" / "bags"  # by RealSense's own recorders
 COARSE = fusion.VolumeSettings(voxel=0.01, truncation=0.04, color=True)
 
 
@@ -37,7 +38,13 @@ def recordings(given: Inputs, out: Path) -> Any:
     fusion.write_recording(out / "written", CAMERA, frames, telemetry=log)
     again = fusion.open_recording(out / "written")
     found = fusion.inspect(one)
-    return [*one], again.telemetry_at_frames("turntable_deg"), found, out
+    stored = one.depth_counts(0), one.color_apart(0)
+    return [*one], stored, again.telemetry_at_frames("turntable_deg"), found, out
+
+
+def bags(given: Inputs, out: Path) -> Any:
+    one = fusion.open_recording(BAGS / ("realsense_2_56.bag" if given.seed == 1 else "realsense_2_59.db3"))
+    return [*one], one.depth_counts(0), [one.color_apart(n) for n in range(len(one))]
 
 
 def meshes(given: Inputs, out: Path) -> Any:
@@ -134,6 +141,6 @@ def explanations(given: Inputs, out: Path) -> Any:
 
 # the light ones are made several times each in the quick tests, the heavy ones once
 LIGHT: list[Call] = [
-    camera, poses, recordings, meshes, sensors, scenes, rooms, volumes, evaluations, reconstructions, noises,
+    camera, poses, recordings, bags, meshes, sensors, scenes, rooms, volumes, evaluations, reconstructions, noises,
 ]  # fmt: skip
 HEAVY: list[Call] = [alignments, scans, depths, lenses, explanations]
