@@ -204,6 +204,15 @@ def test_free_distances_hide_scale_and_offset_of_a_triangulating_sensor():
     assert share["scale"] < 1e-6 and share["disparity"] < 1e-5
 
 
+def test_walls_of_known_distance_and_free_tilt_do_not_tell_a_delay_over_the_chip():
+    """A tilt takes all of it but a few percent; what else the walls hold would come into that many times as large."""
+    found = calibrated(TOF, (CyclicError(np.array([0.006]), np.array([0.625]), np.array([0.3])),))
+    hidden = {v.term.key for v in found.visibility if not v.seen}
+    assert {"delay u", "delay v"} <= hidden
+    assert not any("delay" in judged.candidate.name for judged in found.judged)
+    assert any("tilt" in text for _, text in found.notes)
+
+
 def test_depth_along_stated_rays_is_taken_to_the_true_ones():
     true = replace(TOF, fx=106.0, fy=107.0, distortion=(0.05, -0.02))
     begin = start([_Recording(TOF)], true, None)

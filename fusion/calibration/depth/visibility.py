@@ -8,6 +8,9 @@ from fusion.calibration.depth.information import Information
 from fusion.calibration.depth.terms import BOARD, Term
 
 LEAST = 0.02  # share of a term that must survive tilts and distances: below, rounding and lens errors decide
+# the same of a term that is 0 at the middle, where distances do not help: what else the walls hold that no law does
+# comes into it divided by its share, and walls left out cannot tell, as their tilts are free too (guess)
+LEAST_SHAPE = 0.2
 SURE = 5.0  # standard deviations from which an effect counts as found
 
 
@@ -38,7 +41,8 @@ def visibilities(terms: list[Term], total: Information, measured: int, walls: in
         share = float(np.sqrt(max(own, 0.0) / raw)) if raw > 0 else 0.0
         smallest = SURE / np.sqrt(own) if own > 0 and share > 1e-6 else float("inf")
         # where distances are known, noise alone decides; where not, what survives the free poses
-        seen = smallest < 20 * term.typical and (share >= LEAST or measured >= 2)
+        left = share >= LEAST_SHAPE if term.shape else share >= LEAST or measured >= 2
+        seen = smallest < 20 * term.typical and left
         if term.effect == BOARD and not seen:
             continue  # a board that mirrors nothing: nobody misses that
         found.append(Visibility(term, share, float(smallest), seen, "" if seen else _advice(term, measured, walls)))

@@ -74,9 +74,10 @@ def departure(angles: Array, told: Array, slips: Sequence[int] = ()) -> tuple[fl
 def with_log(angles: Array, angle_std: Array, commanded: Array) -> Array:
     """Angles (n,) [rad] as the surface and the log together say them, 0 at the first.
 
-    The table's own scatter adds up from step to step, the noise of the measurement does not: the spread of measured
-    minus told turns over one step and over several tells them apart, and slow errors of the measurement count as
-    scatter. Steps that do not fit (slips) take no part, so each stretch between them moves freely.
+    The table's own scatter is what its steps differ from the log by beyond the noise of the measurement, and no less
+    than what adds up over several steps, as slow errors of the measurement do. (Steps that err about a place, as those
+    of most tables, do not add up: that alone would take them for noise and pull the angles to the log.) Steps that do
+    not fit (slips) take no part, so each stretch between them moves freely.
 
     Args:
         angles, angle_std: (n,) measured [rad], NaN where rejected.
@@ -92,13 +93,15 @@ def with_log(angles: Array, angle_std: Array, commanded: Array) -> Array:
     excess -= np.median(excess / gaps) * gaps  # a log in wrong units of angle, or a slow drift
     spread = _spread(excess / np.sqrt(gaps))
     total = np.concatenate([[0.0], np.cumsum(excess)])
-    scatter2 = max((_spread(total[FAR:] - total[:-FAR]) ** 2 - spread**2) / (FAR - 1), (LEAST * spread) ** 2)
+    added_up = (_spread(total[FAR:] - total[:-FAR]) ** 2 - spread**2) / (FAR - 1)
+    std = np.maximum(angle_std[known], EXACT)
+    beyond = spread**2 - 2 * float(np.median(std)) ** 2  # a step has the noise of two angles
+    scatter2 = max(added_up, beyond, (LEAST * spread) ** 2)
     weight = tukey(excess / np.sqrt(gaps) / spread) / (scatter2 * gaps)
     # corrections c minimise sum (c / std)^2 + weight * (excess + difference of c)^2: a tridiagonal system
     n = len(known)
     D = np.zeros((n - 1, n))
     D[np.arange(n - 1), np.arange(n - 1)], D[np.arange(n - 1), np.arange(1, n)] = -1, 1
-    std = np.maximum(angle_std[known], EXACT)
     noise = min(np.sqrt(max(spread**2 - scatter2, EXACT**2) / 2), float(np.median(std)))  # stated or seen, the smaller
     own = (np.median(std) / std / noise) ** 2
     change = np.linalg.solve(np.diag(own) + D.T @ (D * weight[:, None]), -D.T @ (weight * excess))
