@@ -42,7 +42,7 @@ def test_an_uneven_table_changes_little_and_harms_nothing():
 
 
 def test_angles_that_err_about_a_place_are_not_pulled_to_the_log():
-    """A drive that stops a little off each place: its steps differ by more than the views' noise, and add up to nothing."""
+    """A drive that stops a little off each place: its steps scatter more than the views do, and add up to nothing."""
     rng = np.random.default_rng(3)
     told = STEP * np.arange(N)
     true = told + np.deg2rad(0.4) * rng.normal(size=N)
