@@ -1,11 +1,13 @@
 """`fusion convert`: between recording formats, and between mesh formats."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from fusion.commands.results import add_topic
 from fusion.errors import FusionError
 
+WRITTEN = ("native", "nerfstudio")
 EXAMPLE = "fusion convert chess/seq-01 my_scan --camera 7scenes"
 
 
@@ -14,7 +16,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "input", type=Path, metavar="IN", help="recording of any format (folder or file), or a mesh file"
     )
-    parser.add_argument("output", type=Path, metavar="OUT", help="new folder (native format), or a mesh file")
+    parser.add_argument("output", type=Path, metavar="OUT", help="new folder, or a mesh file")
+    parser.add_argument(
+        "--format", choices=WRITTEN, default=WRITTEN[0], help="of the folder; nerfstudio: for splats (default: native)"
+    )
+    parser.add_argument(
+        "--poses", type=Path, metavar="FILE", help="TUM trajectory instead of the recording's own poses"
+    )
     parser.add_argument(
         "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
     )
@@ -42,6 +50,8 @@ def check(options: argparse.Namespace) -> None:
     if not options.folder and made.suffix.lower() != options.output.suffix.lower():
         do = "remove the link, or name the file itself"
         raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
+    if not options.folder and (options.poses is not None or options.format != WRITTEN[0]):
+        raise FusionError("--format and --poses are for recordings", options.input, "a mesh file", "a recording")
     if not options.folder:
         check_written(options.output)
     elif options.output.suffix.lower() in FORMATS and not options.output.is_dir():
@@ -54,10 +64,14 @@ def run(options: argparse.Namespace) -> None:
     if options.folder:
         from fusion.recording.convert import fill_conversion
         from fusion.recording.open import open_recording
+        from fusion.recording.trajectory_file import read_trajectory
+        from fusion.recording.write_nerfstudio import fill_nerfstudio
 
         recording = open_recording(options.input, options.camera, options.topic)
+        if options.poses is not None:
+            recording = replace(recording, poses=read_trajectory(options.poses))
         with options.claim.folder() as partial:
-            fill_conversion(partial, recording)
+            (fill_nerfstudio if options.format == "nerfstudio" else fill_conversion)(partial, recording)
     else:
         from fusion.mesh.files import read_mesh, write_mesh
 

@@ -33,7 +33,13 @@ def read_json(path: Path | str, error: type[FusionError] = FusionError, what: st
         FusionError: of the kind asked for: the file cannot be read, is no JSON object, holds a key twice, a number
             that is not finite, or nests too deep.
     """
-    text = read_text(path, error, what)
+    return json_in(read_text(path, error, what), path, error, what)
+
+
+def json_in(
+    text: str, path: Path | str, error: type[FusionError] = FusionError, what: str = "the file"
+) -> dict[str, Any]:
+    """The same of a text that stands in another file; `path` names it. Raises as `read_json`."""
     check_size(UNPACKED * len(text), path, error, f"{what} with all its values")
     deep = f"at most {DEEPEST} levels"
     try:

@@ -29,6 +29,15 @@ def read_npy(path: Path | str, error: type[FusionError] = FusionError, what: str
     return array.astype(np.float64)
 
 
+def npy_header(
+    path: Path | str, error: type[FusionError] = FusionError, what: str = "the array"
+) -> tuple[tuple[int, ...], np.dtype]:
+    """Shape and type of the array in a `.npy` file, as its header says. Raises as `read_npy`."""
+    with open_regular(path, error, what) as file:
+        shape, _, kind = _header(file, path, error, what)
+    return shape, kind
+
+
 def read_npz(
     path: Path | str, error: type[FusionError] = FusionError, what: str = "the arrays", only: str = ""
 ) -> dict[str, NDArray]:
@@ -68,18 +77,26 @@ def read_npz(
     return found
 
 
-def _array(file: IO[bytes], path: Path | str, error: type[FusionError], what: str) -> NDArray:
-    """The array that begins here. Raises as `read_npy`."""
+def _header(
+    file: IO[bytes], path: Path | str, error: type[FusionError], what: str
+) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """(shape, column by column, type) of the array that begins here. Raises as `read_npy`."""
     try:
         read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}[npy.read_magic(file)]
         shape, columns_first, kind = read(file)
         if min(shape, default=0) < 0:
             raise ValueError(f"shape {shape}")
-        size = kind.itemsize * int(np.prod(shape, dtype=object))
     except Exception as problem:  # whatever NumPy makes of a header that anybody wrote
         raise error(
             f"{what} is no .npy file", path, "a header that cannot be read", "an array that NumPy wrote"
         ) from problem
+    return shape, columns_first, kind
+
+
+def _array(file: IO[bytes], path: Path | str, error: type[FusionError], what: str) -> NDArray:
+    """The array that begins here. Raises as `read_npy`."""
+    shape, columns_first, kind = _header(file, path, error, what)
+    size = kind.itemsize * int(np.prod(shape, dtype=object))
     check_size(size, path, error, what)
     if kind.kind not in PLAIN:
         raise error(f"{what} holds no numbers", path, kind, "numbers")

@@ -102,6 +102,19 @@ class Camera:
             cy=(self.cy - 0.5) / 2,
         )
 
+    def resized(self, width: int, height: int) -> "Camera":
+        """The camera of the same image stretched to another size [px]: its borders stay, not its pixels' centres."""
+        across, down = width / self.width, height / self.height
+        return replace(
+            self,
+            width=width,
+            height=height,
+            fx=self.fx * across,
+            fy=self.fy * down,
+            cx=(self.cx + 0.5) * across - 0.5,
+            cy=(self.cy + 0.5) * down - 0.5,
+        )
+
 
 @lru_cache(maxsize=16)
 def _rays(

@@ -26,6 +26,12 @@ def inverse(T: Array) -> Array:
     return out
 
 
+def other_axes(T: Array) -> Array:
+    """Poses (..., 4, 4) camera to world with the camera's y and z axes turned about: OpenCV's axes (y down, z forward)
+    for those of OpenGL and ARKit (y up, z back), and the other way round."""
+    return np.asarray(T) * np.array([1.0, -1.0, -1.0, 1.0])
+
+
 def transform(T: Array, points: Array) -> Array:
     """Points (..., 3) moved by one pose (4, 4)."""
     return points @ T[:3, :3].T + T[:3, 3]

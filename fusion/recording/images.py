@@ -22,7 +22,11 @@ def read_counts(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.
     Raises:
         RecordingError: also for another kind of image.
     """
-    data = read_bytes(path)
+    return counts_in(read_bytes(path), path, shape)
+
+
+def counts_in(data: bytes, path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint16]:
+    """The same of the bytes of an image that stands in another file; `path` names it. Raises RecordingError."""
     header = _header(data, path)
     if shape is not None:
         check_shape((header.height, header.width), shape, path)
@@ -37,7 +41,26 @@ def read_counts(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.
 
 def read_color(path: Path) -> NDArray[np.uint8]:
     """(height, width, 3) RGB of an 8-bit image; grey is repeated. Raises RecordingError."""
-    return np.ascontiguousarray(_decode(path, cv2.IMREAD_COLOR)[..., ::-1])
+    return color_in(read_bytes(path), path)
+
+
+def color_in(data: bytes, path: Path) -> NDArray[np.uint8]:
+    """The same of the bytes of an image that stands in another file; `path` names it. Raises RecordingError."""
+    return np.ascontiguousarray(_decoded(data, _header(data, path), cv2.IMREAD_COLOR, path)[..., ::-1])
+
+
+def grey_in(data: bytes, path: Path) -> NDArray[np.uint8]:
+    """(height, width) values of an 8-bit grey image that stands in another file. Raises RecordingError."""
+    image = _decoded(data, _header(data, path), cv2.IMREAD_UNCHANGED, path)
+    if image.ndim != 2 or image.dtype != np.uint8:
+        raise RecordingError("the image is not an 8-bit grey image", path, "another kind", "one channel of 8 bit")
+    return image
+
+
+def size_in(data: bytes, path: Path) -> tuple[int, int]:
+    """(width, height) [px] of an image that stands in another file. Raises RecordingError."""
+    header = _header(data, path)
+    return header.width, header.height
 
 
 def read_ir(path: Path) -> NDArray[np.uint16]:

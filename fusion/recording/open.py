@@ -1,6 +1,7 @@
 """Opening a recording: what is in the folder or file says which format it is."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -8,17 +9,32 @@ from fusion.errors import RecordingError
 from fusion.files.inside import part
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import find_camera
 from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.bags import bag
+from fusion.recording.formats.folders import nerfstudio, plain
+from fusion.recording.formats.phones import polycam, record3d, stray
+from fusion.recording.formats.recorded import klg, sens
 from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Recording
+from fusion.recording.said_camera import said_camera
 from fusion.recording.scene_file import read_scene_fields
 
 # In the order of asking: the first that recognises it reads it. A format has `recognises(path)`, which looks at content
 # and raises nothing, and `read(path, camera)`; one with several depth streams also `HAS_TOPICS` and `read(..., topic)`.
-FOLDERS: tuple[ModuleType, ...] = (tum, bop, seven_scenes, fakenect, open3d_folder, bag)
-FILES: tuple[ModuleType, ...] = (bag,)
+FOLDERS: tuple[ModuleType, ...] = (
+    tum,
+    bop,
+    seven_scenes,
+    fakenect,
+    open3d_folder,
+    bag,
+    nerfstudio,
+    stray,
+    polycam,
+    record3d,
+    plain,
+)
+FILES: tuple[ModuleType, ...] = (bag, record3d, polycam, nerfstudio, sens, klg)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
 
 
@@ -27,7 +43,8 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
 
     Args:
         path: the folder or the file.
-        camera: intrinsics that replace the recording's own: a Camera, a `camera.json` or the name of a preset.
+        camera: intrinsics that replace the recording's own: a Camera, a `camera.json`, the name of a preset, or
+            "fx,fy,cx,cy" [px].
         topic: which depth stream of a bag that has several.
 
     Raises:
@@ -46,13 +63,13 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
     form = recognised(path)
     if form is None:
         raise known.refusal(path) or _not_recognised(path)
-    chosen = None if camera is None else find_camera(camera)
     if getattr(form, "HAS_TOPICS", False):
-        recording = form.read(path, chosen, topic)
+        read = partial(form.read, path, topic=topic)
     elif topic is not None:
         raise RecordingError("there are no topics in this recording", path, f"--topic {topic}", do="leave it out")
     else:
-        recording = form.read(path, chosen)
+        read = partial(form.read, path)
+    recording = read(camera=None if camera is None else said_camera(camera, lambda said: read(camera=said)))
     check_frame_size(recording.camera, path)
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))

@@ -1,0 +1,1 @@
+"""Folders of images that other programs and people make."""

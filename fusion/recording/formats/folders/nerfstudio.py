@@ -1,0 +1,248 @@
+"""nerfstudio's `transforms.json` with depth: poses with OpenGL's axes, pixels counted from the image's corner.
+
+Its rays go through (column + 0.5 - cx) / fl_x (nerfstudio, cameras.py, get_image_coords), so its principal point lies
+half a pixel from OpenCV's. Format: docs.nerf.studio, "Data conventions".
+"""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.files.content import Content
+from fusion.files.inside import all_inside, part
+from fusion.files.json_file import read_json
+from fusion.files.reading import beginning
+from fusion.files.values import Metres
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array, inverse, is_rigid, other_axes
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_file import Centre, Focal, Size, are_focal
+from fusion.recording.formats.folders.plain import FRAMES_PER_SECOND, natural, npy_metres
+from fusion.recording.frame_files import FrameFiles
+from fusion.recording.images import image_size, read_color, read_counts
+from fusion.recording.load_frame import counts_to_metres, load_frame
+from fusion.recording.own_cameras import common_camera
+from fusion.recording.recording import Recording
+from fusion.recording.streamed import Source, with_color_of
+from fusion.recording.text_files import LATEST
+
+NAME = "transforms.json"
+MILLIMETRES = 1e-3  # nerfstudio's depth_unit_scale_factor where none is said
+PERSPECTIVE = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
+Lens = Annotated[float, Meta(gt=-1e3, lt=1e3, description="of the lens")]
+_Row = Annotated[list[Metres], Meta(min_length=4, max_length=4)]
+Matrix = Annotated[list[_Row], Meta(min_length=3, max_length=4, description="3 or 4 rows of 4, camera to world")]
+
+
+class Intrinsics(Struct, frozen=True, kw_only=True):
+    """A camera, for all frames or of one."""
+
+    fl_x: Focal | None = None
+    fl_y: Focal | None = None
+    cx: Centre | None = None
+    cy: Centre | None = None
+    w: Size | None = None
+    h: Size | None = None
+    camera_angle_x: Annotated[float, Meta(gt=0, lt=3.1, description="[rad]")] | None = None
+    k1: Lens | None = None
+    k2: Lens | None = None
+    k3: Lens | None = None
+    k4: Lens | None = None
+    p1: Lens | None = None
+    p2: Lens | None = None
+
+
+class ShownFrame(Intrinsics, frozen=True, kw_only=True):
+    """One image."""
+
+    transform_matrix: Matrix
+    file_path: str = ""
+    depth_file_path: str | None = None
+    timestamp: Annotated[float, Meta(gt=-LATEST, lt=LATEST, description="seconds")] | None = None
+
+
+class Transforms(Intrinsics, frozen=True, kw_only=True):
+    """A `transforms.json`."""
+
+    frames: list[ShownFrame]
+    camera_model: str = "OPENCV"
+    applied_transform: Matrix | None = None
+    applied_scale: Annotated[float, Meta(gt=1e-6, lt=1e6, description="above 0")] = 1.0
+    depth_unit_scale_factor: Annotated[float, Meta(ge=1e-7, le=1e3, description="metres per count")] | None = None
+
+
+def recognises(path: Path) -> bool:
+    """True for a folder with a `transforms.json`, or for that file whatever its name."""
+    if path.is_dir():
+        return (path / NAME).is_file()
+    if not beginning(path, 64).lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"{"):
+        return False
+    try:
+        frames = read_json(path, RecordingError).get("frames")
+    except RecordingError:
+        return False
+    return isinstance(frames, list) and any(isinstance(f, dict) and "transform_matrix" in f for f in frames[:1])
+
+
+def read(path: Path, camera: Camera | None) -> Recording:
+    """The frames with depth of a nerfstudio data set. Raises RecordingError."""
+    folder = path if path.is_dir() else path.parent
+    path = part(path, NAME, RecordingError) or path if path.is_dir() else path
+    content = Content(read_json(path, RecordingError), path, "the data set", RecordingError)
+    given = content.as_type(Transforms)
+    frames = sorted((f for f in given.frames if f.depth_file_path), key=lambda f: natural(f.file_path))
+    if not frames:
+        do = "images alone have no size in metres: open the recording that they came from"
+        raise RecordingError("no frame has depth", path, f"{len(given.frames)} frames", "depth_file_path", do)
+    depth = all_inside(folder, [str(f.depth_file_path) for f in frames], RecordingError, path)
+    color = all_inside(folder, [f.file_path for f in frames], RecordingError, path)
+    factor = given.depth_unit_scale_factor or MILLIMETRES
+    warnings = _told(given, len(frames))
+    stamps, more = _stamps(frames)
+    warnings += more
+    own: dict[int, Camera] = {}
+    if camera is None:
+        camera, own, more = _cameras(given, frames, content, folder, 1 / factor)
+        warnings += more
+    poses = Trajectory(stamps, _poses(given, frames, content))
+    there = [name if name and (folder / name).is_file() else None for name in color]
+    if own or depth[0].endswith(".npy"):
+        source = Source(
+            path=folder,
+            camera=camera,
+            stamps=stamps,
+            depth=partial(_depth, folder, depth, camera, factor),
+            color=lambda index: None if there[index] is None else read_color(folder / str(there[index])),
+            has_color=np.array([name is not None for name in there]),
+            own=own,
+        )
+        return source.recording("nerfstudio", poses, warnings)
+    apart = {"color_apart" if camera.color is not None else "color": there} if any(there) else {}
+    files = FrameFiles(folder=folder, depth=depth, **apart)  # type: ignore[arg-type]
+    return Recording(
+        path=folder,
+        format="nerfstudio",
+        camera=camera,
+        timestamps=stamps,
+        load=partial(load_frame, files, camera, stamps),
+        poses=poses,
+        warnings=tuple(warnings),
+        files=files,
+    )
+
+
+def _depth(folder: Path, names: list[str], camera: Camera, factor: float, index: int) -> NDArray[np.float32]:
+    if names[index].endswith(".npy"):
+        return npy_metres(folder, names, camera.shape, index) * np.float32(factor)
+    return counts_to_metres(read_counts(folder / names[index], camera.shape), 1 / factor)
+
+
+def _told(given: Transforms, used: int) -> list[str]:
+    told = []
+    if given.depth_unit_scale_factor is None:
+        told.append("the depth unit is not said: taken for nerfstudio's usual millimetres")
+    if used < len(given.frames):
+        told.append(f"{len(given.frames) - used} of {len(given.frames)} frames have no depth: left out")
+    if given.applied_scale != 1.0:
+        told.append(f"the scale {given.applied_scale:g} that was applied to the poses is taken back")
+    return told
+
+
+def _stamps(frames: list[ShownFrame]) -> tuple[NDArray[np.float64], list[str]]:
+    """Those that are stated for all frames in this order, else even ones."""
+    times = [frame.timestamp for frame in frames]
+    if None not in times and (np.diff(np.array(times, float)) > 0).all():
+        return np.array(times, float), []
+    return np.arange(len(frames)) / FRAMES_PER_SECOND, [
+        f"no time stamps: frames are taken for {FRAMES_PER_SECOND:g} a s"
+    ]
+
+
+def _cameras(
+    given: Transforms, frames: list[ShownFrame], content: Content, folder: Path, scale: float
+) -> tuple[Camera, dict[int, Camera], list[str]]:
+    """The depth camera, those of frames that see otherwise, and what to tell."""
+    if given.camera_model not in PERSPECTIVE:
+        expected = "a perspective camera: " + ", ".join(PERSPECTIVE)
+        raise RecordingError(
+            "the lens of this data set is not read", content.where, given.camera_model[:40], expected,
+            "undistort the images, and their depth",
+        )  # fmt: skip
+    first = folder / str(frames[0].depth_file_path)
+    size = _size(given, frames, folder)
+    seen = [_camera(given, frame, size, content) for frame in frames]
+    width, height = size if first.suffix == ".npy" else image_size(first)
+    picture = Camera(*size, 1.0, 1.0, 0.0, 0.0, distortion=_lens(given, frames, content), depth_scale=scale)
+    across, down = width / size[0], height / size[1]
+    # from the corner everything scales alike; then to the centre of the first pixel
+    stated = np.array(seen) * [across, down, across, down] - [0, 0, 0.5, 0.5]
+    camera, own, warnings = common_camera(picture.resized(width, height), stated)
+    return with_color_of(camera, camera.resized(*size)), own, warnings
+
+
+def _size(given: Transforms, frames: list[ShownFrame], folder: Path) -> tuple[int, int]:
+    """(width, height) of the images that the intrinsics are of."""
+    width, height = frames[0].w or given.w, frames[0].h or given.h
+    if width and height:
+        return int(width), int(height)
+    picture = folder / frames[0].file_path
+    return image_size(picture if frames[0].file_path and picture.is_file() else folder / str(frames[0].depth_file_path))
+
+
+def _camera(given: Transforms, frame: ShownFrame, size: tuple[int, int], content: Content) -> list[float]:
+    """fl_x, fl_y, cx, cy of a frame, its own before those of all."""
+    width, height = size
+    fx, angle = frame.fl_x or given.fl_x, frame.camera_angle_x or given.camera_angle_x
+    if fx is None and angle is not None:
+        fx = width / 2 / float(np.tan(angle / 2))
+    if fx is None:
+        raise content.wrong(Transforms, "fl_x")
+    fy = frame.fl_y or given.fl_y or fx
+    if not are_focal(fx, fy):
+        raise content.wrong(Transforms, "camera_angle_x")
+    cx = frame.cx if frame.cx is not None else given.cx
+    cy = frame.cy if frame.cy is not None else given.cy
+    return [fx, fy, width / 2 if cx is None else cx, height / 2 if cy is None else cy]
+
+
+def _lens(given: Transforms, frames: list[ShownFrame], content: Content) -> tuple[float, ...]:
+    """OpenCV's k1, k2, p1, p2, k3; one lens for all frames."""
+    lenses = {
+        tuple(
+            float(getattr(frame, name) or getattr(given, name) or 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4")
+        )
+        for frame in frames
+    }
+    if len(lenses) > 1:
+        raise RecordingError("frames have different lenses", content.where, f"{len(lenses)} of them", "one for all")
+    *lens, k4 = lenses.pop()
+    if k4:
+        raise content.wrong(Transforms, "k4", expected="0: a fourth radial term is not known to OpenCV")
+    return tuple(lens)
+
+
+def _poses(given: Transforms, frames: list[ShownFrame], content: Content) -> Array:
+    """(n, 4, 4) camera to world with OpenCV's axes, in the world before anything was applied to it."""
+    applied = np.eye(4)
+    if given.applied_transform is not None:
+        applied[:3] = np.array(given.applied_transform)[:3]
+        if not is_rigid(applied, 0.01):
+            raise content.wrong(Transforms, "applied_transform", expected="a rotation and a shift")
+    poses = np.empty((len(frames), 4, 4))
+    for T_world_camera, frame in zip(poses, frames, strict=True):
+        T = np.eye(4)
+        T[:3] = np.array(frame.transform_matrix)[:3]
+        T[:3, 3] /= given.applied_scale
+        # 0.01: as of other files that are written with few decimals
+        if not is_rigid(T, 0.01):
+            at = given.frames.index(frame)
+            raise content.wrong(
+                Transforms, "frames", at, "transform_matrix", expected="a rigid matrix, camera to world"
+            )
+        T_world_camera[:] = other_axes(inverse(applied) @ T)
+    return poses

@@ -1,0 +1,1 @@
+"""Recordings that phones make: Record3D, Stray Scanner, Polycam."""

@@ -1,0 +1,231 @@
+"""Record3D's `.r3d`: a zip archive with `metadata` and, a frame, `rgbd/0.depth`, `0.conf`, `0.jpg`.
+
+The app's author on the format: github.com/marek-simonik/record3d, issues 27, 31, 36, 64, 83, 86, 93.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.files.content import Content
+from fusion.files.json_file import json_in
+from fusion.files.limits import check_size
+from fusion.files.reading import decoded
+from fusion.files.tree import Tree, is_zip, open_tree
+from fusion.files.values import FARTHEST_M
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_file import Size, are_focal
+from fusion.recording.formats.phones.arkit import (
+    COARSE,
+    LIDAR,
+    camera_of,
+    depth_camera,
+    from_arkit,
+    same_shape,
+    says_something,
+    sure,
+)
+from fusion.recording.formats.phones.lzfse import unpack
+from fusion.recording.images import color_in, size_in
+from fusion.recording.own_cameras import common_camera
+from fusion.recording.recording import Recording
+from fusion.recording.streamed import Source, with_color_of
+from fusion.recording.text_files import LATEST
+
+Number = Annotated[float, Meta(gt=-1e7, lt=1e7)]
+Four = Annotated[list[Number], Meta(min_length=4, description="fx, fy, tx, ty [px]")]
+Seven = Annotated[list[Number], Meta(min_length=7, max_length=7, description="qx, qy, qz, qw, tx, ty, tz")]
+Stamp = Annotated[float, Meta(gt=-LATEST, lt=LATEST, description="seconds")]
+Nine = Annotated[list[Number], Meta(min_length=9, max_length=9, description="9 numbers, column by column [px]")]
+
+
+class Metadata(Struct, frozen=True, kw_only=True):
+    """What is used of a recording's `metadata`."""
+
+    w: Size
+    h: Size
+    K: Nine
+    dw: Size | None = None
+    dh: Size | None = None
+    fps: Annotated[float, Meta(gt=0, le=1e4, description="frames a second")] = 30.0
+    perFrameIntrinsicCoeffs: list[Four] = []
+    frameTimestamps: list[Stamp] = []
+    poses: list[Seven] = []
+
+
+@dataclass(frozen=True)
+class Images:
+    """The images of a recording.
+
+    Attributes:
+        tree: the archive.
+        numbers: of the frames, as their files are named.
+        shape: (height, width) of the depth images.
+        confident: what confidence says is used.
+    """
+
+    tree: Tree
+    numbers: list[int]
+    shape: tuple[int, int]
+    confident: bool = True
+
+    def depth(self, index: int) -> NDArray[np.float32]:
+        """(h, w) [m] of a frame, NaN where missing. Raises RecordingError."""
+        name = f"rgbd/{self.numbers[index]}.depth"
+        size = 4 * self.shape[0] * self.shape[1]
+        data = unpack(self.tree.read(name, "a depth image"), size, self.tree.where(name))
+        depth = np.frombuffer(data, "<f4").reshape(self.shape)
+        return sure(depth, self.confidence(index) if self.confident else None)
+
+    def confidence(self, index: int) -> NDArray[np.uint8] | None:
+        """(h, w) 0 to 2, or None where there is none. Raises RecordingError."""
+        name = f"rgbd/{self.numbers[index]}.conf"
+        if not self.tree.has(name):
+            return None
+        size = self.shape[0] * self.shape[1]
+        data = unpack(self.tree.read(name, "a confidence image"), size, self.tree.where(name))
+        return np.frombuffer(data, np.uint8).reshape(self.shape)
+
+    def color(self, index: int) -> NDArray[np.uint8] | None:
+        """(h, w, 3) RGB, or None where there is none. Raises RecordingError."""
+        name = f"rgbd/{self.numbers[index]}.jpg"
+        return color_in(self.tree.read(name, "an image"), self.tree.where(name)) if self.tree.has(name) else None
+
+
+def recognises(path: Path) -> bool:
+    """True for an archive, or what was unpacked of one, with Record3D's metadata beside its images."""
+    if not path.is_dir() and not is_zip(path):
+        return False
+    try:
+        tree = open_tree(path, RecordingError, "metadata")
+        return tree.has("metadata") and any(name.endswith(".depth") for name in tree.names("rgbd"))
+    except RecordingError:
+        return False
+
+
+def read(path: Path, camera: Camera | None) -> Recording:
+    """The recording in a `.r3d` file, or in what was unpacked of one. Raises RecordingError."""
+    tree = open_tree(path, RecordingError, "metadata")
+    content = _metadata(tree)
+    given = content.as_type(Metadata)
+    names = [name.removesuffix(".depth") for name in tree.names("rgbd") if name.endswith(".depth")]
+    numbers = sorted(int(name) for name in names if name.isascii() and name.isdigit() and len(name) < 10)
+    if not numbers:
+        raise RecordingError("the recording is empty", path, "no frame with depth", "rgbd/0.depth and so on")
+    shape = _depth_shape(given, tree, f"rgbd/{numbers[0]}.depth")
+    images = Images(tree, numbers, shape)
+    confident, warnings = says_something(images.confidence, len(numbers))
+    images = Images(tree, numbers, shape, confident)
+    own: dict[int, Camera] = {}
+    if camera is None:
+        camera, own, more = _cameras(given, content, images)
+        warnings += more
+    stamps, more = _stamps(given, numbers)
+    source = Source(
+        path=path,
+        camera=camera,
+        stamps=stamps,
+        depth=images.depth,
+        color=images.color,
+        has_color=np.array([tree.has(f"rgbd/{number}.jpg") for number in numbers]),
+        own=own,
+    )
+    warnings += more + [COARSE] * (max(shape) <= LIDAR[0])
+    return source.recording("record3d", _poses(given, numbers, stamps, content), warnings)
+
+
+def _metadata(tree: Tree) -> Content:
+    where = tree.where("metadata")
+    try:
+        text = decoded(tree.read("metadata", "the metadata"))
+    except ValueError as problem:
+        raise RecordingError("the metadata is not text", where, problem, "JSON") from problem
+    return Content(json_in(text, where, RecordingError, "the metadata"), where, "the recording", RecordingError)
+
+
+def _depth_shape(given: Metadata, tree: Tree, first: str) -> tuple[int, int]:
+    """(height, width) of the depth images as they are stated, else as the colour's shape and their bytes tell."""
+    if given.dw is not None and given.dh is not None:
+        shape = int(given.dh), int(given.dw)
+        check_size(64 * shape[0] * shape[1], tree.path, RecordingError, f"a frame of {shape[1]} x {shape[0]} pixels")
+        return shape
+    for short in (192, 480, 360, 720):  # the sizes that phones have given
+        width = short if given.w < given.h else round(short * given.w / given.h)
+        height = short if given.w >= given.h else round(short * given.h / given.w)
+        try:
+            unpack(tree.read(first, "a depth image"), 4 * width * height, tree.where(first))
+        except RecordingError:
+            continue
+        return height, width
+    raise RecordingError("the size of the depth images is not known", tree.where("metadata"), "no dw, dh", "both")
+
+
+def _cameras(given: Metadata, content: Content, images: Images) -> tuple[Camera, dict[int, Camera], list[str]]:
+    """The depth camera, those of frames that see otherwise, and what to tell."""
+    K = given.K
+    stated = np.array([given.perFrameIntrinsicCoeffs[n][:4] for n in images.numbers
+                       if n < len(given.perFrameIntrinsicCoeffs)])  # fmt: skip
+    if len(stated) != len(images.numbers):
+        stated = np.array([[K[0], K[4], K[6], K[7]]] * len(images.numbers))
+    if not all(are_focal(fx, fy) for fx, fy in stated[:, :2].tolist()):
+        raise content.wrong(Metadata, "perFrameIntrinsicCoeffs" if given.perFrameIntrinsicCoeffs else "K")
+    height, width = images.shape
+    picture = camera_of(int(given.w), int(given.h), *stated[0].tolist())
+    warnings = []
+    if not same_shape((int(given.w), int(given.h)), (width, height)):
+        warnings = [f"depth ({width} x {height}) and colour ({picture.width} x {picture.height}) are of other shapes"]
+    camera = depth_camera(picture, width, height)
+    scale = np.array([width / given.w, height / given.h])
+    inside = np.hstack([stated[:, :2] * scale, stated[:, 2:] * scale - 0.5])
+    camera, own, more = common_camera(camera, inside)
+    size = _picture_size(images)
+    if size is not None:
+        camera = with_color_of(camera, camera.resized(*size))
+    return camera, own, warnings + more
+
+
+def _picture_size(images: Images) -> tuple[int, int] | None:
+    """(width, height) of the colour images, which may be saved in another size than they were taken in."""
+    for number in images.numbers[:3]:
+        name = f"rgbd/{number}.jpg"
+        if images.tree.has(name):
+            return size_in(images.tree.read(name, "an image"), images.tree.where(name))
+    return None
+
+
+def _stamps(given: Metadata, numbers: list[int]) -> tuple[NDArray[np.float64], list[str]]:
+    times = given.frameTimestamps
+    if numbers[-1] < len(times):
+        return np.array([times[number] for number in numbers]), []
+    told = f"time stamps are missing: frames are taken for {given.fps:g} a second"
+    return np.array(numbers) / given.fps, [told]
+
+
+def _poses(given: Metadata, numbers: list[int], stamps: Array, content: Content) -> Trajectory | None:
+    """Camera to world in ARKit's axes; videos of the front camera have none."""
+    from scipy.spatial.transform import Rotation
+
+    poses = np.full((len(numbers), 4, 4), np.nan)
+    for T_world_camera, number in zip(poses, numbers, strict=True):
+        if number >= len(given.poses):
+            continue
+        values = np.array(given.poses[number])
+        length = float(np.linalg.norm(values[:4]))
+        if length == 0:  # tracking was lost
+            continue
+        # 0.05: as of TUM's files; another order of the numbers is not taken for a rotation
+        if abs(length - 1) > 0.05 or np.abs(values[4:]).max() > FARTHEST_M:
+            raise content.wrong(Metadata, "poses", number, expected="a quaternion of unit length, then metres")
+        T_world_camera[:] = from_arkit(Rotation.from_quat(values[:4]).as_matrix(), values[4:])
+    known = np.isfinite(poses).all(axis=(1, 2))
+    # all the same: no tracking was on
+    if known.sum() < 2 or np.ptp(poses[known], axis=0).max() == 0:
+        return None
+    return Trajectory(stamps, poses)

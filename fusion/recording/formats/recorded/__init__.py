@@ -1,0 +1,1 @@
+"""Recordings of one file, written by programs that record depth cameras."""

@@ -1,0 +1,61 @@
+"""Parts of a recorded file: where the frames' data lie, read one by one."""
+
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.files.limits import check_size
+from fusion.files.reading import open_regular
+
+
+@dataclass(frozen=True)
+class Part:
+    """Bytes of a file: from where, how many."""
+
+    begin: int
+    size: int
+
+
+def read_part(path: Path, part: Part, what: str) -> bytes:
+    """The bytes of a part. Raises RecordingError where the file ends before."""
+    check_size(part.size, path, RecordingError, what)
+    with open_regular(path, RecordingError, "the recording", takes=0) as file:
+        file.seek(part.begin)
+        data = file.read(part.size)
+    if len(data) < part.size:
+        raise RecordingError(f"{what} is cut off", path, f"{len(data)} bytes", f"{part.size} bytes")
+    return data
+
+
+def unzipped(data: bytes, most: int, where: object, what: str) -> bytes:
+    """What zlib packed, no more than `most` bytes of it. Raises RecordingError."""
+    try:
+        made = zlib.decompressobj().decompress(data, most + 1)
+    except zlib.error as problem:
+        raise RecordingError(f"{what} is damaged", where, problem, "bytes that zlib packed") from problem
+    if len(made) > most:
+        raise RecordingError(f"{what} is damaged", where, f"more than {most} bytes", f"{most} bytes")
+    return made
+
+
+def counts_of(data: bytes, shape: tuple[int, int], where: object) -> NDArray[np.uint16]:
+    """(height, width) counts of as many little-endian numbers of 16 bits. Raises RecordingError."""
+    if len(data) != 2 * shape[0] * shape[1]:
+        expected = f"{2 * shape[0] * shape[1]} bytes, {shape[1]} x {shape[0]} pixels"
+        raise RecordingError("a depth image is of another size", where, f"{len(data)} bytes", expected)
+    return np.frombuffer(data, "<u2").reshape(shape).astype(np.uint16)
+
+
+def even_or_stated(stamps: NDArray[np.float64], rate: float) -> tuple[NDArray[np.float64], list[str]]:
+    """Stamps (n,) [s] as they are where they go on, else as many a second; and what is told.
+
+    A recording whose middle step is shorter than a millisecond or longer than a minute has another unit of time.
+    """
+    steps = np.diff(stamps)
+    if len(stamps) < 2 or (np.isfinite(stamps).all() and (steps >= 0).all() and 1e-3 <= np.median(steps) <= 60):
+        return stamps, []
+    return np.arange(len(stamps)) / rate, [f"the time stamps cannot be used: frames are taken for {rate:g} a second"]

@@ -1,0 +1,52 @@
+"""A camera that is said where a recording is opened: a file, a preset, or four numbers."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.recording.camera_file import are_focal
+from fusion.recording.camera_presets import find_camera
+from fusion.recording.images import image_size
+from fusion.recording.recording import Recording
+
+Read = Callable[[Camera | None], Recording]
+
+
+def said_camera(camera: Camera | Path | str, read: Read) -> Camera:
+    """The camera that is meant; of `fx,fy,cx,cy` [px] the rest is the recording's own, or the size of its images.
+
+    Args:
+        camera: a Camera, a `camera.json`, the name of a preset, or the four numbers.
+        read: opens the recording with a camera.
+
+    Raises:
+        RecordingError: it is none of these.
+    """
+    numbers = _numbers(camera)
+    if numbers is None:
+        return find_camera(camera)
+    fx, fy, cx, cy = numbers
+    if not are_focal(fx, fy) or max(abs(cx), abs(cy)) > 1e6:
+        raise RecordingError("the camera cannot be used", "--camera", camera, "fx,fy,cx,cy in pixels")
+    try:
+        own = read(None).camera
+    except RecordingError:  # most states no camera; if it is something else it is met again
+        opened = read(Camera(0, 0, fx, fy, cx, cy))
+        if opened.camera.width or opened.files is None:
+            return opened.camera
+        width, height = image_size(opened.files.folder / opened.files.depth[0])
+        return replace(opened.camera, width=width, height=height)
+    return replace(own, fx=fx, fy=fy, cx=cx, cy=cy, distortion=(), std={})
+
+
+def _numbers(camera: Camera | Path | str) -> list[float] | None:
+    """The four numbers; None where it is something else."""
+    parts = [] if isinstance(camera, Camera) else str(camera).split(",")
+    if len(parts) != 4:
+        return None
+    try:
+        return [float(part) for part in parts]
+    except ValueError:
+        return None
