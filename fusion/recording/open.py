@@ -13,7 +13,7 @@ from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_
 from fusion.recording.formats.bags import bag
 from fusion.recording.formats.folders import nerfstudio, plain
 from fusion.recording.formats.phones import polycam, record3d, stray
-from fusion.recording.formats.recorded import klg, sens
+from fusion.recording.formats.recorded import klg, oni, sens
 from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Recording
 from fusion.recording.said_camera import said_camera
@@ -34,7 +34,7 @@ FOLDERS: tuple[ModuleType, ...] = (
     record3d,
     plain,
 )
-FILES: tuple[ModuleType, ...] = (bag, record3d, polycam, nerfstudio, sens, klg)
+FILES: tuple[ModuleType, ...] = (bag, record3d, polycam, nerfstudio, oni, sens, klg)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
 
 
