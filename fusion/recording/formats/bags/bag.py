@@ -7,7 +7,7 @@ from types import ModuleType
 from fusion.errors import RecordingError
 from fusion.files.inside import all_inside
 from fusion.geometry.camera import Camera
-from fusion.recording.formats.bags import mcap, realsense, ros, rosbag1, sqlite_bag
+from fusion.recording.formats.bags import mcap, orbbec, realsense, ros, rosbag1, sqlite_bag
 from fusion.recording.formats.bags.store import Store, joined
 from fusion.recording.formats.bags.streams import Chosen, recording_of
 from fusion.recording.recording import Recording
@@ -37,10 +37,11 @@ def read(path: Path, camera: Camera | None, topic: str | None = None) -> Recordi
             named, or no camera.
     """
     store = _store(path)
-    names = realsense.depth_topics(store)
-    if names:
-        name = _one(names, topic, path, store)
-        return recording_of(path, realsense.choose(store, name, camera))
+    for maker in (realsense, orbbec):
+        names = maker.depth_topics(store)
+        if names:
+            name = _one(names, topic, path, store)
+            return recording_of(path, maker.choose(store, name, camera))
     images = ros.images_of(store)
     name = _one(ros.depth_topics(images), topic, path, store)
     chosen: Chosen = ros.choose(store, images, name, camera)

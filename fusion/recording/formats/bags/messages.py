@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fusion.errors import RecordingError
-from fusion.recording.formats.bags.definitions import ANY, Field, Types, dtype, types_of
+from fusion.recording.formats.bags.definitions import ANY, Field, Types, built_in, dtype, types_of
 from fusion.recording.formats.bags.store import Topic, cut
 
 DEEPEST = 16  # types in types
@@ -33,6 +33,10 @@ def decoded(topic: Topic, data: bytes) -> Message:
         types = types_of(topic.type, topic.definition, topic.ros2)
         if topic.type not in types:
             raise ValueError(f"the type {topic.type}, which the bag does not define")
+        # what a maker put behind the fields that all know is left as it is: not all tell it rightly
+        known = built_in(topic.ros2).get(topic.type, ())
+        if known and types[topic.type][: len(known)] == known:
+            types = {**types, topic.type: known}
         reader = _Reader(data, topic.ros2)
         values = reader.struct(types, topic.type, 0)
         return Message(values, data[reader.at :])

@@ -21,6 +21,8 @@ IMAGE, COMPRESSED = "sensor_msgs/Image", "sensor_msgs/CompressedImage"
 TAKES = 8  # as in fusion.recording.images
 COUNTS = {"16uc1", "mono16", "z16", "y16"}
 METRES = {"32fc1"}
+GREYS = {"mono8", "8uc1", "gray", "y8"}
+JPEG = {"mjpg"}  # one to an image, under the name of its stream
 # encoding: channels of 8 bit, and what OpenCV calls the way to RGB
 COLORS = {
     "rgb8": (3, None),
@@ -34,6 +36,7 @@ COLORS = {
     "yuv422": (2, cv2.COLOR_YUV2RGB_UYVY),
     "uyvy": (2, cv2.COLOR_YUV2RGB_UYVY),
     "yuv422_yuy2": (2, cv2.COLOR_YUV2RGB_YUYV),
+    "yuy2": (2, cv2.COLOR_YUV2RGB_YUYV),
     "yuyv": (2, cv2.COLOR_YUV2RGB_YUYV),
     # OpenCV names a pattern by its second row and column
     "bayer_rggb8": (1, cv2.COLOR_BayerBG2RGB),
@@ -109,6 +112,8 @@ def color_image(topic: Topic, index: int) -> NDArray[np.uint8]:
         image = decode_image(bytes(values["data"]), cv2.IMREAD_COLOR, Path(where))
         return np.ascontiguousarray(image[..., ::-1])
     encoding = encoding_of(topic, values)
+    if encoding in JPEG:
+        return np.ascontiguousarray(decode_image(bytes(values["data"]), cv2.IMREAD_COLOR, Path(where))[..., ::-1])
     if encoding not in COLORS:
         raise RecordingError("the image is no colour image", where, repr(encoding[:40]), ", ".join(COLORS))
     channels, way = COLORS[encoding]
@@ -135,7 +140,7 @@ def grey_image(topic: Topic, index: int) -> NDArray[np.uint16]:
 def _kind(encoding: str) -> str:
     if encoding in COUNTS | METRES:
         return "depth"
-    return "grey" if encoding in ("mono8", "8uc1") else "color" if encoding in COLORS else ""
+    return "grey" if encoding in GREYS else "color" if encoding in COLORS or encoding in JPEG else ""
 
 
 def _pixels(values: dict[str, Any], channels: int, kind: np.dtype, where: str) -> NDArray:

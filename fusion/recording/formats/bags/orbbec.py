@@ -1,0 +1,131 @@
+"""Orbbec's own recordings (ROS 1 bags of its SDK 2). Layout as src/media/ros of OrbbecSDK_v2 writes it.
+
+The definitions that these bags hold are not those of their bytes (an image lacks a field, a property's number is called
+one byte and has four): what is read here is laid out as it is written.
+"""
+
+import re
+import struct
+from dataclasses import replace
+
+import numpy as np
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array, is_rigid, pose
+from fusion.recording.formats.bags.lens import made_camera
+from fusion.recording.formats.bags.messages import message
+from fusion.recording.formats.bags.pictures import IMAGE, look_at
+from fusion.recording.formats.bags.store import Store, Topic, cut
+from fusion.recording.formats.bags.streams import Chosen, Stream, stream_stamps
+
+FRAMES = re.compile(r"^/cam/sensor_(\d+)/frameType_(\d+)$")
+IR, COLOR, DEPTH, IR_LEFT = 1, 2, 3, 6  # OBSensorType, and OBStreamType alike
+# OBDepthPrecisionLevel: millimetres per count
+LEVELS_MM = (1.0, 0.8, 0.4, 0.1, 0.2, 0.5, 0.05)
+LEVEL, UNIT_MM = 75, 176  # numbers of the properties that say the unit: a level, or millimetres
+MODELS = ("none", "modified brown conrady", "true inverse", "brown conrady", "rational_polynomial", "fisheye")
+PROFILE = struct.Struct("<BB9f3fHHH4f8fB")
+PRINCIPLES = {"Femto": "itof", "Gemini": "active_stereo", "Astra": "structured_light"}
+
+
+def depth_topics(store: Store) -> list[str]:
+    """Names of the depth streams of an Orbbec recording, none where it is another bag."""
+    return sorted(name for name in store.topics if _sensor(store, name) == DEPTH)
+
+
+def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
+    """Depth with colour and infrared of the device. Raises RecordingError."""
+    topic, warnings = store.topics[name], list(store.warnings)
+    look = look_at(topic)
+    if look.kind != "depth":
+        expected = "z16 or mono16 (the SDK may record disparities and packed depth: record depth)"
+        raise RecordingError("the depth stream holds no depth", name, repr(look.encoding), expected)
+    stated, T = _profile(store, DEPTH)
+    millimetres = _unit_mm(store)
+    if millimetres is None:
+        warnings.append("the recording does not state the unit of its depth: taken for millimetres, as the SDK does")
+    scale = 1000 / (millimetres or 1.0)
+    chosen = camera or stated
+    if chosen is None:
+        do = "pass --camera camera.json"
+        raise RecordingError("the recording has no camera", store.path, "no streamProfileType_3", do=do)
+    if camera is None:
+        sensor, serial, principle = _device(store)
+        chosen = replace(chosen, sensor=sensor, serial=serial, principle=principle)
+    # given in single precision, which holds seven digits
+    chosen = replace(chosen, depth_scale=float(f"{scale:.6g}"))
+    depth = Stream(topic, stream_stamps(topic, len(topic.read(0, -1)), warnings), chosen)
+    color = _beside(store, COLOR, warnings)
+    ir = _beside(store, IR, warnings) or _beside(store, IR_LEFT, warnings)
+    return Chosen("orbbec-bag", depth, color, ir, T_color_depth=T, warnings=tuple(warnings))
+
+
+def _sensor(store: Store, name: str) -> int:
+    found = FRAMES.match(name)
+    return int(found[1]) if found and store.topics[name].type == IMAGE else 0
+
+
+def _beside(store: Store, sensor: int, warnings: list[str]) -> Stream | None:
+    names = [name for name in store.topics if _sensor(store, name) == sensor]
+    if not names:
+        return None
+    topic = store.topics[names[0]]
+    try:
+        if not look_at(topic).kind:
+            raise RecordingError("the images are packed in a way that is not read", topic.name)
+        camera, _ = _profile(store, sensor)
+    except RecordingError as problem:
+        warnings.append(f"{topic.name} is left out: {problem}")
+        return None
+    return Stream(topic, stream_stamps(topic, len(topic.read(0, -1)), warnings), camera)
+
+
+def _profile(store: Store, stream: int) -> tuple[Camera | None, Array | None]:
+    """The camera of a stream, and for the depth where the colour camera stands (4, 4). Raises RecordingError."""
+    topic = store.topics.get(f"/cam/streamProfileType_{stream}")
+    if topic is None:
+        return None, None
+    data = topic.read(0, -1)
+    at = 16 + int.from_bytes(data[12:16], "little")  # behind the header and its frame's name
+    if at + PROFILE.size > len(data):
+        raise cut(store.path, f"{topic.name} of {len(data)} bytes")
+    _, _, *values = PROFILE.unpack_from(data, at)
+    R, t = np.array(values[:9]).reshape(3, 3), np.array(values[9:12]) / 1000
+    width, height, _ = (int(value) for value in values[12:15])
+    fx, fy, cx, cy = values[15:19]
+    k1, k2, k3, k4, k5, k6, p1, p2 = values[19:27]
+    model = MODELS[values[27]] if values[27] < len(MODELS) else f"number {values[27]}"
+    lens = np.zeros(0) if model == "none" else np.array([k1, k2, p1, p2, k3, k4, k5, k6])
+    T = pose(R, t)
+    return made_camera(width, height, (fx, fy, cx, cy), model, lens, topic.name), T if is_rigid(T) else None
+
+
+def _unit_mm(store: Store) -> float | None:
+    """Millimetres per count, None where the recording does not tell."""
+    found: dict[int, bytes] = {}
+    topic = store.topics.get("/cam/property")
+    for index in range(min(len(topic), 10_000)) if topic is not None else ():
+        data = topic.read(index, -1)  # type: ignore[union-attr]
+        at = 16 + int.from_bytes(data[12:16], "little")
+        if at + 12 <= len(data):
+            number, length = struct.unpack_from("<II", data, at)
+            found[number] = data[at + 8 : at + 8 + min(length, 8)]
+    if len(found.get(UNIT_MM, b"")) >= 4:
+        (value,) = struct.unpack_from("<f", found[UNIT_MM])
+        return value if 1e-3 <= value <= 1e3 else None
+    if len(found.get(LEVEL, b"")) >= 4:
+        (level,) = struct.unpack_from("<i", found[LEVEL])
+        return LEVELS_MM[level] if 0 <= level < len(LEVELS_MM) else None
+    return None
+
+
+def _device(store: Store) -> tuple[str, str, str]:
+    """Name, serial number and principle of the device, as far as they are told."""
+    topic: Topic | None = store.topics.get("/cam/deviceInfo")
+    if topic is None:
+        return "", "", "unknown"
+    told = message(topic, 0)
+    name = str(told.get("name", ""))
+    principle = next((kind for word, kind in PRINCIPLES.items() if word in name), "unknown")
+    return name, str(told.get("sn", "")), principle
