@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import rendered
 
-from fusion import open_recording, read_mesh
+from fusion import convert_recording, open_recording, read_mesh
 from fusion.commands.main import main
 from fusion.errors import RecordingError
 
@@ -172,3 +172,23 @@ def test_poses_from_a_trajectory(tmp_path, capsys):
     words = ["convert", str(tmp_path / "x"), str(tmp_path / "out"), "--poses", str(tmp_path / "t.txt")]
     assert main([*words, "--format", "nerfstudio"]) == 0
     np.testing.assert_allclose(open_recording(tmp_path / "out").poses.centres[2], [2, 2, 3])
+
+
+def test_arrays_of_metres_in_a_data_set(tmp_path):
+    faces = nerfstudio(tmp_path / "x", depth_unit_scale_factor=1.0)
+    path = tmp_path / "x" / "transforms.json"
+    path.write_text(path.read_text().replace('.png", "transform', '.npy", "transform'))
+    for i, T in enumerate(rendered.cameras()):
+        np.save(tmp_path / f"x/depths/{i + 8}.npy", rendered.depth(T, 160, 120, *LENS)[0].astype(np.float32))
+    recording = open_recording(tmp_path / "x")
+    assert np.abs(rendered.errors(recording, faces)).max() < CLOSE
+    convert_recording(recording, tmp_path / "native")
+    # 0.2 mm a count
+    np.testing.assert_allclose(open_recording(tmp_path / "native")[1].depth, recording[1].depth, atol=0.11e-3)
+
+
+def test_a_camera_that_is_said_leaves_the_unit_alone(tmp_path):
+    nerfstudio(tmp_path / "x", depth_unit_scale_factor=0.0005)
+    recording = open_recording(tmp_path / "x")
+    other = open_recording(tmp_path / "x", replace(recording.camera, depth_scale=1000.0))
+    np.testing.assert_array_equal(recording[0].depth, other[0].depth)

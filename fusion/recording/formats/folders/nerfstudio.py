@@ -4,6 +4,7 @@ Its rays go through (column + 0.5 - cx) / fl_x (nerfstudio, cameras.py, get_imag
 half a pixel from OpenCV's. Format: docs.nerf.studio, "Data conventions".
 """
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -28,7 +29,7 @@ from fusion.recording.images import image_size, read_color, read_counts
 from fusion.recording.load_frame import counts_to_metres, load_frame
 from fusion.recording.own_cameras import common_camera
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source, with_color_of
+from fusion.recording.streamed import REAL_SCALE, Source, with_color_of
 from fusion.recording.text_files import LATEST
 
 NAME = "transforms.json"
@@ -107,8 +108,9 @@ def read(path: Path, camera: Camera | None) -> Recording:
     warnings += more
     own: dict[int, Camera] = {}
     if camera is None:
-        camera, own, more = _cameras(given, frames, content, folder, 1 / factor)
+        camera, own, more = _cameras(given, frames, content, folder)
         warnings += more
+    camera = replace(camera, depth_scale=REAL_SCALE if depth[0].endswith(".npy") else 1 / factor)
     poses = Trajectory(stamps, _poses(given, frames, content))
     there = [name if name and (folder / name).is_file() else None for name in color]
     if own or depth[0].endswith(".npy"):
@@ -164,7 +166,7 @@ def _stamps(frames: list[ShownFrame]) -> tuple[NDArray[np.float64], list[str]]:
 
 
 def _cameras(
-    given: Transforms, frames: list[ShownFrame], content: Content, folder: Path, scale: float
+    given: Transforms, frames: list[ShownFrame], content: Content, folder: Path
 ) -> tuple[Camera, dict[int, Camera], list[str]]:
     """The depth camera, those of frames that see otherwise, and what to tell."""
     if given.camera_model not in PERSPECTIVE:
@@ -177,7 +179,7 @@ def _cameras(
     size = _size(given, frames, folder)
     seen = [_camera(given, frame, size, content) for frame in frames]
     width, height = size if first.suffix == ".npy" else image_size(first)
-    picture = Camera(*size, 1.0, 1.0, 0.0, 0.0, distortion=_lens(given, frames, content), depth_scale=scale)
+    picture = Camera(*size, 1.0, 1.0, 0.0, 0.0, distortion=_lens(given, frames, content))
     across, down = width / size[0], height / size[1]
     # from the corner everything scales alike; then to the centre of the first pixel
     stated = np.array(seen) * [across, down, across, down] - [0, 0, 0.5, 0.5]

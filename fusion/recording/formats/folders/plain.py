@@ -20,7 +20,7 @@ from fusion.recording.image_header import read_header
 from fusion.recording.images import check_shape, image_size
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import REAL_SCALE, Source
 
 PLACES = ("", "depth", "depths")
 ENDINGS = (".png", ".npy")
@@ -46,10 +46,13 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     width, height = _size(first)
     if camera is None:
         raise RecordingError("the recording has no camera", folder, f"{len(names)} depth images alone", "a camera", DO)
+    real = first.suffix == ".npy" and npy_header(first, RecordingError, "a depth image")[1].kind == "f"
     if not camera.width:
         camera = replace(camera, width=width, height=height)
+    if real:
+        camera = replace(camera, depth_scale=REAL_SCALE)
     stamps, warnings = _stamps(names)
-    if first.suffix == ".npy" and npy_header(first, RecordingError, "a depth image")[1].kind == "f":
+    if real:
         source = Source(folder, camera, stamps, depth=partial(npy_metres, folder, names, camera.shape))
         return source.recording("plain", None, [*warnings, *_too_far(source)])
     unit = f"the images do not say their unit: a count is taken for {1000 / camera.depth_scale:g} mm"

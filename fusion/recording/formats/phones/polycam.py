@@ -3,7 +3,7 @@
 Described in github.com/PolyCam/polyform.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -146,6 +146,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     if camera is None:
         camera, own, more = _cameras(given, images)
         warnings += more
+    camera = replace(camera, depth_scale=DEPTH_SCALE)
     stamps = np.array([int(name) for name in names]) * 1e-6
     source = Source(
         path=path,

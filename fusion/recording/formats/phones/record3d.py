@@ -3,7 +3,7 @@
 The app's author on the format: github.com/marek-simonik/record3d, issues 27, 31, 36, 64, 83, 86, 93.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +36,7 @@ from fusion.recording.formats.phones.lzfse import unpack
 from fusion.recording.images import color_in, size_in
 from fusion.recording.own_cameras import common_camera
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source, with_color_of
+from fusion.recording.streamed import REAL_SCALE, Source, with_color_of
 from fusion.recording.text_files import LATEST
 
 Number = Annotated[float, Meta(gt=-1e7, lt=1e7)]
@@ -127,6 +127,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     if camera is None:
         camera, own, more = _cameras(given, content, images)
         warnings += more
+    camera = replace(camera, depth_scale=REAL_SCALE)
     stamps, more = _stamps(given, numbers)
     source = Source(
         path=path,

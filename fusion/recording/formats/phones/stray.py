@@ -4,7 +4,7 @@ docs.strayrobots.io/apps/scanner/format.html; poses are camera to world with Ope
 own viewer (kekeblom/StrayVisualizer) takes them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -91,8 +91,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     images = Images(folder, names, shape, confident)
     video, more = open_video(folder, "rgb.mp4")
     warnings += more
-    if camera is None:
-        camera = _camera(folder, shape, video)
+    camera = replace(camera or _camera(folder, shape, video), depth_scale=DEPTH_SCALE)
     frames = [int(Path(name).stem) for name in names]
     stamps, poses, more = _odometry(inside(folder, "odometry.csv", RecordingError), frames)
     source = Source(

@@ -25,6 +25,7 @@ FRAME = struct.Struct("<qii")  # microseconds, bytes of depth and of colour
 TAKES = 300  # bytes in memory for each frame's place
 VGA = (480, 640)  # (height, width) what the format takes for granted
 FRAMES_PER_SECOND = 30.0
+DEPTH_SCALE = 1000.0  # millimetres, in every writer
 
 
 def recognises(path: Path) -> bool:
@@ -56,7 +57,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
         raise RecordingError("the recording has no camera", path, "images alone", "intrinsics", do)
     if not camera.width:
         camera = replace(camera, width=shape[1], height=shape[0])
-    scale = camera.depth_scale
+    camera = replace(camera, depth_scale=DEPTH_SCALE)
     stamps, warnings = even_or_stated(np.array(stamped) * 1e-6, FRAMES_PER_SECOND)
     warnings += [f"cut off: {len(depth)} of {claimed} frames are whole"] if len(depth) < claimed else []
     has_color = np.array([part.size > 0 for part in color])
@@ -66,7 +67,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
         path=path,
         camera=camera,
         stamps=stamps,
-        depth=lambda index: counts_to_metres(counts(index), scale),
+        depth=lambda index: counts_to_metres(counts(index), DEPTH_SCALE),
         color=partial(_color, path, color, shape),
         has_color=has_color,
         counts=counts,

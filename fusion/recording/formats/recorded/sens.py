@@ -77,7 +77,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     if not places:
         raise RecordingError("the recording is empty", path, "no whole frame", "one or more")
     warnings = [f"cut off: {len(places)} of {head.frames} frames are whole"] if len(places) < head.frames else []
-    camera = camera or _camera(head, path)
+    camera = replace(camera or _camera(head, path), depth_scale=head.scale)
     stamps, more = even_or_stated(np.array([place.stamp for place in places]) * 1e-6, FRAMES_PER_SECOND)
     counts = partial(_counts, path, head, places)
     source = Source(
