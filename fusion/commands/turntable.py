@@ -193,6 +193,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
 def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
     from fusion.results.words import closing_words, mesh_words, table_words
+    from fusion.scan.doctor import PLATE_TURNS
 
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned
@@ -201,6 +202,7 @@ def lines(scan: "Scan") -> list[str]:
         *scan.judgement.lines(),
         f"frames    {facts.placed} of {facts.frames} placed",
         f"table     {table_words(table)}; {closing_words(table)}",
+        *([f"plate     {PLATE_TURNS}"] if scan.motion.table is not None and not scan.settings["keep_plate"] else []),
         f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings['voxel_m'] * 1e3:g} mm",
         f"corrected {scan.settings['correction']['text']}",
     ]

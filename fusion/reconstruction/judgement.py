@@ -35,7 +35,7 @@ def _fit(result: "Reconstruction") -> Light | None:
     if not len(known):  # poses were given
         return None
     found = float(np.median(known))
-    judged = level(found / result.settings["truncation_m"], FIT_BANDS)
+    judged = level(found / result.settings["tracked_band_m"], FIT_BANDS)
     do = "Calibrate the depth, and move slower." if judged != "ok" else ""
     return Light(judged, "Fit", f"Frames lie {found * 1e3:.2f} mm (median) off the model.", do)
 

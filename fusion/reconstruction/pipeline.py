@@ -58,6 +58,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     frames = Frames(recording, sensor, settings.max_depth)
     tracked = track(frames, settings, chosen)
     volume, chosen, results = tracked.volume, tracked.plan, tracked.results
+    band = chosen.volume.truncation  # of the model that frames were held against; an object may be fused in a finer one
     course = None
     if settings.poses is None:
         with stage("loops"):
@@ -71,7 +72,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
-    return _result(recording, results, (mesh, volume, chosen), (settings, sensor, notes, told, course))
+    return _result(recording, results, (mesh, volume, chosen), (settings, sensor, notes, told, course), band)
 
 
 def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
@@ -96,7 +97,7 @@ def _check_enough(results: list[Tracked], recording: Recording, settings: Recons
 
 def _result(
     recording: Recording, results: list[Tracked], made: tuple[Mesh, Volume, Plan],
-    how: tuple[ReconstructSettings, Sensor, list[Light], Told, Course | None],
+    how: tuple[ReconstructSettings, Sensor, list[Light], Told, Course | None], band: float,
 ) -> Reconstruction:  # fmt: skip
     (mesh, volume, chosen), (settings, sensor, notes, told_of, course) = made, how
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
@@ -106,6 +107,7 @@ def _result(
         "correction": told_of.values(),
         "voxel_m": volume.settings.voxel,
         "truncation_m": volume.settings.truncation,
+        "tracked_band_m": band,
         "room": chosen.subject.room,
         "kind": chosen.kind,
         "kind_reason": chosen.reason,

@@ -13,6 +13,8 @@ from fusion.sensor.told import Told
 from fusion.turntable.motion import Motion
 from fusion.volume.voxel_check import voxel_check
 
+PLATE_TURNS = "not round: a slab that turns close above the table; it is cut off, --keep-plate keeps it"
+
 
 def ask_doctor(recording: Recording, settings: ScanSettings) -> list[Light]:
     """What looks wrong with a recording, in a second or two.
@@ -33,6 +35,8 @@ def notes_of(recording: Recording, told: Told, motion: Motion, raw: Trajectory) 
     notes += [note("Correction", "warning", text) for text in told.doubtful]
     if motion.plate is None:
         notes.append(note("Plate", "warning", "no plate was seen: nothing was cut off below the object"))
+    if motion.table is not None:
+        notes.append(note("Plate", "ok", PLATE_TURNS))
     lost = int((np.isfinite(motion.angles) & ~raw.valid).sum())
     if lost:
         text = f"{lost} frames could not be tracked freely and stand by the axis alone"

@@ -50,7 +50,7 @@ def typical_noise(frames: list[Prepared | None], region: Region) -> float:
 def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> tuple[Mesh, float]:
     """The object alone, no plate, no flying parts, no small holes; and the share of the surface that this keeps."""
     if motion.plate is not None and not settings.keep_plate and mesh.normals is not None:
-        mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE))
+        mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE, motion.table))
     if settings.keep_plate:  # the volume is square, what turns is not
         mesh = vertices_kept(mesh, np.hypot(*mesh.vertices[:, :2].T) <= motion.radius + MARGIN)
     if not len(mesh.faces):

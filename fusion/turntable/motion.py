@@ -16,7 +16,7 @@ from fusion.turntable.guess.alone import Alone
 from fusion.turntable.guess.beginning import begun_with
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.selfcheck import SelfCheck
-from fusion.turntable.table.plate import above, plate_height
+from fusion.turntable.table.plate import Plate, above, find_plate
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
@@ -38,7 +38,8 @@ class Motion:
             axis; None where the axis holds.
         residual: (n,) [m]; support: (n,) share of the visible points that fit.
         rejected: frame to reason.
-        plate: height of the plate above the axis' point [m], None when no plate was seen.
+        plate: height of the plate above the axis' point [m], None when no plate was seen; `table`: that of
+            the table below a plate that is not round, else None.
         radius, bottom, top: cylinder that holds what turns, heights from the axis' point [m].
         camera_check: what camera and depth seem to get wrong, with all errors fitted.
         focal_check: the same with the camera alone (focal length and principal point) fitted.
@@ -63,6 +64,7 @@ class Motion:
     shifts: Array | None = None
     spread: float = 0.0
     held: bool = False
+    table: float | None = None
 
 
 def estimate_motion(
@@ -101,9 +103,8 @@ def estimate_motion(
     angles -= angles[np.isfinite(angles)][0]
     _refuse_still(angles)
     final = fit.axis.nearest_to(centre)
-    height = plate_height(seen, final)
-    if height is not None:
-        final = replace(final, point=final.point + height * final.direction)
+    plate = find_plate(seen, final, final.turns(fit.angles))
+    final = _at(final, plate)
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
     reach, above_point = final.distance(np.concatenate([v.points[::some] for v in seen]).astype(float))
     return Motion(
@@ -113,7 +114,8 @@ def estimate_motion(
         residual=whole(fit.residual),
         support=whole(fit.support),
         rejected=rejected,
-        plate=None if height is None else 0.0,
+        plate=None if plate is None else 0.0,
+        table=None if plate is None or plate.table is None else plate.table - plate.height,
         radius=float(np.percentile(reach, 99.8)),
         bottom=float(np.percentile(above_point, 0.2)),
         top=float(np.percentile(above_point, 99.8)),
@@ -135,9 +137,9 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centr
     state, lens = found.state, found.lens
     assert lens is not None
     axis = state.axis.nearest_to(centre)
-    height = plate_height(seen, axis)
-    if height is not None:
-        axis = replace(axis, point=axis.point + height * axis.direction)
+    # what a hand moves about stands on no turntable: a book below it is part of it
+    plate = find_plate(seen, axis, None if found.wanders else state.motions())
+    axis = _at(axis, plate)
     back = pose.inverse(state.motions())
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
     points = np.concatenate(
@@ -165,7 +167,8 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centr
         support=whole(1 - found.joint.misfit),
         rejected={int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
         | {int(used[k]): f"only {1 - found.joint.misfit[k]:.0%} of the surface fits" for k in np.flatnonzero(bad)},
-        plate=None if height is None else 0.0,
+        plate=None if plate is None else 0.0,
+        table=None if plate is None or plate.table is None else plate.table - plate.height,
         radius=float(np.percentile(reach, 99.8)),
         bottom=float(np.percentile(above_point, 0.2)),
         top=float(np.percentile(above_point, 99.8)),
@@ -176,6 +179,11 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centr
         held=True,
         spread=found.joint.spread,
     )
+
+
+def _at(axis: Axis, plate: Plate | None) -> Axis:
+    """The axis with its point at the plate's height."""
+    return axis if plate is None else replace(axis, point=axis.point + plate.height * axis.direction)
 
 
 def _refuse_still(angles: Array) -> None:

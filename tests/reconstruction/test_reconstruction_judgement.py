@@ -15,7 +15,7 @@ from fusion.results.off_course import OffCourse
 from fusion.volume.volume import Volume, VolumeSettings
 
 COUNT = 20
-SETTINGS = {"truncation_m": 0.03, "kind": "room"}
+SETTINGS = {"truncation_m": 0.03, "tracked_band_m": 0.03, "kind": "room"}
 
 
 def crumbled(parts: int) -> Mesh:
@@ -81,3 +81,9 @@ def test_what_the_doctor_said_stands_among_them():
     told = Light("warning", "Recording", "Odd.")
     assert replace(good(), notes=(told,)).judgement.lights[0] == told
     assert replace(good(), footnotes=("usual",)).judgement.footnotes == ("usual",)
+
+
+def test_frames_are_judged_by_the_model_that_they_were_held_against():
+    """An object may be fused in a band that is narrower than that of the room in which it was tracked."""
+    known = replace(good(), settings=SETTINGS | {"truncation_m": 0.004})
+    assert next(x for x in known.judgement.lights if x.subject == "Fit").level == "ok"

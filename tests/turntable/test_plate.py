@@ -12,7 +12,7 @@ from fusion.simulation.shapes import box, disc, joined
 from fusion.simulation.turntable import Turntable
 from fusion.turntable.axis import Axis
 from fusion.turntable.table.level import has_a_rim
-from fusion.turntable.table.plate import above_plate, plate_height
+from fusion.turntable.table.plate import above_plate, find_plate
 from fusion.turntable.turning.moving import find_moving
 from fusion.turntable.views import Region, usable, view
 
@@ -65,6 +65,20 @@ def test_the_plate_goes_and_the_object_stays(tilt, bend, top):
     assert not kept[len(ground) :][over[len(ground) :] < CLEAR - 0.002].any()
 
 
+@pytest.mark.parametrize("gap", [0.007, 0.014, 0.03])
+def test_a_plate_goes_though_more_of_the_table_below_is_there(gap):
+    ground, height = plate(np.array([0.004, -0.003]), 0.0)
+    solid, solid_normals = block(0.08, height)
+    wide = np.random.default_rng(3).uniform(-0.3, 0.3, (60_000, 2))
+    table = np.column_stack([wide, np.full(len(wide), -gap)])
+    vertices = np.concatenate([ground, table, solid])
+    level = np.tile([0, 0, 1.0], (len(ground) + len(table), 1))
+    kept = above_plate(vertices, np.concatenate([level, solid_normals]).astype(np.float32), CLEAR, -gap)
+    assert not kept[: len(level)].any()
+    over = solid[:, 2] - height(solid[:, :2])
+    assert kept[len(level) :][over > CLEAR + 0.002].all()
+
+
 def test_without_a_plate_the_height_alone_decides():
     vertices = np.column_stack([np.zeros((50, 2)), np.linspace(-0.05, 0.1, 50)])
     kept = above_plate(vertices, np.tile(np.float32([1, 0, 0]), (50, 1)), CLEAR)
@@ -108,17 +122,17 @@ def test_the_height_of_a_plate_that_is_seen(moving, still):
     """Also where a book covers more of the plate than is seen of it: its cover is level too, and turns."""
     views, axis = seen(moving, still)
     # a pixel is 4 mm: edges round the plate's surface off
-    assert plate_height(views, axis) == pytest.approx(0.0, abs=0.002)
+    assert find_plate(views, axis).height == pytest.approx(0.0, abs=0.002)
     # heights count from the axis' point
     higher = Axis(axis.point + 0.02 * axis.direction, axis.direction)
-    assert plate_height(views, higher) == pytest.approx(-0.02, abs=0.002)
+    assert find_plate(views, higher).height == pytest.approx(-0.02, abs=0.002)
 
 
 def test_a_plate_is_found_by_an_axis_that_is_only_guessed():
     views, axis = seen((BODY, PLATE), TABLE)
     guess = axis.moved(np.array([np.deg2rad(2), np.deg2rad(-2), 0.004, 0.004]))
     # 2 deg tilt the plate by 5 mm at its rim
-    assert plate_height(views, guess) == pytest.approx(0.0, abs=0.005)
+    assert find_plate(views, guess).height == pytest.approx(0.0, abs=0.005)
 
 
 @pytest.mark.parametrize("still", [TABLE, None], ids=["table", "nothing behind"])
@@ -127,7 +141,7 @@ def test_a_plate_is_found_by_an_axis_that_is_only_guessed():
 )
 def test_a_level_part_of_the_object_is_no_plate(moving, still):
     views, axis = seen(moving, still)
-    assert plate_height(views, axis) is None
+    assert find_plate(views, axis) is None
 
 
 def test_no_plate_no_height(owl_scene):
@@ -135,7 +149,7 @@ def test_no_plate_no_height(owl_scene):
     for v in views:  # the owl without the level covers of its books
         height = owl_scene.axis.distance(v.map.points.reshape(-1, 3))[1].reshape(v.map.points.shape[:2])
         v.map.normals[height < 0.06] = np.nan
-    assert plate_height(views, owl_scene.axis) is None
+    assert find_plate(views, owl_scene.axis) is None
 
 
 def test_the_table_below_is_not_the_plate_though_more_of_it_is_seen(monkeypatch):
@@ -143,10 +157,64 @@ def test_the_table_below_is_not_the_plate_though_more_of_it_is_seen(monkeypatch)
     views, axis = seen((BODY, PLATE), CLOSE)
     assert has_a_rim(views, axis, 0.0) and not has_a_rim(views, axis, -0.04)
     monkeypatch.setattr("fusion.turntable.table.plate.level_heights", lambda *_: [-0.04, 0.0])
-    assert plate_height(views, axis) == 0.0
+    assert find_plate(views, axis).height == 0.0
 
 
 def test_the_far_edge_of_a_table_is_no_rim_of_a_plate():
     """One looks past it, but it is not round about the axis."""
     views, axis = seen((BODY, PLATE), SHORT)
     assert has_a_rim(views, axis, 0.0) and not has_a_rim(views, axis, -0.04)
+
+
+SQUARE = box((-0.13, -0.11, -0.012), (0.11, 0.12, 0.0), GREY)
+ELL = joined([box((-0.14, -0.12, -0.012), (0.12, 0.03, 0.0), GREY), box((-0.06, 0.0, -0.012), (0.12, 0.13, 0.0), GREY)])
+SLOTTED = joined(
+    [box((-0.13, 0.06, -0.012), (0.13, 0.13, 0.0), GREY), box((-0.13, -0.12, -0.012), (0.13, 0.03, 0.0), GREY)]
+)
+HIGHER = box((-1.0, -1.0, -0.037), (0.5, 1.0, -0.027), GREY)  # a table 15 mm below these plates
+BRICK = box((-0.1, -0.08, -0.06), (0.1, 0.08, 0.0), GREY)  # as high as it may stand, and no slab
+LEDGE = box((-0.03, -0.12, -0.012), (0.12, 0.02, 0.0), GREY)  # on two sides
+
+
+def motions(frames=12):
+    """What brings the object from where it is in the first view to where it is in each."""
+    T_world_camera = looking_at(np.array([0.62, 0.05, 0.40]), np.array([0.0, 0.0, 0.05]))
+    table = Turntable(degrees_per_frame=360 / frames, frames=frames)
+    back = table.T_object_camera(T_world_camera, table.commanded_deg())
+    return pose.inverse(back) @ back[0]
+
+
+@pytest.mark.parametrize("still", [CLOSE, HIGHER, SHORT], ids=["close table", "closer table", "small table"])
+@pytest.mark.parametrize("shape", [SQUARE, ELL, SLOTTED], ids=["square", "L", "slotted"])
+@pytest.mark.parametrize("body", [(BODY,), (BODY, STEP)], ids=["body", "step"])
+def test_a_plate_of_any_shape_is_found_above_its_table(body, shape, still):
+    views, axis = seen((*body, shape), still)
+    found = find_plate(views, axis, motions())
+    assert found is not None and found.height == pytest.approx(0.0, abs=0.002)
+
+
+@pytest.mark.parametrize("still", [TABLE, None], ids=["table", "nothing behind"])
+@pytest.mark.parametrize(
+    "moving", [(BODY, STEP, POLE), (BOOK, POLE), (STEP, BODY, BOOK, POLE)], ids=["step", "book", "both"]
+)
+def test_a_book_on_a_pole_is_no_plate_though_it_turns_as_one(moving, still):
+    assert find_plate(*seen(moving, still), motions()) is None
+
+
+@pytest.mark.parametrize("moving", [(BODY, BRICK), (BODY, LEDGE)], ids=["brick", "ledge"])
+def test_what_is_no_slab_all_round_stays_part_of_the_object(moving):
+    low = -0.06 if moving[1] is BRICK else -0.012
+    still = box((-1.0, -1.0, low - 0.02), (0.5, 1.0, low), GREY)
+    found = find_plate(*seen(moving, still), motions())
+    assert found is None or found.table is None
+
+
+def test_a_round_plate_is_found_as_one_with_the_motions_too():
+    found = find_plate(*seen((BODY, PLATE), CLOSE), motions())
+    assert found is not None and found.table is None and found.height == pytest.approx(0.0, abs=0.002)
+
+
+def test_no_slab_turns_by_angles_that_are_wrong():
+    views, axis = seen((BODY, SQUARE), CLOSE)
+    found = find_plate(views, axis, np.concatenate([motions()[6:], motions()[:6]])[::-1])
+    assert found is None or found.table is None

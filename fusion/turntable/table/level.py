@@ -42,17 +42,24 @@ class Seen:
     missing: Array
 
 
-def is_plate(views: Sequence[View], axis: Axis, height: float) -> bool:
-    """True when the level surface at a height [m] along the axis is seen on most sides and does not turn."""
+def is_plate(views: Sequence[View], axis: Axis, height: float, beyond: float = BEYOND) -> bool:
+    """True when the level surface at a height [m] along the axis is seen on most sides and does not turn.
+
+    Args:
+        views: the frames.
+        axis: of the turn.
+        height: of the surface.
+        beyond: it is looked at up to so many times as far as what turns reaches.
+    """
     if not any(len(v.points) for v in views):
         return False
     turning = np.concatenate([v.points for v in views]).astype(float)
-    told, share, steady = _steady(views, axis, height, BEYOND * float(np.percentile(axis.distance(turning)[0], 95)))
-    unsteady = told & ~steady & (share > 0.2)
+    told, share, there = _steady(views, axis, height, beyond * float(np.percentile(axis.distance(turning)[0], 95)))
+    unsteady = told & ~there & (share > 0.2)
     area = np.arange(RINGS)[:, None] + 0.5
-    rings = steady.sum(axis=1) >= LEAST_SECTORS
-    around = steady.any(axis=0).mean() >= SIDES
-    return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * steady).sum())
+    rings = there.sum(axis=1) >= LEAST_SECTORS
+    around = there.any(axis=0).mean() >= SIDES
+    return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * there).sum())
 
 
 def has_a_rim(views: Sequence[View], axis: Axis, height: float) -> bool:
@@ -63,9 +70,9 @@ def has_a_rim(views: Sequence[View], axis: Axis, height: float) -> bool:
     here = radius[np.abs(above - height) < THICK]
     if not len(here):
         return False
-    told, share, steady = _steady(views, axis, height, BEYOND * float(np.percentile(here, 95)))
-    outermost = int(np.flatnonzero(steady.sum(axis=1) >= LEAST_SECTORS).max(initial=-1))
-    ends = steady.shape[0] - 1 - np.argmax(steady[::-1], axis=0)[steady.any(axis=0)]  # of each side
+    told, share, there = _steady(views, axis, height, BEYOND * float(np.percentile(here, 95)))
+    outermost = int(np.flatnonzero(there.sum(axis=1) >= LEAST_SECTORS).max(initial=-1))
+    ends = there.shape[0] - 1 - np.argmax(there[::-1], axis=0)[there.any(axis=0)]  # of each side
     beyond = (told & (share < 0.2))[outermost + 1 : outermost + 1 + RIM]
     return bool(np.mean(ends >= ROUND * outermost) >= SIDES and beyond.any(axis=0).sum() >= LEAST_SECTORS)
 
@@ -73,8 +80,12 @@ def has_a_rim(views: Sequence[View], axis: Axis, height: float) -> bool:
 def _steady(
     views: Sequence[View], axis: Axis, height: float, reach: float
 ) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
+    """The same for the cells about an axis at a height [m]."""
+    return steady(look_at(views, axis, _plane(views, axis, height), reach))
+
+
+def steady(seen: Seen) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
     """Cells (RINGS, SECTORS) of which something is known, the share of frames in which they are there, steady ones."""
-    seen = look_at(views, axis, _plane(views, axis, height), reach)
     shown = seen.there + seen.through
     share = seen.there / np.maximum(shown + seen.missing, 1)
     told = shown + seen.missing >= LEAST_FRAMES
@@ -90,21 +101,38 @@ def look_at(views: Sequence[View], axis: Axis, plane: Array, reach: float) -> Se
         plane: (c, a, b) [m, 1, 1].
         reach: radius of the outermost ring [m].
     """
+    cells = cells_of(axis, plane, reach)
+    return counted(views, axis, (plane, THICK), [cells] * len(views))
+
+
+def cells_of(axis: Axis, plane: Array, reach: float) -> Array:
+    """The middles (RINGS * SECTORS, 3) of the cells of a plane, ring by ring; as in `look_at`."""
     radius = (np.arange(RINGS) + 0.5)[:, None] * reach / RINGS
     angle = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
     x, y = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
-    across = axis.across()
     z = plane[0] + plane[1] * x + plane[2] * y
-    cells = axis.point + np.column_stack([x, y, z]) @ np.vstack([across, axis.direction])
+    return np.asarray(axis.point + np.column_stack([x, y, z]) @ np.vstack([axis.across(), axis.direction]))
+
+
+def counted(views: Sequence[View], axis: Axis, surface: tuple[Array, float], cells: Sequence[Array]) -> Seen:
+    """What the views measure where cells (n, 3), of each view its own, should be.
+
+    Args:
+        views: the frames.
+        axis: as in `look_at`.
+        surface: (c, a, b) of the plane, and what off it still counts as it [m].
+        cells: ring by ring.
+    """
+    plane, thick = surface
     count = np.zeros((3, RINGS * SECTORS))
-    for v in views:
+    for v, places in zip(views, cells, strict=True):
         camera = v.map.camera
-        column, row = np.round(camera.project(cells)).T
-        shown = (cells[:, 2] > 0.05) & (column >= 0) & (column < camera.width) & (row >= 0) & (row < camera.height)
-        measured = np.full((len(cells), 3), np.nan)
+        column, row = np.round(camera.project(places)).T
+        shown = (places[:, 2] > 0.05) & (column >= 0) & (column < camera.width) & (row >= 0) & (row < camera.height)
+        measured = np.full((len(places), 3), np.nan)
         measured[shown] = v.map.points[row[shown].astype(int), column[shown].astype(int)]
         above = _above(measured, axis, plane)
-        count += [np.abs(above) <= THICK, above < -THICK, shown & np.isnan(above)]
+        count += [np.abs(above) <= thick, above < -thick, shown & np.isnan(above)]
     return Seen(*count.reshape(3, RINGS, SECTORS))
 
 

@@ -1,34 +1,83 @@
 """The plate the object stands on: its height along the axis, and views without it."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.table.level import has_a_rim, is_plate
+from fusion.turntable.table.level import BEYOND, has_a_rim, is_plate
+from fusion.turntable.table.slab import HALFWAY, LOWEST, WIDER, is_slab, reach_of
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 THICKEST = 0.06  # [m] a plate may stand above the table, where what turns seems to end (guess)
 HIDDEN = 0.06  # [m] of a foot hardly before what it stands on, nothing may be seen to turn (guess)
+LEAST_LEVEL = 200  # points of all views that make a level surface (guess)
 NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
-def plate_height(views: Sequence[View], axis: Axis) -> float | None:
-    """Height of the plate along the axis [m], measured from the axis' point; None when no plate is seen.
+@dataclass(frozen=True)
+class Plate:
+    """What the object stands on.
+
+    Attributes:
+        height: of its surface along the axis [m], measured from the axis' point.
+        table: that of the table below it, where the plate is not round, so that it is seen to turn; else None.
+    """
+
+    height: float
+    table: float | None = None
+
+
+def find_plate(views: Sequence[View], axis: Axis, motions: Array | None = None) -> Plate | None:
+    """The plate, or the table where that alone is seen; None when there is neither.
 
     The plate is the largest level surface near the foot of what turns that is seen all round and does not turn itself:
     an object without a plate may have a level part there. The table below is such a surface too, but goes on where a
-    plate has its rim.
+    plate has its rim. Where a table is seen alone, a plate of another shape may turn close above it.
+
+    Args:
+        views: (n) of the object.
+        axis: of the turn.
+        motions: (n, 4, 4) what brings the object from its place at angle 0 to that in each view; None: plates of other
+            shapes are not looked for.
     """
-    some = views[:: max(1, len(views) // 25)]
+    step = max(1, len(views) // 25)
+    some, turned = views[::step], None if motions is None else motions[::step]
     for below in (NEAR_PLATE, HIDDEN):
-        found = [h for h in level_heights(some, axis, (below, THICKEST)) if is_plate(some, axis, h)]
+        levels = level_heights(some, axis, (below, THICKEST))
+        found = [h for h in levels if is_plate(some, axis, h)]
+        rimmed = next((h for h in found if has_a_rim(some, axis, h)), None)
+        if rimmed is not None:
+            return Plate(rimmed)
+        # a plate that is wider than what is seen to turn hides the table up to its border
+        tables = found or [h for h in levels if is_plate(some, axis, h, max(WIDER) * BEYOND)]
+        slab = None if turned is None or not tables else _slab(some, axis, turned, min(tables))
+        if slab is not None:
+            return Plate(slab, min(tables))
         if found:
-            return next((h for h in found if has_a_rim(some, axis, h)), found[0])
+            return Plate(found[0])
     return None
+
+
+def _slab(views: Sequence[View], axis: Axis, motions: Array, ground: float) -> float | None:
+    """Height of a plate that turns above a table that stands still [m]; None where there is none."""
+    reach = max(WIDER) * reach_of(views, axis)
+    near = [axis.distance(_level(v, axis)) for v in views]
+    height = np.concatenate([h[r < reach] for r, h in near])
+    limits = (ground + LOWEST, ground + THICKEST)
+    height = height[(height > limits[0]) & (height < limits[1])]
+    levels = _largest(height, limits) if len(height) >= LEAST_LEVEL else []
+    return next((h for h in levels if is_slab(views, axis, motions, (h, ground))), None)
+
+
+def _level(view: View, axis: Axis) -> Array:
+    """(n, 3) points of level surfaces [m]."""
+    level = np.einsum("vuk,k->vu", view.map.normals, axis.direction) > 0.97
+    return np.asarray(view.map.points[level].astype(float))
 
 
 def ground_height(views: Sequence[View], axis: Axis) -> float | None:
@@ -44,14 +93,10 @@ def ground_height(views: Sequence[View], axis: Axis) -> float | None:
 def level_heights(views: Sequence[View], axis: Axis, about: tuple[float, float]) -> list[float]:
     """Where much level surface lies [m], so far below to so far above the foot [m], the largest first."""
     foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in views]), 1))
-    heights = []
-    for v in views:
-        level = np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.97
-        heights.append(axis.distance(v.map.points[level].astype(float))[1])
-    height = np.concatenate(heights)
+    height = np.concatenate([axis.distance(_level(v, axis))[1] for v in views])
     low, high = foot - about[0], foot + about[1]
     height = height[(height > low) & (height < high)]
-    if len(height) < max(200, 0.02 * sum(len(v.points) for v in views)):
+    if len(height) < max(LEAST_LEVEL, 0.02 * sum(len(v.points) for v in views)):
         return []
     return _largest(height, (low, high))
 
@@ -68,7 +113,9 @@ def _largest(height: Array, limits: tuple[float, float]) -> list[float]:
     return levels
 
 
-def above_plate(vertices: Array, normals: NDArray[np.float32], clear: float) -> NDArray[np.bool_]:
+def above_plate(
+    vertices: Array, normals: NDArray[np.float32], clear: float, table: float | None = None
+) -> NDArray[np.bool_]:
     """Vertices (n,) of an object frame (z up along the axis, plate near 0) that lie above the plate.
 
     A plate need not be square to its axis, and a camera that is not calibrated bends it: z = c + a x + b y + k r^2 is
@@ -78,16 +125,18 @@ def above_plate(vertices: Array, normals: NDArray[np.float32], clear: float) -> 
         vertices: (n, 3) [m].
         normals: (n, 3) outwards.
         clear: height above the plate up to which vertices still belong to it [m].
+        table: height of the table below a plate that turns, seen beside it [m].
     """
+    near = NEAR_PLATE if table is None else min(NEAR_PLATE, HALFWAY * abs(table))
     x, y, z = vertices.T
     terms = np.column_stack([np.ones_like(x), x, y, x**2 + y**2])
-    level = np.flatnonzero((normals[:, 2] > 0.9) & (np.abs(z) < NEAR_PLATE))
+    level = np.flatnonzero((normals[:, 2] > 0.9) & (np.abs(z) < near))
     if len(level) < 100:
         return np.asarray(z > clear)
     level = level[:: max(1, len(level) // 20_000)]
     A, height = terms[level], z[level]
     fit = np.array([np.median(height), 0, 0, 0])
-    for scale in np.geomspace(NEAR_PLATE, clear, 12):
+    for scale in np.geomspace(near, min(clear, near), 12):
         weight = tukey((height - A @ fit) / scale, cut=1.0)
         # the bend and the tilt must not run away where the plate is hardly seen
         ridge = 1e-3 * max(float(np.sum(weight)), 1.0) * np.diag([0, 1e-3, 1e-3, 1e-4])
