@@ -7,7 +7,7 @@ from pathlib import Path
 from fusion.commands.results import add_topic
 from fusion.errors import FusionError
 
-WRITTEN = ("native", "nerfstudio")
+WRITTEN = ("native", "nerfstudio", "mcap")
 EXAMPLE = "fusion convert chess/seq-01 my_scan --camera 7scenes"
 
 
@@ -16,9 +16,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "input", type=Path, metavar="IN", help="recording of any format (folder or file), or a mesh file"
     )
-    parser.add_argument("output", type=Path, metavar="OUT", help="new folder, or a mesh file")
+    parser.add_argument("output", type=Path, metavar="OUT", help="new folder or file")
     parser.add_argument(
-        "--format", choices=WRITTEN, default=WRITTEN[0], help="of the folder; nerfstudio: for splats (default: native)"
+        "--format",
+        choices=WRITTEN,
+        default=WRITTEN[0],
+        help="of OUT; nerfstudio: a folder for splats; mcap: one file for ROS 2 (default: native)",
     )
     parser.add_argument(
         "--poses", type=Path, metavar="FILE", help="TUM trajectory instead of the recording's own poses"
@@ -31,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check(options: argparse.Namespace) -> None:
-    """What OUT cannot be, before anything is read: a recording becomes a folder, a mesh a file."""
+    """What OUT cannot be, before anything is read: a recording becomes a folder or an MCAP file, a mesh a file."""
     from fusion.files.publish import place_of
     from fusion.mesh.files import FORMATS, check_written
     from fusion.recording.formats.known import refusal
@@ -40,19 +43,20 @@ def check(options: argparse.Namespace) -> None:
     if not options.input.exists():
         raise FusionError("there is nothing to convert", options.input, "nothing", "a recording or a mesh file")
     # content before name: a mesh's ending tells nothing where a recording is recognised
-    options.folder = options.input.is_dir() or recognised(options.input) is not None
-    if not options.folder and options.input.suffix.lower() not in FORMATS:
+    options.recorded = options.input.is_dir() or recognised(options.input) is not None
+    options.folder = options.recorded and options.format != "mcap"
+    if not options.recorded and options.input.suffix.lower() not in FORMATS:
         expected = "a recording, or a mesh file " + " ".join(FORMATS)
         raise refusal(options.input) or FusionError(
             "this is neither a recording nor a mesh", options.input, "a file", expected
         )
     made = place_of(options.output)
-    if not options.folder and made.suffix.lower() != options.output.suffix.lower():
+    if not options.recorded and made.suffix.lower() != options.output.suffix.lower():
         do = "remove the link, or name the file itself"
         raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
-    if not options.folder and (options.poses is not None or options.format != WRITTEN[0]):
+    if not options.recorded and (options.poses is not None or options.format != WRITTEN[0]):
         raise FusionError("--format and --poses are for recordings", options.input, "a mesh file", "a recording")
-    if not options.folder:
+    if not options.recorded:
         check_written(options.output)
     elif options.output.suffix.lower() in FORMATS and not options.output.is_dir():
         do = "name a folder; fusion reconstruct and fusion turntable make a mesh of a recording"
@@ -60,9 +64,10 @@ def check(options: argparse.Namespace) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Convert a recording to a native one, a mesh to another mesh format."""
-    if options.folder:
+    """Convert a recording to one of another format, a mesh to another mesh format."""
+    if options.recorded:
         from fusion.recording.convert import fill_conversion
+        from fusion.recording.formats.bags.write import write_mcap
         from fusion.recording.open import open_recording
         from fusion.recording.trajectory_file import read_trajectory
         from fusion.recording.write_nerfstudio import fill_nerfstudio
@@ -70,6 +75,11 @@ def run(options: argparse.Namespace) -> None:
         recording = open_recording(options.input, options.camera, options.topic)
         if options.poses is not None:
             recording = replace(recording, poses=read_trajectory(options.poses))
+        if options.format == "mcap":
+            with options.claim.file() as partial:
+                write_mcap(partial, recording)
+            print(options.output)
+            return
         with options.claim.folder() as partial:
             (fill_nerfstudio if options.format == "nerfstudio" else fill_conversion)(partial, recording)
     else:

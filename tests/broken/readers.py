@@ -55,6 +55,14 @@ def readers() -> Iterator[Reader]:
         lambda folder, content: image(folder, with_right_sums(content)),
     )
     yield from _foreign()
+    yield from _bags()
+
+
+def _bags() -> Iterator[Reader]:
+    """RealSense's own recordings: a ROS 1 bag packed by LZ4, and an SQLite file with PNGs in it."""
+    samples = Path(__file__).resolve().parents[1] / "recording" / "bags"
+    for name in ("realsense_2_56.bag", "realsense_2_59.db3"):
+        yield Reader(name, (samples / name).read_bytes(), lambda folder: None, _file("rec", walk))
 
 
 def _text(name: str) -> bytes:

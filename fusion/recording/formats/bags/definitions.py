@@ -59,6 +59,11 @@ def built_in(ros2: bool) -> Types:
     return {name: _fields(text, name.partition("/")[0]) for name, text in texts.items()}
 
 
+def built_in_text(name: str) -> str:
+    """The text of a built-in type, as ROS 2 has it."""
+    return {**_TEXTS, "std_msgs/Header": _HEADER[True]}[name]
+
+
 @cache
 def types_of(name: str, definition: str, ros2: bool) -> Types:
     """The built-in types with those of a message's definition: its own text, then `MSG: name` and text of each inside.

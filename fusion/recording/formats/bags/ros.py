@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.json_file import json_in
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.camera_file import camera_from_dict
 from fusion.recording.formats.bags.lens import camera_of
 from fusion.recording.formats.bags.messages import frame_of, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, Look, look_at
@@ -22,6 +24,7 @@ from fusion.recording.formats.bags.streams import METRES_SCALE, Chosen, Stream, 
 from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree
 
 INFO = "sensor_msgs/CameraInfo"
+CAMERA_TOPIC = "/fusion/camera_json"  # in bags that this program wrote: unit, sensor, standard deviations
 INFRARED = ("ir", "infra", "infra1", "infra2", "infrared", "amplitude", "confidence")
 MILLIMETRES = 1000.0
 
@@ -75,12 +78,14 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
     """Depth by the name of its topic, with colour, infrared and poses as the bag has them. Raises RecordingError."""
     warnings = list(store.warnings)
     depth = next(one for one in images if one.topic.name == name)
-    stated = camera or _camera(store, depth)
+    own = _own_camera(store, depth)
+    stated = camera or own or _camera(store, depth)
     if stated is None:
         do = "pass --camera camera.json or a preset's name"
         raise RecordingError("the recording has no camera", store.path, f"no camera_info beside {name}", do=do)
     if camera is None:
-        stated = replace(stated, depth_scale=METRES_SCALE if depth.look.metres else MILLIMETRES)
+        scale = own.depth_scale if own is not None else METRES_SCALE
+        stated = replace(stated, depth_scale=scale if depth.look.metres else MILLIMETRES)
     elif not depth.look.metres and camera.depth_scale != MILLIMETRES:
         warnings.append(f"the depth is taken for {camera.depth_scale:g} counts a metre, as --camera says, not for mm")
     tree = read_tree(store)
@@ -99,6 +104,15 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
         partial(_poses, tree, depth.frame),
         tuple(warnings),
     )
+
+
+def _own_camera(store: Store, depth: Images) -> Camera | None:
+    """The camera that this program wrote beside CameraInfo, with what that cannot say. Raises RecordingError."""
+    topic = store.topics.get(CAMERA_TOPIC)
+    if topic is None or topic.type != "std_msgs/String":
+        return None
+    camera = camera_from_dict(json_in(str(message(topic, 0)["data"]), topic.name, RecordingError), topic.name)
+    return camera if camera.shape == (depth.look.height, depth.look.width) else None
 
 
 def _poses(tree: Tree, frame: str, stamps: NDArray[np.float64]) -> Trajectory | None:

@@ -16,6 +16,7 @@ from fusion.recording.formats.bags.store import Store, Topic
 TYPES = ("tf2_msgs/TFMessage", "tf/tfMessage")
 MOST = 5_000_000  # transforms: each takes some 100 bytes
 LONGEST_GAP_S = 0.5  # between two places of a link: what a slow localisation sends; beyond that nobody knows
+ROUNDING_S = 1e-6  # seconds since 1970 as a number hold a quarter of it
 FARTHEST_M = 1e6
 
 
@@ -45,7 +46,8 @@ class Link:
             out[:, axis, 3] = np.interp(known, self.stamps, self.places[:, axis])
         after = np.clip(np.searchsorted(self.stamps, known), 1, len(self.stamps) - 1)
         wide = self.stamps[after] - self.stamps[after - 1] > LONGEST_GAP_S
-        exact = (known == self.stamps[after]) | (known == self.stamps[after - 1])
+        near = np.minimum(np.abs(known - self.stamps[after]), np.abs(known - self.stamps[after - 1]))
+        exact = near < ROUNDING_S
         out[(wide & ~exact) | (np.abs(stamps - known) > LONGEST_GAP_S)] = np.nan
         return out
 
@@ -155,7 +157,7 @@ def _transforms(topic: Topic, index: int) -> list[tuple[str, str, tuple[float, .
             at += 56
             length = sum(q * q for q in place[3:])
             if 0.5 < length < 2 and all(abs(value) < FARTHEST_M for value in place[:3]):
-                found.append((parent, child, (seconds + nanoseconds * 1e-9, *place)))
+                found.append((parent, child, ((seconds * 10**9 + nanoseconds) / 1e9, *place)))
     except struct.error as problem:
         raise RecordingError("a message cannot be read", topic.name, f"{len(data)} bytes", topic.type) from problem
     return found
