@@ -54,6 +54,8 @@ NAMES = [
     "BOP scene_camera.json",
     "fakenect INDEX.txt",
     "Open3D intrinsic.json",
+    "realsense_2_56.bag",
+    "realsense_2_59.db3",
 ]
 
 
