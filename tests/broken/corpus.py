@@ -21,6 +21,7 @@ THEMES = (
     "words",
     "places",
     "foreign",
+    "phones",
     "no_recording",
     "lifted",
 )

@@ -1,4 +1,4 @@
-"""Small good recordings as other programs write them: 7-Scenes, BOP, fakenect, Open3D, plain TUM."""
+"""Small good recordings as other programs write them: 7-Scenes, BOP, fakenect, Open3D, plain TUM, and of phones."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -61,3 +61,32 @@ def tum(rec: Path) -> None:
     """Without camera.json."""
     bases.recording(rec.parent, rec.name)
     (rec / "camera.json").unlink()
+
+
+def nerfstudio(rec: Path) -> None:
+    """As docs.nerf.studio's data conventions tell: OpenGL's axes, depth in millimetres."""
+    (rec / "depths").mkdir(parents=True)
+    for n in range(3):
+        (rec / "depths" / f"{n}.png").write_bytes(pictures.png(bases.depth_counts("wall", n)))
+    bases.write_json(rec / "transforms.json", transforms())
+
+
+def transforms() -> dict:
+    pose = [[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    frames = [{"file_path": f"images/{n}.png", "depth_file_path": f"depths/{n}.png", "transform_matrix": pose}
+              for n in range(3)]  # fmt: skip
+    return {"fl_x": 144.0, "fl_y": 144.0, "cx": 80.0, "cy": 60.0, "w": 160, "h": 120, "frames": frames}
+
+
+def stray(rec: Path) -> None:
+    """As docs.strayrobots.io tells: millimetres, a matrix of the 1920 x 1440 video, a table of poses."""
+    (rec / "depth").mkdir(parents=True)
+    for n in range(3):
+        (rec / "depth" / f"{n:06d}.png").write_bytes(pictures.png(bases.depth_counts("wall", n)))
+    (rec / "camera_matrix.csv").write_text("1728, 0, 960\n0, 1728, 720\n0, 0, 1\n", encoding="ascii")
+    (rec / "odometry.csv").write_text(odometry(), encoding="ascii")
+
+
+def odometry() -> str:
+    rows = [f"{10 + n / 30:.6f}, {n:06d}, 0, 0, 0, 0, 0, 0, 1" for n in range(3)]
+    return "\n".join(["timestamp, frame, x, y, z, qx, qy, qz, qw", *rows]) + "\n"

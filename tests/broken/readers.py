@@ -122,6 +122,8 @@ def _foreign() -> Iterator[Reader]:
         ("BOP", "scene_camera.json"),
         ("fakenect", "INDEX.txt"),
         ("Open3D", "intrinsic.json"),
+        ("nerfstudio", "transforms.json"),
+        ("Stray Scanner", "odometry.csv"),
     ):
         build, more = FORMATS[kind]
 
@@ -133,6 +135,8 @@ def _foreign() -> Iterator[Reader]:
             "7-Scenes": foreign.UNIT.encode(),
             "BOP": json.dumps(foreign.bop_cameras()).encode(),
             "Open3D": json.dumps(foreign.intrinsic()).encode(),
+            "nerfstudio": json.dumps(foreign.transforms()).encode(),
+            "Stray Scanner": foreign.odometry().encode(),
             "fakenect": "\n".join(f"d-{1306361010 + n}.25-{3408212745 + 2000000 * n}.pgm" for n in range(3)).encode(),
         }[kind]
         yield Reader(f"{kind} {name}", good, prepare, _recording(name, "camera.json" if more else None))

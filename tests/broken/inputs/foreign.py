@@ -7,7 +7,19 @@ from pathlib import Path
 from broken import bases, pictures
 from broken.case import ACCEPTED, EITHER, REFUSED, TOLD, Case, Expected
 from broken.crossing import outside
-from broken.foreign import UNIT, Build, bop, bop_cameras, fakenect, intrinsic, open3d, seven_scenes, tum
+from broken.foreign import (
+    UNIT,
+    Build,
+    bop,
+    bop_cameras,
+    fakenect,
+    intrinsic,
+    nerfstudio,
+    open3d,
+    seven_scenes,
+    stray,
+    tum,
+)
 from broken.odd_files import clear, fifo, folder, link
 from broken.odd_values import NUMBERS, whole, with_raw
 
@@ -20,6 +32,8 @@ FORMATS: dict[str, tuple[Build, list[str]]] = {
     "fakenect": (fakenect, []),
     "Open3D": (open3d, []),
     "TUM": (tum, CAMERA),
+    "nerfstudio": (nerfstudio, []),
+    "Stray Scanner": (stray, []),
 }
 RUNS = {
     "convert": ["convert", "rec", "out"],

@@ -37,7 +37,7 @@ class Video:
             self._container: Any = av.open(str(path), format="mov")
             self._stream = self._container.streams.video[0]
         except (av.FFmpegError, IndexError) as problem:
-            raise RecordingError("the video cannot be read", path, str(problem)[:80], "a whole MP4 file") from problem
+            raise RecordingError("the video cannot be read", path, _said(problem), "a whole MP4 file") from problem
         self.width, self.height = int(self._stream.codec_context.width), int(self._stream.codec_context.height)
         check_size(8 * 3 * self.width * self.height, path, RecordingError, "an image of the video")
         self._times = self._every_time(av)
@@ -79,7 +79,9 @@ class Video:
             packets = self._container.demux(self._stream)
             return sorted(packet.pts for packet in packets if packet.pts is not None and packet.size)
         except av.FFmpegError as problem:
-            raise RecordingError("the video cannot be read", self._path, str(problem)[:80], "a whole MP4") from problem
+            raise RecordingError(
+                "the video cannot be read", self._path, _said(problem), "a whole MP4 file"
+            ) from problem
 
 
 def open_video(folder: Path, name: str) -> tuple[Video | None, list[str]]:
@@ -93,3 +95,8 @@ def open_video(folder: Path, name: str) -> tuple[Video | None, list[str]]:
         return Video(path), []
     except RecordingError as problem:
         return None, [f"colour is left out: {problem}"]
+
+
+def _said(problem: Exception) -> str:
+    """What the library says, without the number of its error."""
+    return str(getattr(problem, "strerror", None) or "no images")[:80]
