@@ -35,8 +35,11 @@ def read_telemetry(path: Path, notes: list[str] | None = None) -> dict[str, NDAr
     Raises:
         RecordingError: no column `timestamp`, a row of another length, a stamp that is not a number of seconds.
     """
-    notes = [] if notes is None else notes
-    text = read_text(path, RecordingError, "the table")
+    return telemetry_in(read_text(path, RecordingError, "the table"), path, [] if notes is None else notes)
+
+
+def telemetry_in(text: str, path: Path, notes: list[str]) -> dict[str, NDArray[np.float64]]:
+    """The same of a text that stands in another file; `path` names it. Raises as `read_telemetry`."""
     try:
         rows = [
             (i, row) for i, row in enumerate(csv.reader(text.splitlines()), 1) if row and not row[0].startswith("#")

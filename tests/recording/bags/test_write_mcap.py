@@ -34,7 +34,9 @@ def native(folder, scale=1000.0, start=ros_bags.START):
         ir = np.full(camera.shape, 1000 + index, np.uint16)
         frames.append(Frame(index, start + index * 0.7, depth, color, ir))
     stamps = np.array([frame.timestamp for frame in frames])
-    write_recording(folder, camera, frames, Trajectory(stamps, np.array(PLACES)))
+    log = {"timestamp": stamps, "turntable_deg": 5.0 * np.arange(len(stamps))}
+    scene = {"T_world_camera": np.eye(4).tolist()}
+    write_recording(folder, camera, frames, Trajectory(stamps, np.array(PLACES)), log, scene)
     return open_recording(folder)
 
 
@@ -44,7 +46,8 @@ def test_round_trip(tmp_path, scale, start):
     one = native(tmp_path / "native", scale, start)
     assert main(["convert", str(tmp_path / "native"), str(tmp_path / "out.mcap"), "--format", "mcap"]) == 0
     two = open_recording(tmp_path / "out.mcap")
-    assert two.camera == one.camera and not two.warnings
+    assert two.camera == one.camera and two.scene == one.scene and not two.warnings
+    np.testing.assert_array_equal(two.telemetry_at_frames("turntable_deg"), one.telemetry_at_frames("turntable_deg"))
     np.testing.assert_allclose(two.timestamps, one.timestamps, atol=1e-6)
     np.testing.assert_allclose(two.poses.poses, one.poses.at(one.timestamps).poses, atol=1e-6)
     for left, right in zip(one, two, strict=True):

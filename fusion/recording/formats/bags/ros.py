@@ -22,9 +22,12 @@ from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, Look, look
 from fusion.recording.formats.bags.store import Store, Topic
 from fusion.recording.formats.bags.streams import METRES_SCALE, Chosen, Stream, stream_stamps
 from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree
+from fusion.recording.scene_file import scene_in
+from fusion.recording.telemetry_file import telemetry_in
 
 INFO = "sensor_msgs/CameraInfo"
-CAMERA_TOPIC = "/fusion/camera_json"  # in bags that this program wrote: unit, sensor, standard deviations
+# in bags that this program wrote, what messages of ROS cannot say: unit, sensor, what was logged, what stood there
+CAMERA_TOPIC, TELEMETRY_TOPIC, SCENE_TOPIC = "/fusion/camera_json", "/fusion/telemetry_csv", "/fusion/scene_json"
 INFRARED = ("ir", "infra", "infra1", "infra2", "infrared", "amplitude", "confidence")
 MILLIMETRES = 1000.0
 
@@ -101,6 +104,8 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
         depth.look.metres,
         T,
         color is not None and _same_pixels(color, depth),
+        telemetry_in(logged, store.path, warnings) if (logged := _own_text(store, TELEMETRY_TOPIC)) else {},
+        scene_in(stated_scene, store.path) if (stated_scene := _own_text(store, SCENE_TOPIC)) else {},
         partial(_poses, tree, depth.frame),
         tuple(warnings),
     )
@@ -108,11 +113,16 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
 
 def _own_camera(store: Store, depth: Images) -> Camera | None:
     """The camera that this program wrote beside CameraInfo, with what that cannot say. Raises RecordingError."""
-    topic = store.topics.get(CAMERA_TOPIC)
-    if topic is None or topic.type != "std_msgs/String":
+    text = _own_text(store, CAMERA_TOPIC)
+    if not text:
         return None
-    camera = camera_from_dict(json_in(str(message(topic, 0)["data"]), topic.name, RecordingError), topic.name)
+    camera = camera_from_dict(json_in(text, CAMERA_TOPIC, RecordingError), CAMERA_TOPIC)
     return camera if camera.shape == (depth.look.height, depth.look.width) else None
+
+
+def _own_text(store: Store, name: str) -> str:
+    topic = store.topics.get(name)
+    return str(message(topic, 0)["data"]) if topic is not None and topic.type == "std_msgs/String" else ""
 
 
 def _poses(tree: Tree, frame: str, stamps: NDArray[np.float64]) -> Trajectory | None:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,8 @@ class Chosen:
         metres: depth is stored in metres.
         T_color_depth: (4, 4) maps points of the depth camera to the colour camera, or None where that is not known.
         same_pixels: colour is in the depth camera's pixels, as the bag says.
-        poses: stated poses, or None.
+        telemetry, scene: as in a recording.
+        poses: stated poses at some stamps, or None.
         warnings: one sentence each.
     """
 
@@ -62,6 +64,8 @@ class Chosen:
     metres: bool = False
     T_color_depth: Array | None = None
     same_pixels: bool = False
+    telemetry: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    scene: dict[str, Any] = field(default_factory=dict)
     poses: Callable[[NDArray[np.float64]], Trajectory | None] = field(default=lambda stamps: None)
     warnings: tuple[str, ...] = ()
 
@@ -118,6 +122,8 @@ def recording_of(path: Path, chosen: Chosen) -> Recording:
         timestamps=stamps,
         load=load,
         poses=chosen.poses(stamps),
+        telemetry=chosen.telemetry,
+        scene=chosen.scene,
         warnings=tuple(dict.fromkeys(warnings)),
         streams=streams,
     )

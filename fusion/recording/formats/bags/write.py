@@ -13,8 +13,9 @@ from fusion.geometry.pose import inverse, to_tum
 from fusion.progress import each
 from fusion.recording.camera_file import camera_to_dict
 from fusion.recording.formats.bags.mcap_writer import McapWriter
-from fusion.recording.formats.bags.ros import CAMERA_TOPIC
+from fusion.recording.formats.bags.ros import CAMERA_TOPIC, SCENE_TOPIC, TELEMETRY_TOPIC
 from fusion.recording.recording import Frame, Recording
+from fusion.recording.telemetry_file import telemetry_text
 from fusion.recording.write import depth_counts
 
 DEPTH, COLOR, INFRARED = "/camera/depth", "/camera/color", "/camera/ir"
@@ -33,21 +34,28 @@ def write_mcap(path: Path, recording: Recording) -> None:
     camera, stamps = recording.camera, [_nanoseconds(stamp, recording) for stamp in recording.timestamps]
     first = min(stamps, default=0)
     with path.open("wb") as file, McapWriter(file) as out:
-        camera_text = json.dumps(camera_to_dict(camera))
-        out.write(CAMERA_TOPIC, "std_msgs/String", first, {"data": camera_text})
+        for topic, text in _own_texts(recording).items():
+            out.write(topic, "std_msgs/String", first, {"data": text})
         if recording.color_is_apart and camera.T_color_depth is not None:
             place = to_tum(inverse(np.asarray(camera.T_color_depth)))
             out.write("/tf_static", "tf2_msgs/TFMessage", first, _transform(first, DEPTH_FRAME, COLOR_FRAME, place))
         _write_poses(out, recording)
         for frame, stamp in zip(each(recording, "converting"), stamps, strict=True):
             _write_frame(out, recording, frame, stamp)
-    for text in (*recording.warnings, *_left_out(recording)):
+    left_out = ["the mesh of the scene is left out: a bag has no place for it"] if "mesh" in recording.scene else []
+    for text in (*recording.warnings, *left_out):
         _log.warning("%s: %s", recording.path, text)
 
 
-def _left_out(recording: Recording) -> list[str]:
-    held = [name for name, there in (("telemetry", recording.telemetry), ("scene.json", recording.scene)) if there]
-    return [f"{' and '.join(held)} left out: a bag has no place for it"] if held else []
+def _own_texts(recording: Recording) -> dict[str, str]:
+    """What messages of ROS cannot say, as this program's own files say it."""
+    texts = {CAMERA_TOPIC: json.dumps(camera_to_dict(recording.camera))}
+    if recording.telemetry:
+        texts[TELEMETRY_TOPIC] = telemetry_text(recording.telemetry)
+    scene = {name: value for name, value in recording.scene.items() if name != "mesh"}
+    if scene:
+        texts[SCENE_TOPIC] = json.dumps(scene)
+    return texts
 
 
 def _write_poses(out: McapWriter, recording: Recording) -> None:
