@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--poses", type=Path, metavar="FILE", help="TUM trajectory instead of the recording's own poses"
     )
     parser.add_argument(
-        "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
+        "--camera", metavar="FILE", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recording's own"
     )
     add_topic(parser)
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")

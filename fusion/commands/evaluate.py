@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("recordings", type=Path, nargs="+", metavar="REC", help="still frames, better 100 each; distance_m if known")
     add_output(parser, "folder for evaluation.json and report.html")
-    add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recordings' own")
+    add("--camera", metavar="C", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recordings' own")
     add_topic(parser)
     add("--sensor", metavar="S", help="sensor.json or a preset's name, to compare with")
     add("--pixel", type=int, nargs=2, metavar=("U", "V"), help="pixel whose series is shown; the centre")

@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument("recording", type=Path, metavar="REC", help="folder or file of the recording")
     parser.add_argument(
-        "--camera", metavar="FILE", help="camera.json or a preset's name, instead of the recording's own"
+        "--camera", metavar="FILE", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recording's own"
     )
     add_topic(parser)
     parser.add_argument(

@@ -21,7 +21,7 @@ def add_common(parser: argparse.ArgumentParser, frame: str = FIRST_CAMERA) -> No
     add("recording", type=Path, metavar="REC", help="folder or file of the recording")
     add_output(parser, "folder for mesh.ply, trajectory.txt, ...")
     add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
-    add("--camera", metavar="C", help="camera.json or a preset's name, instead of the recording's own")
+    add("--camera", metavar="C", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recording's own")
     add_topic(parser)
     add("--voxel", type=number(VOXEL), metavar="M", help="edge of a voxel [m]; default: from distance and focal length")
     add(

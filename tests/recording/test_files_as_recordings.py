@@ -57,6 +57,12 @@ def test_folders_that_are_known_and_not_read(tmp_path):
         folder.mkdir()
         for name in names:
             (folder / name).touch()
+    packets = tmp_path / "packets"
+    packets.mkdir()
+    with (packets / "12345_depth_1.depth").open("wb") as file:
+        file.truncate(2_984_960)
+    with pytest.raises(RecordingError, match=r"Kinect v2 packets.*16-bit PNG"):
+        open_recording(packets)
     with pytest.raises(RecordingError, match=r"COLMAP model.*no metric depth"):
         open_recording(model)
     with pytest.raises(RecordingError, match=r"hand scanner.*export a mesh"):

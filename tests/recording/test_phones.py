@@ -229,3 +229,12 @@ def test_an_image_that_claims_to_be_huge_is_not_unpacked(tmp_path):
         archive.writestr("metadata", json.dumps(metadata))
     with pytest.raises(RecordingError, match="too large"):
         open_recording(tmp_path / "b.r3d")
+
+
+def test_poses_that_are_lost_or_none(tmp_path):
+    good = [[0.0, 0, 0, 1, 0.1 * i, 0, 0] for i in range(3)]
+    lost = [good[0], [0.0] * 7, good[2]]
+    assert open_recording(record3d(tmp_path / "a", Scene(), poses=lost)).poses.valid.tolist() == [True, False, True]
+    assert open_recording(record3d(tmp_path / "b", Scene(), poses=[good[0]] * 3)).poses is None
+    with pytest.raises(RecordingError, match="unit length"):  # translation first
+        open_recording(record3d(tmp_path / "c", Scene(), poses=[[0.3, 2.0, 1.0, 0, 0, 0, 1]] * 3))

@@ -34,6 +34,7 @@ _TABLES: tuple[tuple[frozenset[str], str, str], ...] = (
         "it holds no metric depth: open the recording that the pictures came from",
     ),
 )
+KINECT_V2_RAW = 10 * 298_496  # bytes: the ten pictures that make one depth image, as they come over USB
 _SCANNERS = (".fix_prj", ".hand_prj", ".rap_prj", ".sproj", ".a3d", ".revo")  # EinScan, Artec, Revopoint
 
 
@@ -68,6 +69,12 @@ def _folder(path: Path) -> tuple[str, str]:
     sparse = [{f"{part}.{end}" for part in ("cameras", "images", "points3d")} for end in ("bin", "txt")]
     if any(needed <= names for needed in sparse):
         return "a COLMAP model", "it holds no metric depth: open the recording that the pictures came from"
+    packets = (entry for entry in path.iterdir() if entry.suffix == ".depth" and entry.is_file())
+    if any(entry.stat().st_size == KINECT_V2_RAW for entry in packets):
+        return (
+            "a folder of raw Kinect v2 packets (libfreenect2)",
+            "its tables are not in it: record depth as 16-bit PNG",
+        )
     return _project(names)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.pose import Array, other_axes, pose
+from fusion.geometry.pose import Array, other_axes
 
 # the smallest images of the LiDAR, longer side first; those of TrueDepth have 640 x 480 pixels
 LIDAR = (256, 192)
@@ -34,8 +34,10 @@ def same_shape(one: tuple[int, int], other: tuple[int, int]) -> bool:
 
 
 def from_arkit(rotation: Array, translation: Array) -> Array:
-    """`T_world_camera` (4, 4) of a camera whose y axis points up and that looks along -z."""
-    return other_axes(pose(rotation, translation))
+    """`T_world_camera` (..., 4, 4) of cameras whose y axis points up and that look along -z."""
+    T = np.zeros((*rotation.shape[:-2], 4, 4))
+    T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, translation, 1.0
+    return other_axes(T)
 
 
 def sure(depth: NDArray[np.float32], confidence: NDArray[np.uint8] | None) -> NDArray[np.float32]:

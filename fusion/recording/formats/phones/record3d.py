@@ -214,17 +214,17 @@ def _poses(given: Metadata, numbers: list[int], stamps: Array, content: Content)
     from scipy.spatial.transform import Rotation
 
     poses = np.full((len(numbers), 4, 4), np.nan)
-    for T_world_camera, number in zip(poses, numbers, strict=True):
-        if number >= len(given.poses):
-            continue
-        values = np.array(given.poses[number])
-        length = float(np.linalg.norm(values[:4]))
-        if length == 0:  # tracking was lost
-            continue
-        # 0.05: as of TUM's files; another order of the numbers is not taken for a rotation
-        if abs(length - 1) > 0.05 or np.abs(values[4:]).max() > FARTHEST_M:
-            raise content.wrong(Metadata, "poses", number, expected="a quaternion of unit length, then metres")
-        T_world_camera[:] = from_arkit(Rotation.from_quat(values[:4]).as_matrix(), values[4:])
+    there = np.flatnonzero(np.array(numbers) < len(given.poses))
+    stated = np.array([given.poses[numbers[i]] for i in there]).reshape(-1, 7)
+    length = np.linalg.norm(stated[:, :4], axis=1)
+    # 0.05: as of TUM's files; another order of the numbers is not taken for a rotation. 0: tracking was lost
+    wrong = (length > 0) & ((np.abs(length - 1) > 0.05) | (np.abs(stated[:, 4:]).max(axis=1, initial=0) > FARTHEST_M))
+    if wrong.any():
+        at = numbers[int(there[wrong.argmax()])]
+        raise content.wrong(Metadata, "poses", at, expected="a quaternion of unit length, then metres")
+    tracked = length > 0
+    if tracked.any():
+        poses[there[tracked]] = from_arkit(Rotation.from_quat(stated[tracked, :4]).as_matrix(), stated[tracked, 4:])
     known = np.isfinite(poses).all(axis=(1, 2))
     # all the same: no tracking was on
     if known.sum() < 2 or np.ptp(poses[known], axis=0).max() == 0:
