@@ -11,6 +11,7 @@ from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, object_alone, told_angles
 from fusion.scan.motion import find_motion
+from fusion.scan.plate_seen_whole import on_its_plate
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.together import WORTH
@@ -60,6 +61,7 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     # print helps to find what nothing was told of
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
     motion = find_motion(frames, (recording.camera, settings), region, told)
+    motion = on_its_plate(motion, recording, sensor)
     frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
