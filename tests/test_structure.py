@@ -121,3 +121,9 @@ def test_top_level_holds_what_it_should():
 def test_no_large_file_is_tracked():
     # recordings and results belong elsewhere; 2 MB is far above any source, fixture or picture of ours
     assert not [_name(path) for path in _tracked() if path.is_file() and path.stat().st_size > 2_000_000]
+
+
+def test_test_files_have_names_of_their_own():
+    """pytest imports them by name alone: two of one name stop a whole run, and no narrow one."""
+    names = sorted(path.name for path in (PROJECT / "tests").rglob("test_*.py"))
+    assert [a for a, b in zip(names, names[1:], strict=False) if a == b] == []

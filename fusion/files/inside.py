@@ -7,6 +7,7 @@ from pathlib import Path
 from fusion.errors import FusionError
 
 OPTION = "--follow-links"
+LONGEST = 4096  # bytes of a path that Linux takes; others take fewer
 
 _follow = False
 
@@ -27,8 +28,9 @@ def inside(folder: Path, name: str, error: type[FusionError] = FusionError, wher
         where: the file that names it, for the message; the folder when it is left out.
 
     Raises:
-        FusionError: of the kind asked for: the name leads out of the folder.
+        FusionError: of the kind asked for: the name leads out of the folder, or is no possible one.
     """
+    _short(folder, name, error, where)
     path = folder / name
     if not _follow:
         try:
@@ -59,6 +61,7 @@ def all_inside(
         FusionError: as `inside`, for the first name that leads out.
     """
     names = list(names)
+    _short(folder, max(names, key=len, default=""), error, where)
     if _follow:
         return names
     links: dict[str, set[str]] = {}
@@ -70,6 +73,12 @@ def all_inside(
         if last in links[parent] or last == "..":
             inside(folder, name, error, where)
     return names
+
+
+def _short(folder: Path, name: str, error: type[FusionError], where: object) -> None:
+    if len(name) > LONGEST:
+        found = f"{name[:20]!r} and {len(name) - 20} letters more"
+        raise error("a name of a file is too long", where or folder, found, f"at most {LONGEST}")
 
 
 def _links(folder: Path) -> set[str]:

@@ -6,7 +6,7 @@ import pytest
 
 from fusion.errors import FusionError, RecordingError
 from fusion.files import limits, reading
-from fusion.files.inside import inside
+from fusion.files.inside import all_inside, inside
 from fusion.files.reading import open_regular, read_bytes, read_text
 
 
@@ -50,6 +50,13 @@ def test_bytes_that_are_no_text_are_told(tmp_path):
     (tmp_path / "text").write_bytes(b"abc\xff")
     with pytest.raises(FusionError, match="byte 255 at 3"):
         read_text(tmp_path / "text")
+
+
+@pytest.mark.parametrize("one", [inside, lambda folder, name, error: all_inside(folder, ["a.png", name], error)])
+def test_names_that_no_file_can_have_are_refused_in_a_short_line(tmp_path, one):
+    with pytest.raises(RecordingError, match="too long") as told:
+        one(tmp_path, "x" * 5_000_000, RecordingError)
+    assert len(str(told.value)) < 700
 
 
 def test_names_stay_inside(tmp_path):
