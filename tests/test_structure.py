@@ -1,6 +1,7 @@
 """The layout is a law: rooms import only from rooms above them, the console starts at once, files stay small."""
 
 import ast
+import itertools
 import subprocess
 import sys
 import time
@@ -126,4 +127,4 @@ def test_no_large_file_is_tracked():
 def test_test_files_have_names_of_their_own():
     """pytest imports them by name alone: two of one name stop a whole run, and no narrow one."""
     names = sorted(path.name for path in (PROJECT / "tests").rglob("test_*.py"))
-    assert [a for a, b in zip(names, names[1:], strict=False) if a == b] == []
+    assert [a for a, b in itertools.pairwise(names) if a == b] == []
