@@ -23,7 +23,7 @@ from fusion.scan.frames import load
 from fusion.scan.object import choose_volume, clean, typical_noise
 from fusion.scan.poses import align_directly, confirmed, constrained, gap_of, track_freely, wobble
 from fusion.scan.result import Scan
-from fusion.scan.seen import seen_by_any
+from fusion.scan.seen import looked_through, seen_by_any
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
@@ -83,6 +83,9 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
         if motion.shifts is not None:  # frames that a hand placed do not lie on each other as on one axis
             shown = seen_by_any(surface, frames, corrected.poses, volume_settings.truncation)
             surface = vertices_kept(surface, shown)
+        passing = looked_through(surface, frames, corrected.poses, volume_settings.truncation)
+        if passing.mean() < 0.5:  # else it is the motion that is wrong, and judged so
+            surface = vertices_kept(surface, ~passing)
         (mesh, kept), (mesh_raw, _) = (clean(m, settings, motion) for m in (surface, rough.surface()))
     colored = color_mesh(mesh, recording, corrected) if settings.color else Colored(mesh)
     pair = closing_pair(motion.angles)

@@ -1,6 +1,11 @@
-"""Which parts of a surface any frame shows: where frames lie beside each other, a volume grows walls that none saw."""
+"""What frames say of a finished surface: which parts any of them shows, and which most of them look through.
 
-from collections.abc import Sequence
+Where frames lie beside each other, a volume grows walls that none saw. And what was there in a few frames only, as a
+hand that comes in or an arm, stays in a volume: what is behind is no part of the object and takes no part in it, so
+nothing wipes it away.
+"""
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +16,8 @@ from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 FACING = 0.1  # least cosine between normal and line of sight
+RIM = 3  # vertices from the border of what is looked through: a pixel, and what noise and depth of the rim add (guess)
+ASKED = 36  # frames, evenly from the scan: a part faces a third of them, and more say nothing new
 
 
 def seen_by_any(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, near: float) -> NDArray[np.bool_]:
@@ -22,19 +29,55 @@ def seen_by_any(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, nea
         poses: (k, 4, 4) `T_object_camera`, NaN where a frame has none.
         near: largest difference in depth [m].
     """
-    assert mesh.normals is not None
     found = np.zeros(len(mesh.vertices), bool)
+    for frame, which, (v, u), z in _facing(mesh, frames, poses):
+        found[which[np.abs(frame.depth[v, u] - z) < near]] = True  # of NaN it is not true
+    return found
+
+
+def looked_through(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, near: float) -> NDArray[np.bool_]:
+    """(n,) bool: vertices that more frames look through, to whatever is behind, than show.
+
+    Args:
+        mesh: with normals.
+        frames: k of them; their points outside the object say what is behind.
+        poses: (k, 4, 4) `T_object_camera`, NaN where a frame has none.
+        near: difference in depth [m] up to which a frame shows a vertex, and beyond which it looks through.
+    """
+    shown, through = np.zeros((2, len(mesh.vertices)), np.int32)
+    some = np.unique(np.linspace(0, len(frames) - 1, ASKED).round().astype(int)) if len(frames) else np.zeros(0, int)
+    for frame, which, (v, u), z in _facing(mesh, [frames[k] for k in some], poses[some]):
+        beyond = frame.surface.points[v, u, 2] - z
+        shown[which[np.abs(beyond) <= near]] += 1
+        through[which[beyond > near]] += 1
+    return _without_rims(through > shown, mesh.faces)
+
+
+def _without_rims(marked: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Marked vertices (n,) without those of narrow strips: at a rim pixels show the object and what is behind it."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    inner = marked.copy()
+    for _ in range(RIM):
+        border = edges[~inner[edges].all(axis=1)]
+        inner[border] = False
+    for _ in range(RIM):
+        inner[edges[inner[edges].any(axis=1)]] = True
+    return np.asarray(inner & marked)
+
+
+def _facing(
+    mesh: Mesh, frames: Sequence[Prepared | None], poses: Array
+) -> Iterator[tuple[Prepared, NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], Array]]:
+    """Of each placed frame: the vertices (m,) in its image that face it, their pixels (v, u) and their depths (m,)."""
+    assert mesh.normals is not None
     for frame, T in zip(frames, poses, strict=True):
-        left = np.flatnonzero(~found)
-        if frame is None or not np.isfinite(T).all() or not len(left):
+        if frame is None or not np.isfinite(T).all():
             continue
         camera = frame.surface.camera
-        towards = T[:3, 3] - mesh.vertices[left]
-        facing = np.einsum("ij,ij->i", mesh.normals[left], towards) > FACING * np.linalg.norm(towards, axis=1)
-        left = left[facing]
-        points = pose.transform(pose.inverse(T), mesh.vertices[left].astype(float))
+        towards = T[:3, 3] - mesh.vertices
+        facing = np.einsum("ij,ij->i", mesh.normals, towards) > FACING * np.linalg.norm(towards, axis=1)
+        which = np.flatnonzero(facing)
+        points = pose.transform(pose.inverse(T), mesh.vertices[which].astype(float))
         u, v = np.rint(np.clip(camera.project(points), -9, 99999)).astype(int).T
         inside = (points[:, 2] > 0.05) & (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
-        left, points, u, v = left[inside], points[inside], u[inside], v[inside]
-        found[left[np.abs(frame.depth[v, u] - points[:, 2]) < near]] = True  # of NaN it is not true
-    return found
+        yield frame, which[inside], (v[inside], u[inside]), points[inside, 2]
