@@ -139,8 +139,9 @@ def _results_at(case: Case, ran: Ran) -> tuple[str, ...]:
 def _reaching(case: Case, ran: Ran) -> Iterator[str]:
     if ran.events:
         yield f"reaches out: {ran.events[0]}"
-    for name in ran.read_outside:
-        yield f"reaches out: {name} was read"
+    if "outside" not in ran.words:  # a folder that the user names may be read
+        for name in ran.read_outside:
+            yield f"reaches out: {name} was read"
     named = any("/etc/passwd" in word for word in ran.words)  # a file that the user names may be quoted to the user
     for raw, name in ((ran.stdout, "stdout"), (ran.stderr, "stderr")):
         if not named and any(word in raw for word in STOLEN):
