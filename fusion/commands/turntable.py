@@ -202,7 +202,7 @@ def lines(scan: "Scan") -> list[str]:
         *scan.judgement.lines(),
         f"frames    {facts.placed} of {facts.frames} placed",
         f"table     {table_words(table)}; {closing_words(table)}",
-        *([f"plate     {PLATE_TURNS}"] if scan.motion.table is not None and not scan.settings["keep_plate"] else []),
+        *([f"plate     {PLATE_TURNS}"] if table.slab_cut else []),
         f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings['voxel_m'] * 1e3:g} mm",
         f"corrected {scan.settings['correction']['text']}",
     ]

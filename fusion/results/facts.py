@@ -32,6 +32,7 @@ class TableFacts:
         step_mean, step_std: of the turn from frame to frame, slips left out [rad].
         slips: frames after a slip.
         gap, gap_raw: closing gap after and before the post-pass; None without a full turn.
+        slab_cut: what the object stands on is no round plate, was told as a slab that turns, and is cut off.
     """
 
     step_mean: float
@@ -39,6 +40,7 @@ class TableFacts:
     slips: tuple[int, ...] = ()
     gap: Gap | None = None
     gap_raw: Gap | None = None
+    slab_cut: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ class ScanFacts:
                 "closure_deg": {
                     when: None if gap is None else float(np.rad2deg(gap.angle)) for when, gap in gaps.items()
                 },
+                "slab_cut": table.slab_cut,
             }
         if self.off_course is not None:
             out["trajectory_error"] = self.off_course.values()

@@ -72,13 +72,15 @@ class Scan:
         """Every number that terminal, page and JSON tell."""
         gap, gap_raw = (None if pair is None else Gap(*pair) for pair in (self.closure, self.closure_raw))
         slips = tuple(slip.frame for slip in self.steps.slips)
+        # None: the plate is round, or none was seen
+        cut = self.motion.table is not None and not self.settings["keep_plate"]
         return ScanFacts(
             shape=shape_of(self.mesh, np.array([0.0, 0.0, 1.0])),
             frames=len(self.trajectory),
             placed=int(self.trajectory.valid.sum()),
             residual=rms_of(self.residual),
             inlier_share=median_of(self.inlier_share),
-            table=TableFacts(self.steps.mean, self.steps.std, slips, gap, gap_raw),
+            table=TableFacts(self.steps.mean, self.steps.std, slips, gap, gap_raw, cut),
         )
 
     @cached_property

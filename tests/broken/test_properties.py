@@ -43,6 +43,8 @@ NAMES = [
     "sensor.json",
     "board.json",
     "scene.json",
+    "nerfstudio transforms.json",
+    "Stray Scanner odometry.csv",
     "recording's depth.txt",
     "recording's groundtruth.txt",
     "recording's telemetry.csv",

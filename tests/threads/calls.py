@@ -21,7 +21,15 @@ def camera(given: Inputs, out: Path) -> Any:
     one = fusion.Camera(96, 72, 86.0 + given.seed, 86.0, 48.0, 36.0, (0.05, -0.1, 0.001, 0.002), depth_scale=5000.0)
     fusion.write_camera(out / "camera.json", one)
     points = one.points(given.depth)
-    return seen, one.rays(), points, one.project(points[np.isfinite(given.depth)]), one.halved().rays(), out
+    return (
+        seen,
+        one.rays(),
+        points,
+        one.project(points[np.isfinite(given.depth)]),
+        one.halved().rays(),
+        one.resized(64, 48),
+        out,
+    )
 
 
 def poses(given: Inputs, out: Path) -> Any:
