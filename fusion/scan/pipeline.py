@@ -84,7 +84,7 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
             shown = seen_by_any(surface, frames, corrected.poses, volume_settings.truncation)
             surface = vertices_kept(surface, shown)
         passing = looked_through(surface, frames, corrected.poses, volume_settings.truncation)
-        if passing.mean() < 0.5:  # else it is the motion that is wrong, and judged so
+        if 2 * passing.sum() < len(passing):  # else it is the motion that is wrong, and judged so
             surface = vertices_kept(surface, ~passing)
         (mesh, kept), (mesh_raw, _) = (clean(m, settings, motion) for m in (surface, rough.surface()))
     colored = color_mesh(mesh, recording, corrected) if settings.color else Colored(mesh)
