@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.files.reading import beginning, open_regular
-from fusion.recording.formats.bags.packed import Chunks, unpack
+from fusion.recording.formats.bags.packed import Chunk, Chunks, unpack
 from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut, short_type
 
 START = b"\x89MCAP0\r\n"
@@ -25,16 +25,6 @@ HEAD = 22  # bytes of a message's record before its data: channel, sequence, two
 # where a message's record lies: its chunk (-1: none), offset in it or in the file, and stamp [ns]
 PLACE = np.dtype([("chunk", "<i4"), ("offset", "<i8"), ("stamp", "<i8")])
 ENTRY = np.dtype([("stamp", "<i8"), ("offset", "<i8")])
-
-
-@dataclass(frozen=True)
-class Chunk:
-    """Where a chunk's records lie in the file, how they are packed, and their size unpacked."""
-
-    at: int
-    packed: int
-    how: str
-    size: int
 
 
 @dataclass

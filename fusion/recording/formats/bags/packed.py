@@ -1,6 +1,7 @@
 """Packed parts of bags: unpacked to the size that they claim, which is looked at before."""
 
 import bz2
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 
@@ -11,6 +12,16 @@ from fusion.recording.formats.bags.store import cut
 
 KEPT = 3  # unpacked chunks of a file: depth, colour and what comes next lie side by side
 ZSTD = b"\x28\xb5\x2f\xfd"
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Where a chunk's records lie in the file, how they are packed, and their size unpacked."""
+
+    at: int
+    packed: int
+    how: str
+    size: int
 
 
 def unpack(data: bytes, how: str, size: int, path: Path) -> bytes:

@@ -6,7 +6,6 @@ A bag that was cut off has no index at its end: its chunks are then read one by 
 import struct
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning, open_regular
-from fusion.recording.formats.bags.packed import Chunks, unpack
+from fusion.recording.formats.bags.packed import Chunk, Chunks, unpack
 from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut
 
 START = b"#ROSBAG V2.0\n"
@@ -26,16 +25,6 @@ LONGEST_HEADER = 1 << 20  # of a record; a connection's holds the text of its ty
 ENTRY = np.dtype([("sec", "<u4"), ("nsec", "<u4"), ("offset", "<u4")])
 # where a message's record lies: chunk (its place in the list), offset in it, time [ns]
 PLACE = np.dtype([("chunk", "<i4"), ("offset", "<u4"), ("stamp", "<i8")])
-
-
-@dataclass(frozen=True)
-class Chunk:
-    """Where a chunk's data lie in the file, how they are packed, and their size unpacked."""
-
-    at: int
-    packed: int
-    how: str
-    size: int
 
 
 def recognises(path: Path) -> bool:
