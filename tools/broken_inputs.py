@@ -24,7 +24,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 
 from broken import bases, corpus, judge
-from broken.runner import Server, forget, run
+from broken.runner import Server, forget, keep_kernels, run
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="broken-") as made:
         place = options.keep or Path(made)
         bases.prepare(place.resolve() / "bases")
+        keep_kernels(Path(made))  # else each case that scans compiles them anew
         chosen = _chosen(options)
         start = time.monotonic()
         rows = []
