@@ -164,7 +164,7 @@ def _probe(recording: Recording, settings: ReconstructSettings, sensor: Sensor) 
         try:
             prepared = prepare(recording[int(index)], recording.camera, sensor, max_depth=settings.max_depth)
         except RecordingError as error:
-            broken = error
+            broken = broken or error
             continue
         if np.isfinite(prepared.depth).any():
             found.append(prepared)

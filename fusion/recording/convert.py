@@ -106,4 +106,8 @@ def _copy(source: Path, target: Path, what: str) -> None:
 
 def _mesh_file(recording: Recording) -> Path | None:
     mesh = scene_mesh(recording)
-    return mesh if mesh is not None and mesh.is_file() else None
+    if mesh is None or not mesh.exists():
+        return None
+    if not mesh.is_file():
+        raise RecordingError("the mesh of the scene is no file", mesh, "a folder or a device", "a mesh file")
+    return mesh

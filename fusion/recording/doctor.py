@@ -40,7 +40,10 @@ def quick_look(recording: Recording, more: tuple[Check, ...] = (), max_depth: fl
     if max_depth is not None:
         cut = {i: np.where(depth <= max_depth, depth, np.float32(np.nan)) for i, depth in sample.depths.items()}
         near = replace(sample, depths=cut)
+    lost = [f"frame {index} cannot be loaded: {reason}" for index, reason in sample.failures.items()]
     findings = [f for check in QUICK for f in check(sample)] + [f for check in more for f in check(near)]
+    if any(finding.severity == "error" for finding in findings):  # it may be why
+        findings += [Finding("files", "warning", seen) for seen in lost[:1]]
     wrong = [finding for finding in findings if finding.severity != "ok"]
     return sorted(wrong, key=lambda finding: -SEVERITIES.index(finding.severity))
 
@@ -54,8 +57,10 @@ def refuse_if_certain(findings: list[Finding], recording: Recording, force: bool
     Raises:
         RecordingError: the first error, when there is one and `force` is not set.
     """
+    unread = "".join(f"; {finding.seen}" for finding in findings if finding.check == "files")
     for finding in findings:
         if finding.severity == "error" and not force:
-            raise RecordingError(finding.seen, recording.path, do=f"{finding.do} (--force goes on all the same)")
+            do = f"{finding.do} (--force goes on all the same){unread}"
+            raise RecordingError(finding.seen, recording.path, do=do)
     levels = {"error": "bad", "warning": "warning"}
     return [(levels[f.severity], f"{f.seen}; {f.do}" if f.do else f.seen) for f in findings]

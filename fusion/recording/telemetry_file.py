@@ -53,6 +53,7 @@ def telemetry_in(text: str, path: Path, notes: list[str]) -> dict[str, NDArray[n
         )
     values: dict[str, list[float]] = {name: [] for name in names}
     words: dict[str, str] = {}
+    endless: dict[str, list[int]] = {}
     for line, row in rows[1:]:
         if len(row) != len(names):
             raise RecordingError("a row has another length", f"{path}, line {line}", len(row), f"{len(names)} values")
@@ -60,10 +61,17 @@ def telemetry_in(text: str, path: Path, notes: list[str]) -> dict[str, NDArray[n
             value = _value(cell) if name != "timestamp" else stamp(cell, path, line)
             if value is None:
                 words.setdefault(name, f"{cell.strip()[:20]!r} in line {line} is no number")
+            elif cell.strip() and not math.isfinite(value):
+                endless.setdefault(name, []).append(line)
             values[name].append(math.nan if value is None else value)
     if any(len(column) != len(rows) - 1 for column in values.values()):
         raise RecordingError("a column appears twice", path, ",".join(names)[:80], "different names")
     notes += [f"{name} in {path.name} is left out: {words[name]}" for name in PLAUSIBLE if name in words]
+    notes += [
+        f"{len(lines)} of {len(rows) - 1} values of {name} in {path.name} are left out: the first in line {lines[0]}"
+        for name, lines in endless.items()
+        if name in PLAUSIBLE and name not in words
+    ]
     columns = {name: np.array(column, float) for name, column in values.items() if name not in words}
     steps_back = int((np.diff(columns["timestamp"]) < 0).sum())
     if steps_back:

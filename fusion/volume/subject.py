@@ -61,7 +61,8 @@ def subject_of(probes: Sequence[Prepared], room: bool | None = None) -> Subject:
     found = [float(np.median(p.depth[mask])) for p, mask in zip(probes, masks, strict=True) if mask.any()]
     free = room is not True and len(found) >= MOSTLY * len(probes) and bool(np.ptp(found) < ALIKE * np.median(found))
     parts = masks if free else known
-    some = (slice(None, None, FEWER), slice(None, None, FEWER))
+    step = FEWER if any(part[::FEWER, ::FEWER].any() for part in parts) else 1
+    some = (slice(None, None, step), slice(None, None, step))
     shown = [
         (p.surface.points[some][part[some]], p.surface.sigma[some][part[some]])
         for p, part in zip(probes, parts, strict=True)

@@ -24,7 +24,7 @@ CAMERA = {
     "principle": "structured_light",
     "sensor": "Kinect for Xbox 360",
 }
-BOARD = {"columns": 9, "rows": 6, "square_m": 0.03}
+BOARD = {"columns": 9, "rows": 6, "square_m": 0.04}
 # how each is made; frames are few and small, so that a case costs little
 SIMULATED = {
     "wall": [
