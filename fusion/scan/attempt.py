@@ -10,8 +10,9 @@ from fusion.geometry.camera import Camera
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, object_alone, told_angles
-from fusion.scan.motion import find_motion
+from fusion.scan.motion import against_model, between_views
 from fusion.scan.plate_seen_whole import on_its_plate
+from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.together import WORTH
@@ -28,9 +29,10 @@ class Attempt:
     """A scan as one camera sees it.
 
     Attributes:
-        recording: with corrected depth, and the camera.
+        recording: with the depth that the sensor's model corrects, and the camera.
         region: where the object is.
-        frames: cut to its window, without what stands behind the object; None where one cannot be read.
+        frames: cut to its window, without what stands behind the object and without the errors of depth that the
+            motion was found with; None where one cannot be read.
         motion: with the frames that cannot be read among the rejected.
         told: (n,) angles [rad] that log or stated step say, or None.
     """
@@ -60,9 +62,11 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     told = told_angles(recording, settings)
     # print helps to find what nothing was told of
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
-    motion = find_motion(frames, (recording.camera, settings), region, told)
+    how = (recording.camera, settings)
+    motion = against_model(frames, how, region, between_views(frames, how, region, told))
     motion = on_its_plate(motion, recording, sensor)
-    frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
+    better = relieved(frames, motion.taken_out)
+    frames = object_alone(better, region.cut(region.window(recording.camera)), motion)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
 

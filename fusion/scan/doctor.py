@@ -13,6 +13,7 @@ from fusion.sensor.told import Told
 from fusion.turntable.motion import Motion
 from fusion.volume.voxel_check import voxel_check
 
+GUESSED = 0.003  # of the radius: more is told (guess)
 PLATE_TURNS = "not round: a slab that turns close above the table; it is cut off, --keep-plate keeps it"
 
 
@@ -33,6 +34,10 @@ def notes_of(recording: Recording, told: Told, motion: Motion, raw: Trajectory) 
     """What readers and the correction say, and what went missing on the way."""
     notes = [note("Recording", "warning", text) for text in recording.warnings]
     notes += [note("Correction", "warning", text) for text in told.doubtful]
+    if told.guessed > GUESSED * motion.radius:
+        # surfaces at an angle are darker: what is wrong there moves the axis by as much
+        text = f"brightness was guessed, and {told.guessed * 1e3:.1f} mm of depth with it: the size may be wrong by "
+        notes.append(note("Correction", "warning", f"{text}{told.guessed / motion.radius:.1%}; record IR images too"))
     if motion.plate is None:
         notes.append(note("Plate", "warning", "no plate was seen: nothing was cut off below the object"))
     if motion.table is not None:

@@ -37,15 +37,16 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
     """
     if len(recording) < 3:
         raise RecordingError("too few frames for a turntable", recording.path, len(recording), "3 or more")
-    depths = []
+    depths, lost = [], ""
     for index in each(np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)), "reading"):
         try:
             depth = recording[int(index)].depth
             depths.append(depth if masks is None else np.where(masks[int(index)], depth, np.float32(np.nan)))
-        except RecordingError:  # told when all frames are loaded
+        except RecordingError as error:  # told when all frames are loaded
+            lost = lost or f"frame {index}: {error}"
             continue
     if len(depths) < 3:
-        raise RecordingError("too few frames can be read", recording.path, len(depths), "3 or more")
+        raise RecordingError("too few frames can be read", recording.path, len(depths), "3 or more", lost)
     camera = recording.camera
     if masks is not None and masks.moving:  # they follow the object: what they show is all that turns
         return _shown(np.stack(depths), camera, settings).grown(0.015)

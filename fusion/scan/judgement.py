@@ -69,15 +69,18 @@ def _agreement(scan: "Scan") -> Light:
 
 
 def _depth(scan: "Scan") -> Light:
-    """Errors of depth that bend the object, as the joint fit needed them; a constant one shows in no scan."""
+    """Errors of depth that bend the object, which the motion was found without; a constant one shows in no scan."""
     T_camera_object = pose.inverse(scan.trajectory.poses[scan.trajectory.valid][0])
     points = scan.mesh.vertices[:: max(1, len(scan.mesh.vertices) // 5000)]
     size = float(np.std(scan.motion.camera_check.depth_change(pose.transform(T_camera_object, points))))
     judged = level(size, DEPTH_M)
     if judged == "ok":
         return Light("ok", "Depth", "No error of depth that bends the object was found.")
-    said = f"The depth is wrong by about {size * 1e3:.1f} mm, here more and there less: the object bends as it turns."
-    return Light(judged, "Depth", said, "Calibrate it (fusion calibrate depth) and pass the result with --sensor.")
+    said = f"The depth is wrong by about {size * 1e3:.1f} mm, here more and there less: the object bends as it turns. "
+    if scan.motion.taken_out.wrong_depth:
+        said += "As far as that shows, it was taken out."
+        return Light(judged, "Depth", said, "Calibrate the depth with boards too (fusion calibrate depth --board).")
+    return Light(judged, "Depth", said.strip(), "Calibrate it (fusion calibrate depth), pass the result with --sensor.")
 
 
 def _coverage(scan: "Scan") -> Light:

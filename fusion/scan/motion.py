@@ -11,6 +11,7 @@ from fusion.progress import each, stage
 from fusion.scan.frames import object_alone
 from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
+from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.calibrated import depth_std
 from fusion.turntable.all_views.log import with_log
@@ -19,6 +20,7 @@ from fusion.turntable.guess.told_step import refuse_contradicted_step
 from fusion.turntable.model.finish import finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion, estimate_motion
+from fusion.turntable.selfcheck import SelfCheck
 from fusion.turntable.views import Region, View, usable, view
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
@@ -26,10 +28,10 @@ from fusion.volume.volume import Volume, VolumeSettings
 Array = NDArray[np.float64]
 
 
-def find_motion(
+def between_views(
     frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, commanded: Array | None
-) -> Motion:
-    """Axis and angles.
+) -> tuple[Motion, Array | None]:
+    """Axis and angles by pairs of views, and the told angles that they follow.
 
     Args:
         frames: cut to the window of the region.
@@ -43,21 +45,36 @@ def find_motion(
     """
     camera = how[0]
     cut = region.cut(region.window(camera))
-    pixels = [None if f is None else usable(f.surface, cut) for f in frames]
-    both = list(zip(frames, pixels, strict=True))
-    views = [_nothing(frames) if f is None or p is None else view(f.surface, p, f.color) for f, p in both]
+    views = [_nothing(frames) if f is None else view(f.surface, usable(f.surface, cut), f.color) for f in frames]
     with stage("motion"):
         if how[1].step is not None and not how[1].force:
             refuse_contradicted_step(views, cut, how[1].step)
         sensor, middle = how[1].sensor, float((region.low[2] + region.high[2]) / 2)
         known = None if sensor is None else depth_std(sensor, camera, middle)
-        motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
+        return _motion(views, cut, (commanded, known), how[1].step is None)
+
+
+def against_model(
+    frames: list[Prepared | None],
+    how: tuple[Camera, ScanSettings],
+    region: Region,
+    between: tuple[Motion, Array | None],
+) -> Motion:
+    """The motion of every frame against the model of all, as the log allows.
+
+    Args:
+        frames: cut to the window of the region.
+        how, region: as in `between_views`; `between`: what that found.
+    """
+    motion, commanded = between
+    camera = how[0]
+    cut = region.cut(region.window(camera))
     # a model is sharp only where camera and depth fit the motion, and it has one axis
-    if motion.shifts is None and not motion.camera_check.values.any():
-        rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
+    if motion.shifts is None and (motion.camera_check.values == motion.taken_out.values).all():
+        rays = [None if f is None else rays_of(f.surface, usable(f.surface, cut)) for f in frames]
         with stage("motion"):
-            frames = object_alone(frames, cut, motion)
-            motion = _finished(frames, rays, choose_volume(how[1], camera, (frames, cut, motion)), motion)
+            seen = object_alone(relieved(frames, motion.taken_out), cut, motion)
+            motion = _finished(frames, rays, choose_volume(how[1], camera, (seen, cut, motion)), motion)
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion
@@ -82,16 +99,17 @@ def _motion(
 def _finished(
     frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion
 ) -> Motion:
-    def model_of(axis: Axis, angles: Array) -> Volume:
+    def model_of(axis: Axis, angles: Array, check: SelfCheck) -> Volume:
         volume = Volume(settings)
-        for frame, T in zip(each(frames, "model"), about_axis(axis, angles), strict=True):
+        for frame, T in zip(each(relieved(frames, check), "model"), about_axis(axis, angles), strict=True):
             if frame is not None and np.isfinite(T).all():
                 fuse(volume, frame, T)
         return volume
 
-    found = finish(rays, (motion.axis, motion.angles), model_of, held=motion.held)
+    found = finish(rays, (motion.axis, motion.angles), model_of, motion.taken_out, held=motion.held)
     std = motion.angle_std if motion.held else found.angle_std
-    return replace(motion, axis=found.axis, angles=found.angles, angle_std=std)
+    check = found.check
+    return replace(motion, axis=found.axis, angles=found.angles, angle_std=std, camera_check=check, taken_out=check)
 
 
 def _nothing(frames: list[Prepared | None]) -> View:

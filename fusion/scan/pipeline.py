@@ -22,6 +22,7 @@ from fusion.scan.evidence import Evidence
 from fusion.scan.frames import load
 from fusion.scan.object import choose_volume, clean, typical_noise
 from fusion.scan.poses import align_directly, confirmed, constrained, gap_of, track_freely, wobble
+from fusion.scan.relieved import relieved
 from fusion.scan.result import Scan
 from fusion.scan.seen import looked_through, seen_by_any
 from fusion.scan.settings import ScanSettings
@@ -148,7 +149,7 @@ def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_c
     recording = replace(corrected_recording(recording, sensor)[0], camera=scan.camera)
     region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
-    frames, _ = load(recording, sensor, region, masks)
+    frames = relieved(load(recording, sensor, region, masks)[0], scan.motion.taken_out)
     volume = Volume(choose_volume(settings, scan.camera, (frames, region, scan.motion)))
     for frame, T in zip(frames, T_object_camera, strict=True):
         if frame is not None and np.isfinite(T).all():

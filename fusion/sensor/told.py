@@ -26,12 +26,14 @@ class Told:
         camera: names of the errors of the camera that the true camera takes out.
         left: what is not undone, one sentence each with the reason.
         doubtful: effects that are undone, but are known no better than the noise, one sentence each.
+        guessed: [m] size of what was taken back for a brightness that was guessed.
     """
 
     undone: dict[str, float]
     camera: tuple[str, ...]
     left: tuple[str, ...]
     doubtful: tuple[str, ...]
+    guessed: float = 0.0
 
     @property
     def line(self) -> str:
@@ -63,7 +65,7 @@ def tell(sensor: Sensor, view: View) -> Told:
     depth = sensor.correct(measured, full)
     true = true_camera(sensor, view.camera)
     noise = _median(sigma_of(sensor, View(true, depth, ir=view.ir, moment=view.moment)))
-    undone, left, doubtful = {}, _by_name(sensor), []
+    undone, left, doubtful, dark = {}, _by_name(sensor), [], 0.0
     for effect in sensor.effects:
         why = _why_left(sensor, effect)
         if why:
@@ -77,6 +79,7 @@ def tell(sensor: Sensor, view: View) -> Told:
             if view.ir is None and full.ir is not None and "amplitude" in effect.variables:
                 guessed = "undone as for surfaces that reflect half of the light, as the recording has no IR"
                 doubtful.append(f"{effect.name}: {guessed}")
+                dark = max(dark, size)
         # the deviations of numbers that were fitted together say little one by one
         if effect.name not in sensor.fitted and (std := _std(sensor, effect, depth, full)) > noise:
             doubtful.append(
@@ -84,7 +87,7 @@ def tell(sensor: Sensor, view: View) -> Told:
                 f"worse than the noise of {1e3 * noise:.1f} mm"
             )
     moved = tuple(e.name for e in camera_effects(sensor) if e.true_camera(view.camera) != view.camera)
-    return Told(undone, moved, tuple(left), tuple(doubtful))
+    return Told(undone, moved, tuple(left), tuple(doubtful), dark)
 
 
 def _by_name(sensor: Sensor) -> list[str]:

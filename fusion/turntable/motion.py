@@ -10,7 +10,17 @@ from fusion.errors import TrackingError
 from fusion.geometry import pose
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.all_views.together import DEPTH_ERRORS, WIDEST, WORTH, believed, fit_camera, misfit, together
+from fusion.turntable.all_views.together import (
+    DEPTH_ERRORS,
+    LEFT_OPEN,
+    TILTS,
+    WIDEST,
+    WORTH,
+    believed,
+    fit_camera,
+    misfit,
+    together,
+)
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.alone import Alone
 from fusion.turntable.guess.beginning import begun_with
@@ -42,6 +52,7 @@ class Motion:
             the table below a plate that is not round, else None.
         radius, bottom, top: cylinder that holds what turns, heights from the axis' point [m].
         camera_check: what camera and depth seem to get wrong, with all errors fitted.
+        taken_out: errors of depth without which the motion was found, as the model of it has to be made.
         focal_check: the same with the camera alone (focal length and principal point) fitted.
         focal_std: standard deviation of the relative focal length in `focal_check`.
         spread: rms distance of overlapping views from each other [m], where that was measured.
@@ -59,6 +70,7 @@ class Motion:
     bottom: float
     top: float
     camera_check: SelfCheck
+    taken_out: SelfCheck
     focal_check: SelfCheck
     focal_std: float
     shifts: Array | None = None
@@ -89,7 +101,7 @@ def estimate_motion(
         return by_hand(begun.by_hand, (n, used, seen), centre)
     told = None if commanded is None else commanded[used]
     fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
-    fit, camera_fit = _refine((shown, fine), (axis, angles), told, depth_std)
+    fit, camera_fit, taken_out = _refine((shown, fine), (axis, angles), told, depth_std)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -103,6 +115,7 @@ def estimate_motion(
     angles -= angles[np.isfinite(angles)][0]
     _refuse_still(angles)
     final = fit.axis.nearest_to(centre)
+    seen = [taken_out.view(v) for v in seen] if taken_out.wrong_depth else seen
     plate = find_plate(seen, final, final.turns(fit.angles))
     final = _at(final, plate)
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
@@ -120,6 +133,7 @@ def estimate_motion(
         bottom=float(np.percentile(above_point, 0.2)),
         top=float(np.percentile(above_point, 99.8)),
         camera_check=fit.check,
+        taken_out=taken_out,
         focal_check=camera_fit.check,
         focal_std=float(camera_fit.check_std[0]),
     )
@@ -173,6 +187,7 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centr
         bottom=float(np.percentile(above_point, 0.2)),
         top=float(np.percentile(above_point, 99.8)),
         camera_check=stated,
+        taken_out=stated.open_for(()),
         focal_check=replace(stated, values=values),
         focal_std=lens.focal_std,
         shifts=whole(state.shifts) if found.wanders else None,
@@ -203,16 +218,20 @@ def _refine(
     guess: tuple[Axis, Array],
     commanded: Array | None,
     depth_std: float | None,
-) -> tuple[Loop, Loop]:
+) -> tuple[Loop, Loop, SelfCheck]:
     """The turns together, then errors of camera and depth as far as no calibration tells them; last the axis as stated.
 
     Returns:
-        The motion for the stated camera, and the fit in which the camera alone was free.
+        The motion for the stated camera, the fit in which the camera alone was free, and the errors of depth that are
+        taken out of the views, with what may still be found of them.
     """
     seen = stack(views[0])
     middle, edges = together(seen, *guess, commanded, depth_std)
     told = None if commanded is None else of_its_sign(middle.angles, commanded)
-    camera_fit = fit_camera(seen, middle, edges, told)
+    flight = depth_std is not None and seen.views[0].map.camera.principle == "itof"
+    # pairs of views tell the tilts only; of what else is left their own errors are as large, and the model tells it
+    first, last = (TILTS, LEFT_OPEN) if flight else ((), ())
+    camera_fit = fit_camera(seen, middle, edges, told, last)
     some = seen.thinned(COARSE_POINTS)  # which one is right shows in some of the points
 
     def fitted(free: tuple[str, ...], check: SelfCheck | None) -> Loop:
@@ -220,22 +239,24 @@ def _refine(
         return close_loop(some, (middle.axis, middle.angles), edges, passes, check)
 
     stated = no_errors(seen.views, depth_std)
-    plain = fitted((), stated)
-    lens = () if "fx" in seen.views[0].map.camera.std else (("focal",),)
+    plain = fitted(first, stated)
+    lens = () if "fx" in seen.views[0].map.camera.std else ((*first, "focal"),)
     ways = (*lens, DEPTH_ERRORS) if depth_std is None else lens
-    fits = [((), plain), *((free, fitted(free, middle.check)) for free in ways)]
-    chosen, best = fits[0]
-    for free, fit in fits[1:]:  # errors of camera or depth must earn their place: they cost precision
+    chosen, best = first, plain
+    for free in ways:  # errors of camera or depth must earn their place: they cost precision
+        fit = fitted(free, middle.check)
         if believed(fit, best):
             chosen, best = free, fit
-    if not chosen:
-        return plain, camera_fit
+    if best is plain:
+        return plain, camera_fit, plain.check.open_for(last)
     passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen, told=told)
     seen = stack(views[1]())
     fine = close_loop(seen, (best.axis, best.angles), choose_edges(best.angles, WIDEST, 10), passes, best.check)
     if WORTH * misfit(fine) > misfit(best):  # more points fit worse: the errors ran away with noise
-        return plain, camera_fit
+        return plain, camera_fit, plain.check.open_for(last)
     # the volume is filled through the camera as it is stated: the axis must stand where that sees it
     passes = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
-    fit = close_loop(seen, (fine.axis, fine.angles), edges, passes, stated)
-    return replace(fit, angles=fine.angles, angle_std=fine.angle_std, check=fine.check), camera_fit
+    taken_out = fine.check.depth_alone() if flight else stated
+    fit = close_loop(seen, (fine.axis, fine.angles), edges, passes, taken_out)
+    fit = replace(fit, angles=fine.angles, angle_std=fine.angle_std, check=fine.check)
+    return fit, camera_fit, taken_out.open_for(last)

@@ -8,9 +8,14 @@ A common scale changes nothing and stays unknown. The parameters are small chang
     cx, cy           principal point [px]
     offset           depth + offset [m]
     radial           depth + radial * rho^2 [m], rho^2 = x^2 + y^2 of the ray, times (z / z0)^2 for triangulation
-    bend2 ... bend6  depth + bend * P_k(s), Legendre polynomials of the distance over the object's range, s = -1..1 [m]
+    tilt_u, tilt_v   depth + tilt_u * x + tilt_v * y [m] of the ray, times the same: by a lamp beside the lens, delays
+                     over the chip; walls at a free tilt cannot show it
+    stretch          depth + stretch * s [m], s = -1..1 over the object's range of distance; only beside a focal length
+                     that is known, as the two do nearly the same
+    bend2 ... bend6  depth + bend * P_k(s), Legendre polynomials of that distance [m]
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,9 +27,13 @@ from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 
-NAMES = ("focal", "cx", "cy", "offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
-# how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 3 mm each
-PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.003, 0.003, 0.003, 0.003, 0.003])
+NAMES = (
+    "focal", "cx", "cy", "offset", "radial", "tilt_u", "tilt_v", "stretch", "bend2", "bend3", "bend4", "bend5", "bend6",
+)  # fmt: skip
+# how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 20 mm, 3 mm each
+PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.02, 0.02, 0.003, 0.003, 0.003, 0.003, 0.003, 0.003])
+LENS = 3  # the first of them change the camera
+LEAST_PRIOR = 1e-9  # [m] of an error that is held at 0
 LENS_MODEL = 0.0005  # of the focal length: what a calibrated lens still does that no model of it holds (guess)
 CORNER = 0.2  # rho^2 near the corners of a usual image: where a radial error is as large as the others
 
@@ -34,10 +43,10 @@ class SelfCheck:
     """Small errors of camera and depth, to be added to what the camera file says.
 
     Attributes:
-        values: (10,) in the order of NAMES.
+        values: (13,) in the order of NAMES.
         near, far: range of distance over which the polynomials are laid [m].
         triangulation: True where radial depth errors grow with the square of distance.
-        prior: (10,) how wrong each may be before the scan is seen, one standard deviation.
+        prior: (13,) how wrong each may be before the scan is seen, one standard deviation.
     """
 
     values: Array
@@ -50,28 +59,66 @@ class SelfCheck:
         """These errors alone, the others taken as nuisance: zero."""
         return replace(self, values=self.values * np.isin(NAMES, names))
 
+    def depth_alone(self) -> "SelfCheck":
+        """The errors of depth, with the camera as stated."""
+        return self.only(*NAMES[LENS:])
+
+    def open_for(self, names: Collection[str]) -> "SelfCheck":
+        """With these errors open, and the others held at what they are."""
+        return replace(self, prior=np.where(np.isin(NAMES, list(names)), self.prior, 0.0))
+
+    @property
+    def wrong_depth(self) -> bool:
+        """Whether it changes the depth."""
+        return bool(self.values[LENS:].any())
+
+    @property
+    def open(self) -> NDArray[np.bool_]:
+        """(10,) errors of depth that may be anything but 0."""
+        return np.asarray(self.prior[LENS:] > 0)
+
+    @property
+    def information(self) -> Array:
+        """(10,) 1 / variance of the errors of depth before the scan is seen."""
+        return np.asarray(1 / np.maximum(self.prior[LENS:], LEAST_PRIOR) ** 2)
+
+    @property
+    def span(self) -> NDArray[np.float32]:
+        """(4,) as kernels want it: near, far [m], 1 for triangulation, 1 with errors of depth."""
+        return np.array([self.near, self.far, self.triangulation, self.wrong_depth], np.float32)
+
+    def moved(self, step: Array) -> "SelfCheck":
+        """With steps (10,) of the errors of depth, or none."""
+        return self if len(step) == 0 else replace(self, values=self.values + np.append(np.zeros(LENS), step))
+
+    def points(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Points (n, 3) along their rays, with the errors of depth taken out."""
+        if not self.wrong_depth:
+            return points
+        share = (self._depth_terms(points.astype(float)) @ self.values[LENS:]) / points[:, 2]
+        return np.asarray(points * (1 + share[:, None]), np.float32)
+
     def _depth_terms(self, points: Array) -> Array:
-        """Depth errors (n, 7) at points (n, 3) per unit of offset, radial, bend2 to bend6."""
+        """Depth errors (n, 10) at points (n, 3) per unit, in the order of NAMES."""
         z = points[:, 2]
         s = np.clip((2 * z - self.near - self.far) / (self.far - self.near), -1, 1)
-        rho2 = (points[:, 0] ** 2 + points[:, 1] ** 2) / z**2
-        if self.triangulation:
-            rho2 = rho2 * (2 * z / (self.near + self.far)) ** 2
+        x, y = points[:, 0] / z, points[:, 1] / z
+        growing = (2 * z / (self.near + self.far)) ** 2 if self.triangulation else np.ones_like(z)
         legendre = [np.ones_like(s), s]
         for k in range(1, 6):  # Bonnet's recursion
             legendre.append(((2 * k + 1) * s * legendre[k] - k * legendre[k - 1]) / (k + 1))
-        return np.column_stack([legendre[0], rho2, *legendre[2:]])
+        return np.column_stack([legendre[0], *((x**2 + y**2, x, y) * growing), *legendre[1:]])
 
     def depth_change(self, points: Array) -> Array:
         """What the depth errors add at points (n, 3) in the camera's frame [m]."""
-        return np.asarray(self._depth_terms(points) @ self.values[3:])
+        return np.asarray(self._depth_terms(points) @ self.values[LENS:])
 
     def depth(self, depth: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
         """A depth image (h, w) [m] with the depth errors taken out."""
         points = camera.points(depth).reshape(-1, 3).astype(float)
         known = np.isfinite(points[:, 2])
         out = depth.copy().reshape(-1)
-        out[known] += (self._depth_terms(points[known]) @ self.values[3:]).astype(np.float32)
+        out[known] += (self._depth_terms(points[known]) @ self.values[LENS:]).astype(np.float32)
         return out.reshape(depth.shape)
 
     def camera(self, camera: Camera) -> Camera:
@@ -93,7 +140,7 @@ class SelfCheck:
 
         def corrected(points: NDArray[np.float32]) -> NDArray[np.float32]:
             flat = points.reshape(-1, 3).astype(float)
-            z = flat[:, 2] + self._depth_terms(flat) @ self.values[3:]
+            z = flat[:, 2] + self._depth_terms(flat) @ self.values[LENS:]
             x = (flat[:, 0] / flat[:, 2] * old_camera.fx - self.values[1]) / camera.fx * z
             y = (flat[:, 1] / flat[:, 2] * old_camera.fy - self.values[2]) / camera.fy * z
             return np.asarray(np.column_stack([x, y, z]).reshape(points.shape), np.float32)
@@ -104,7 +151,7 @@ class SelfCheck:
 
 
 def prior_of(camera: Camera, depth_std: float | None) -> Array:
-    """How wrong camera and depth may be (10,): as their calibration says, else as nominal ones usually are.
+    """How wrong camera and depth may be (13,): as their calibration says, else as nominal ones usually are.
 
     Args:
         camera: its `std` tells what a calibration knows of it.
@@ -116,5 +163,5 @@ def prior_of(camera: Camera, depth_std: float | None) -> Array:
     for k, name in ((1, "cx"), (2, "cy")):
         prior[k] = min(prior[k], max(camera.std.get(name, np.inf), LENS_MODEL * camera.fx))
     if depth_std is not None:
-        prior[3:] = np.minimum(prior[3:], [depth_std, depth_std / CORNER] + 5 * [depth_std])
+        prior[LENS:] = np.minimum(prior[LENS:], [depth_std, depth_std / CORNER, np.inf, np.inf] + 6 * [depth_std])
     return prior

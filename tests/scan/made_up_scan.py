@@ -36,7 +36,7 @@ def good_scan() -> Scan:
     check, small = SelfCheck(np.zeros(len(NAMES)), 0.6, 0.9), np.full(COUNT, 1e-3)
     motion = Motion(
         Axis(np.array([0.0, 0.1, 0.8]), np.array([0.0, -1.0, 0.0])), angles, small, small, np.full(COUNT, 0.9), {}, 0.0,
-        0.1, 0.0, 0.2, check, check, 0.003,
+        0.1, 0.0, 0.2, check, check, check, 0.003,
     )  # fmt: skip
     return Scan(
         mesh=mesh, mesh_raw=mesh, trajectory=trajectory, trajectory_raw=trajectory, motion=motion,

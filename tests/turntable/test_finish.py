@@ -6,29 +6,34 @@ import pytest
 from fusion.geometry.depth import point_map
 from fusion.turntable.model.finish import finish
 from fusion.turntable.model.rays import rays_of
+from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
 from fusion.turntable.views import Region, usable
 from fusion.volume.volume import Volume, VolumeSettings
 
 EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
+NEAR, FAR = 0.5, 0.9
+HELD = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, prior=np.zeros(len(NAMES)))
+OPEN = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, prior=np.append(np.zeros(3), PRIOR[3:]))
 
 
-def run(scene, start, sigma=0.001, seed=None, left_out=(), held=False):
-    """The finish from a start (axis, angles), the owl's depth with normal noise where a seed is given."""
-    depths = scene.depths
+def run(scene, start, sigma=0.001, seed=None, left_out=(), held=False, check=HELD, wrong=0.0):
+    """The finish from a start (axis, angles), the owl's depth with normal noise where a seed is given, and `wrong`."""
+    depths = scene.depths + wrong
     if seed is not None:
         depths = depths + np.random.default_rng(seed).normal(0, sigma, depths.shape)
     maps = [point_map(depth.astype(np.float32), scene.camera, sigma) for depth in depths]
 
-    def build(axis, angles):
+    def build(axis, angles, check):
         volume = Volume(VolumeSettings(voxel=0.002, truncation=0.010))
         for surface, angle in zip(maps, angles, strict=True):
             if np.isfinite(angle):
                 pose = axis.object_frame() @ axis.turn(-angle)
-                volume.integrate(surface.points[..., 2], scene.camera, pose)
+                points = check.points(surface.points.reshape(-1, 3)).reshape(surface.points.shape)
+                volume.integrate(points[..., 2], scene.camera, pose)
         return volume
 
     rays = [None if i in left_out else rays_of(m, usable(m, EVERYWHERE)) for i, m in enumerate(maps)]
-    return finish(rays, start, build, held=held)
+    return finish(rays, start, build, check, held=held)
 
 
 def start_near(scene, seed=0):
@@ -89,7 +94,7 @@ def test_many_pixels_are_thinned_on_a_grid(owl_scene):
 def test_where_nothing_meets_the_model_the_motion_stays(owl_scene):
     surface = point_map(owl_scene.depths[0], owl_scene.camera, 0.001)
     rays = [rays_of(surface, usable(surface, EVERYWHERE))] * len(owl_scene.angles)
-    found = finish(rays, (owl_scene.axis, owl_scene.angles), lambda *_: Volume(VolumeSettings(0.002, 0.010)))
+    found = finish(rays, (owl_scene.axis, owl_scene.angles), lambda *_: Volume(VolumeSettings(0.002, 0.010)), OPEN)
     assert (found.angles == owl_scene.angles).all()
     assert np.isnan(found.angle_std).all()
 
@@ -101,3 +106,28 @@ def test_angles_that_something_else_tells_stay_and_the_axis_is_found(owl_scene):
     assert (found.angles == owl_scene.angles).all()
     assert owl_scene.axis.distance(axis.point[None])[0][0] > 0.001
     assert owl_scene.axis.distance(found.axis.point[None])[0][0] < 0.0001
+
+
+@pytest.mark.slow
+def test_a_depth_that_leans_over_the_image_is_found_and_turns_no_axis(owl_scene):
+    rays = owl_scene.camera.rays()
+    leaning = 0.015 * rays[..., 0] - 0.008 * rays[..., 1]  # what a lamp beside the lens does
+    start = start_near(owl_scene)
+    held, found = (run(owl_scene, start, seed=1, wrong=leaning, check=check) for check in (HELD, OPEN))
+    tilts = [found.check.values[NAMES.index(name)] for name in ("tilt_u", "tilt_v")]
+    np.testing.assert_allclose(tilts, [-0.015, 0.008], atol=0.003)
+    turned = [np.rad2deg(np.arccos(min(1.0, f.axis.direction @ owl_scene.axis.direction))) for f in (held, found)]
+    wrong = [np.nanstd(error_deg(f.angles, owl_scene.angles)) for f in (held, found)]
+    assert turned[1] < 0.5 * turned[0] and wrong[1] < 0.5 * wrong[0]
+
+
+@pytest.mark.slow
+def test_errors_that_are_left_open_stay_small_where_there_are_none(owl_scene, noisy):
+    found = run(owl_scene, start_near(owl_scene), seed=1, check=OPEN)
+    z, x = owl_scene.depths[0], owl_scene.camera.rays()
+    seen = np.isfinite(z)
+    points = np.column_stack([x[seen] * z[seen][:, None], z[seen]])
+    change = found.check.depth_change(points)
+    assert np.std(change) < 0.001
+    better, before = (np.nanstd(error_deg(f.angles, owl_scene.angles)) for f in (found, noisy))
+    assert better < 1.3 * before + 0.01

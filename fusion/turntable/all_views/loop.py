@@ -41,7 +41,7 @@ class Loop:
         support: (n,) share of a frame's visible points that fit.
         pairs: (n,) how many fit.
         check: errors of camera and depth that were fitted, zero where they were not.
-        check_std: (10,) their standard deviations from the fit, noise taken as independent.
+        check_std: (13,) their standard deviations from the fit, noise taken as independent.
     """
 
     axis: Axis
@@ -76,7 +76,7 @@ class LoopSettings:
 
 @dataclass
 class _System:
-    """Normal equations in [axis (4), camera (10), angles (n)] and the book-keeping per frame."""
+    """Normal equations in [axis (4), camera (13), angles (n)] and the book-keeping per frame."""
 
     n: int
     H: Array = field(init=False)
@@ -239,7 +239,7 @@ def _held(system: _System, angles: Array, settings: LoopSettings) -> NDArray[np.
 
 
 def _solve(system: _System, angles: Array, settings: LoopSettings, check: SelfCheck) -> Array:
-    """Gauss-Newton step (14 + n,).
+    """Gauss-Newton step (17 + n,).
 
     Wrong pairs must not drive the camera beyond what its file can be wrong by. What would go there stops at the limit,
     and the rest is solved again for that: axis and angles must fit the camera that is used.

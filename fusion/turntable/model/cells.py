@@ -2,8 +2,8 @@
 """Normal equations of all frames against a model whose surface is unknown too, cell by cell, on Taichi.
 
 Each cell of the surface has one offset along its normal. It is eliminated where the cell's equations stand together,
-so only the axis (4) and the angles (n) remain. Sums go from cell to cell in a fixed order: the same scan gives the
-same result.
+so only what all frames share (s: the axis and errors of depth) and the angles (n) remain. Sums go from cell to cell in
+a fixed order: the same scan gives the same result.
 """
 
 import numpy as np
@@ -11,21 +11,21 @@ import numpy as np
 from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
 from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import SPLIT
+from fusion.turntable.model.meeting import ANGLE, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT
 
-SHARED = 4  # unknowns of the axis
 PARTS = 16  # of the cells, side by side
 CUT = 3.5  # robust standard deviations at which a pixel stops to count
 
 
 @func
 def _weight(row: ti.template(), rows: ti.template(), offset: ti.f64, scale: ti.f64, steady: ti.i32, lowest: ti.f64):
-    """Robust weight [1/m^2] of a row (see `meeting.COLUMNS`) about its cell's offset; 0 where it takes no part."""
-    sigma = scale * rows[row, 6]
+    """Robust weight [1/m^2] of a row (see `meeting`) about its cell's offset; 0 where it takes no part."""
+    sigma = scale * rows[row, SIGMA]
     taken = True
     if steady == 1:
-        sigma *= rows[row, 7]
-        taken = rows[row, 8] >= lowest
-    t = (rows[row, 0] - offset) / (CUT * sigma)
+        sigma *= rows[row, SPOILT]
+        taken = rows[row, HEIGHT] >= lowest
+    t = (rows[row, RESIDUAL] - offset) / (CUT * sigma)
     left = 1.0 - t * t
     return ti.select(taken and left > 0.03, left * left / (sigma * sigma), ti.cast(0.0, ti.f64))
 
@@ -38,54 +38,54 @@ def settle(rows: F32_2, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, 
         for row in range(first[cell], first[cell + 1]):
             w = _weight(row, rows, offset[cell], scale, steady, lowest)
             total += w
-            sum_ += w * rows[row, 0]
+            sum_ += w * rows[row, RESIDUAL]
         offset[cell] = sum_ / ti.max(total, 1e-12)
 
 
 @kernel
 def assemble(
     rows: F32_2, frame: I32, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, lowest: ti.f64,
-    H: F64_3,  # (parts, 4 + n, 4 + n) zeros, out: the lower triangles
-    g: F64_2,  # (parts, 4 + n) zeros, out
-    members: I32_2, sums: F64_2,  # (parts, 4 + n) for each part to work with
+    H: F64_3,  # (parts, s + n, s + n) zeros, out: the lower triangles
+    g: F64_2,  # (parts, s + n) zeros, out
+    members: I32_2, sums: F64_2,  # (parts, s + n) for each part to work with
 ):  # fmt: skip
-    """Add up what the cells of each part say of axis and angles."""
+    """Add up what the cells of each part say of what is shared and of the angles."""
     for number in range(H.shape[0] * SPLIT):
         if number % SPLIT == 0:
             part = number // SPLIT
-            count = offset.shape[0]
+            count, shared = offset.shape[0], rows.shape[1] - SHARED
             for cell in range(count * part // H.shape[0], count * (part + 1) // H.shape[0]):
                 total, mean = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
                 for row in range(first[cell], first[cell + 1]):
                     w = _weight(row, rows, offset[cell], scale, steady, lowest)
                     total += w
-                    mean += w * rows[row, 0]
+                    mean += w * rows[row, RESIDUAL]
                 if total > 0.0:
                     mean /= total
-                    seen = SHARED  # unknowns that the cell touches: the axis, then its frames
-                    for a in range(SHARED):
+                    seen = shared  # unknowns that the cell touches: those of all frames, then its frames'
+                    for a in range(shared):
                         members[part, a] = a
                         sums[part, a] = 0.0
                     for row in range(first[cell], first[cell + 1]):
                         w = _weight(row, rows, offset[cell], scale, steady, lowest)
                         if w > 0.0:
-                            own = SHARED + frame[row]
+                            own = shared + frame[row]
                             if members[part, seen - 1] != own:
                                 members[part, seen] = own
                                 sums[part, seen] = 0.0
                                 seen += 1
-                            by_angle = ti.cast(rows[row, 1], ti.f64)
-                            rest = w * (rows[row, 0] - mean)
+                            by_angle = ti.cast(rows[row, ANGLE], ti.f64)
+                            rest = w * (rows[row, RESIDUAL] - mean)
                             sums[part, seen - 1] = sums[part, seen - 1] + w * by_angle
                             H[part, own, own] = H[part, own, own] + w * by_angle * by_angle
                             g[part, own] = g[part, own] + rest * by_angle
-                            for a in range(SHARED):
-                                by_axis = w * rows[row, 2 + a]
-                                sums[part, a] = sums[part, a] + by_axis
-                                g[part, a] = g[part, a] + rest * rows[row, 2 + a]
-                                H[part, own, a] = H[part, own, a] + by_axis * by_angle
+                            for a in range(shared):
+                                by_shared = w * rows[row, SHARED + a]
+                                sums[part, a] = sums[part, a] + by_shared
+                                g[part, a] = g[part, a] + rest * rows[row, SHARED + a]
+                                H[part, own, a] = H[part, own, a] + by_shared * by_angle
                                 for b in range(a + 1):
-                                    H[part, a, b] = H[part, a, b] + by_axis * rows[row, 2 + b]
+                                    H[part, a, b] = H[part, a, b] + by_shared * rows[row, SHARED + b]
                     for k in range(seen):
                         a, share = members[part, k], sums[part, k] / total
                         for j in range(k + 1):
@@ -94,7 +94,7 @@ def assemble(
 
 
 def normal_equations(rows, frame, first, offset, n, how):
-    """Normal matrix (4 + n, 4 + n) and vector (4 + n,); the cells' offsets (k,) are eliminated.
+    """Normal matrix (s + n, s + n) and vector (s + n,); the cells' offsets (k,) are eliminated.
 
     Args:
         rows, frame, first: the equations, see `Equations`.
@@ -102,11 +102,12 @@ def normal_equations(rows, frame, first, offset, n, how):
         n: number of frames.
         how: scale, steady and lowest as in `settle`.
     """
-    H = np.zeros((PARTS, SHARED + n, SHARED + n))
+    unknowns = rows.shape[1] - SHARED + n
+    H = np.zeros((PARTS, unknowns, unknowns))
     g, members, sums = (
-        np.zeros((PARTS, SHARED + n)),
-        np.zeros((PARTS, SHARED + n), np.int32),
-        np.zeros((PARTS, SHARED + n)),
+        np.zeros((PARTS, unknowns)),
+        np.zeros((PARTS, unknowns), np.int32),
+        np.zeros((PARTS, unknowns)),
     )
     assemble(rows, frame, first, offset, *how, H, g, members, sums)
     lower = H.sum(axis=0)

@@ -3,11 +3,15 @@
 
 from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
 from fusion.compute.language import kernel, ti
+from fusion.turntable.pairs.edge_pairs import ERRORS, depth_terms
 from fusion.volume.hashing import lookup
 from fusion.volume.sample import blend, corners, slope
 
 vec3 = ti.types.vector(3, ti.f32)
-COLUMNS = 9  # of a ray's equation: residual [m], derivatives in the angle and the axis (4), sigma, spoilt, height [m]
+# columns of a ray's equation: residual [m], derivative in the angle, sigma [m], spoilt, height [m], and derivatives in
+# what all frames share: the axis (4), then errors of depth where they are asked for
+RESIDUAL, ANGLE, SIGMA, SPOILT, HEIGHT, SHARED = range(6)
+AXIS = 4
 CELLS = 64  # of one offset each in a block: two voxels along their edges
 CLOSE = 0.02  # voxels from the surface at which a ray has met it
 LEAST_COSINE = 0.2  # of ray and model normal
@@ -23,8 +27,9 @@ def meet(
     keys: I64, ids: I32, neighbours: I32_2, voxels: F32,  # of the model, see `Blocks`
     voxel: ti.f32,
     reach: ti.f32,  # largest distance from the model [m]
+    span: F32,  # (4,) of the errors of depth, see `pair_edges`
     cell: I32,  # (m,) out: place on the model, -1 for a ray that says nothing
-    out: F32_2,  # (m, 9) out: the equation, see `COLUMNS`
+    out: F32_2,  # (m, 9 or more) out: the equation
 ):  # fmt: skip
     for i in range(frame.shape[0]):
         cell[i] = -1
@@ -65,9 +70,16 @@ def meet(
                 )
                 arm = y.cross(m)
                 sigma = ti.max(rays[i, 6] * cosine, 1e-5)
-                row = (residual, n[0] * x[1] - n[1] * x[0], arm[0], arm[1], m[0], m[1], sigma, rays[i, 7], x[2])
-                for k in ti.static(range(COLUMNS)):
+                turning = n[0] * x[1] - n[1] * x[0]
+                row = (residual, turning, sigma, rays[i, 7], x[2], arm[0], arm[1], m[0], m[1])
+                for k in ti.static(range(SHARED + AXIS)):
                     out[i, k] = row[k]
+                if out.shape[1] > SHARED + AXIS:
+                    # where the ray meets the model: the pixel's own noise is in no factor of a product
+                    terms = depth_terms(p * ((x - origin).norm() / p.norm()), span)
+                    per_depth = d.dot(n) * p.norm() / p[2]
+                    for k in ti.static(range(ERRORS)):
+                        out[i, SHARED + AXIS + k] = per_depth * terms[k]
 
 
 @kernel

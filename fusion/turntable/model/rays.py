@@ -1,13 +1,14 @@
 """What each frame of a turntable scan shows of the object, pixel by pixel, for the fit against the model."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.depth import PointMap
 from fusion.turntable.model.rough import HALF, shared_errors
+from fusion.turntable.selfcheck import SelfCheck
 
 TILE = 16  # [px] farther apart than this, errors are taken as independent (guess)
 
@@ -39,6 +40,10 @@ class Bundle:
         """About `most` of the rays, evenly from all frames."""
         taken = np.arange(0, len(self.frame), max(1, len(self.frame) // most))
         return Bundle(self.frame[taken], self.values[taken], self.tiles[taken], self.n)
+
+    def without(self, check: SelfCheck) -> "Bundle":
+        """With these errors of depth taken out."""
+        return replace(self, values=np.column_stack([check.points(self.values[:, :3]), self.values[:, 3:]]))
 
 
 def rays_of(surface: PointMap, usable: NDArray[np.bool_], most: int = 20_000) -> Rays:

@@ -7,22 +7,22 @@ from fusion.geometry.lanes import project
 from fusion.tracking.pairs import CUT
 
 vec3 = ti.types.vector(3, ti.f32)
-vec7 = ti.types.vector(7, ti.f32)
+ERRORS = 10  # of depth
+terms_type = ti.types.vector(ERRORS, ti.f32)
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
 
 @func
-def _depth_terms(p: ti.template(), span: ti.template()):
-    """Depth errors at a point per unit of offset, radial, bend2 to bend6 (see `SelfCheck`)."""
+def depth_terms(p: ti.template(), span: ti.template()):
+    """Depth errors at a point per unit of each (see `SelfCheck`)."""
     s = ti.math.clamp((2.0 * p[2] - span[0] - span[1]) / (span[1] - span[0]), -1.0, 1.0)
-    rho2 = (p[0] * p[0] + p[1] * p[1]) / (p[2] * p[2])
-    if span[2] > 0.0:
-        rho2 *= (2.0 * p[2] / (span[0] + span[1])) ** 2
-    terms = vec7(1.0, rho2, 0.0, 0.0, 0.0, 0.0, 0.0)
+    x, y = p[0] / p[2], p[1] / p[2]
+    growing = (2.0 * p[2] / (span[0] + span[1])) ** 2 if span[2] > 0.0 else 1.0
+    terms = terms_type(1.0, growing * (x * x + y * y), growing * x, growing * y, s, 0.0, 0.0, 0.0, 0.0, 0.0)
     before, now = 1.0, s
     for k in ti.static(range(1, 6)):  # Bonnet's recursion
         after = ((2.0 * k + 1.0) * s * now - k * before) / (k + 1.0)
-        terms[k + 1] = after
+        terms[k + 4] = after
         before, now = now, after
     return terms
 
@@ -32,8 +32,8 @@ def _corrected(p: ti.template(), check: ti.template(), span: ti.template(), old:
     """A point with the errors of camera and depth taken out."""
     z = p[2]
     if span[3] > 0.0:
-        terms = _depth_terms(p, span)
-        for k in ti.static(range(7)):
+        terms = depth_terms(p, span)
+        for k in ti.static(range(ERRORS)):
             z += terms[k] * check[3 + k]
     x = (p[0] / p[2] * old[0] - check[1]) / camera[0] * z
     y = (p[1] / p[2] * old[1] - check[2]) / camera[1] * z
@@ -55,13 +55,13 @@ def pair_edges(
     maps: ti.types.ndarray(dtype=ti.f32, ndim=4),  # (n, h, w, 7) the same of every view's pixels
     lens: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (12,) the corrected camera, see `association`
     stated: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (2,) fx, fy as stated
-    check: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (10,) errors of camera and depth
+    check: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (13,) errors of camera and depth
     span: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (4,) near, far [m], 1 for triangulation, 0 without depth errors
     axis: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (4, 3) point, direction, the two across
     limits: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (3,) reach [m], least cosine, pixels between those of `maps`
     pixel: ti.types.ndarray(dtype=ti.i32, ndim=2),  # (m, most) to work with
     code: ti.types.ndarray(dtype=ti.i8, ndim=2),  # (m, most) out
-    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, most, 7 to 17) out, of pairs: residual, sigma, derivatives
+    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, most, 7 to 20) out, of pairs: residual, sigma, derivatives
 ):
     for part in range(edges.shape[0] * SPLIT):
         if part % SPLIT == 0:
@@ -112,10 +112,11 @@ def pair_edges(
                             if out.shape[2] > 7 + s:
                                 out[e, k, 7 + s] = lenses[s]
                         if out.shape[2] > 10:
-                            change = turned.dot(p) / p[2] * _depth_terms(p, span)
-                            change -= n.dot(there) / there[2] * _depth_terms(there, span)
-                            for s in ti.static(range(7)):
-                                out[e, k, 10 + s] = change[s]
+                            change = turned.dot(p) / p[2] * depth_terms(p, span)
+                            change -= n.dot(there) / there[2] * depth_terms(there, span)
+                            for s in ti.static(range(ERRORS)):
+                                if out.shape[2] > 10 + s:
+                                    out[e, k, 10 + s] = change[s]
 
 
 @kernel

@@ -177,7 +177,7 @@ def paired(
         errors.camera(camera).parameters,
         np.array([camera.fx, camera.fy], np.float32),
         errors.values.astype(np.float32),
-        np.array([errors.near, errors.far, errors.triangulation, errors.values[3:].any()], np.float32),
+        errors.span,
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
         np.array([*limits, seen.stride], np.float32),
         np.empty(code.shape, np.int32),
