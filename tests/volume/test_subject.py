@@ -83,6 +83,12 @@ def test_what_was_told_is_not_judged():
     assert judged(*free, room=True).distance == pytest.approx(3.0) and judged(*free, room=False).distance < 1
 
 
+def test_a_single_pixel_is_a_small_thing():
+    depth = np.full(wall(1.0).shape, np.nan)
+    depth[7, 9] = 1.0
+    assert judged(depth).size == 0
+
+
 @pytest.mark.real
 @pytest.mark.parametrize(
     ("name", "room"), [("tum_fr1_rpy", True), ("robot_arm_boxes", False), ("ycbv_0000", False), ("custard_box", False)]
