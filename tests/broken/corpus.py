@@ -22,6 +22,7 @@ THEMES = (
     "places",
     "foreign",
     "phones",
+    "recorded",
     "no_recording",
     "lifted",
 )
