@@ -7,7 +7,7 @@ from pathlib import Path
 from fusion.commands.results import add_topic
 from fusion.errors import FusionError
 
-WRITTEN = ("native", "nerfstudio", "mcap")
+WRITTEN = ("native", "tum", "open3d", "nerfstudio", "mcap")
 EXAMPLE = "fusion convert chess/seq-01 my_scan --camera 7scenes"
 
 
@@ -21,7 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--format",
         choices=WRITTEN,
         default=WRITTEN[0],
-        help="of OUT; nerfstudio: a folder for splats; mcap: one file for ROS 2 (default: native)",
+        help="of OUT; tum, open3d: folders as these have; nerfstudio: one for splats; mcap: one file for ROS 2 "
+        "(default: native)",
     )
     parser.add_argument(
         "--poses", type=Path, metavar="FILE", help="TUM trajectory instead of the recording's own poses"
@@ -70,6 +71,7 @@ def run(options: argparse.Namespace) -> None:
         from fusion.recording.formats.bags.write import write_mcap
         from fusion.recording.open import open_recording
         from fusion.recording.trajectory_file import read_trajectory
+        from fusion.recording.write_folders import fill_open3d, fill_tum
         from fusion.recording.write_nerfstudio import fill_nerfstudio
 
         recording = open_recording(options.input, options.camera, options.topic)
@@ -80,8 +82,9 @@ def run(options: argparse.Namespace) -> None:
                 write_mcap(partial, recording)
             print(options.output)
             return
+        others = {"tum": fill_tum, "open3d": fill_open3d, "nerfstudio": fill_nerfstudio}
         with options.claim.folder() as partial:
-            (fill_nerfstudio if options.format == "nerfstudio" else fill_conversion)(partial, recording)
+            others.get(options.format, fill_conversion)(partial, recording)
     else:
         from fusion.mesh.files import read_mesh, write_mesh
 

@@ -17,7 +17,7 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import Size, are_focal
+from fusion.recording.camera_file import DepthScale, Size, are_focal
 from fusion.recording.camera_presets import PRESETS
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
@@ -39,11 +39,12 @@ ABOUT = "9 numbers, column by column [px], focal lengths from 0.01 to 1e6"
 
 
 class Intrinsic(Struct, frozen=True, kw_only=True):
-    """Open3D's camera."""
+    """Open3D's camera; the depth's unit beside it is this program's own, Open3D is told it elsewhere."""
 
     width: Size
     height: Size
     intrinsic_matrix: Annotated[list[Number | list[Number]], Meta(description=ABOUT)]
+    depth_scale: DepthScale = DEPTH_SCALE
 
 
 def recognises(folder: Path) -> bool:
@@ -118,7 +119,7 @@ def _camera(folder: Path) -> Camera:
     if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
         raise content.wrong(Intrinsic, "intrinsic_matrix")
     width, height = int(given.width), int(given.height)
-    return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=DEPTH_SCALE)
+    return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=given.depth_scale)
 
 
 def _poses(folder: Path, stamps: Array) -> Trajectory | None:
