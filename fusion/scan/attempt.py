@@ -10,7 +10,7 @@ from fusion.geometry.camera import Camera
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, object_alone, told_angles
-from fusion.scan.motion import against_model, between_views
+from fusion.scan.motion import find_motion
 from fusion.scan.plate_seen_whole import on_its_plate
 from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
@@ -62,8 +62,7 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     told = told_angles(recording, settings)
     # print helps to find what nothing was told of
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
-    how = (recording.camera, settings)
-    motion = against_model(frames, how, region, between_views(frames, how, region, told))
+    motion = find_motion(frames, (recording.camera, settings), region, told)
     motion = on_its_plate(motion, recording, sensor)
     better = relieved(frames, motion.taken_out)
     frames = object_alone(better, region.cut(region.window(recording.camera)), motion)

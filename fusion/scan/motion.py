@@ -28,10 +28,10 @@ from fusion.volume.volume import Volume, VolumeSettings
 Array = NDArray[np.float64]
 
 
-def between_views(
+def find_motion(
     frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, commanded: Array | None
-) -> tuple[Motion, Array | None]:
-    """Axis and angles by pairs of views, and the told angles that they follow.
+) -> Motion:
+    """Axis and angles: by pairs of views, then of every frame against the model of all.
 
     Args:
         frames: cut to the window of the region.
@@ -43,6 +43,13 @@ def between_views(
         RecordingError: the images contradict the step that was told.
         TrackingError: no frame can be read, or nothing turns about one axis.
     """
+    return _against_model(frames, how, region, _between_views(frames, how, region, commanded))
+
+
+def _between_views(
+    frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, commanded: Array | None
+) -> tuple[Motion, Array | None]:
+    """The motion by pairs of views, and the told angles that it follows."""
     camera = how[0]
     cut = region.cut(region.window(camera))
     views = [_nothing(frames) if f is None else view(f.surface, usable(f.surface, cut), f.color) for f in frames]
@@ -54,18 +61,13 @@ def between_views(
         return _motion(views, cut, (commanded, known), how[1].step is None)
 
 
-def against_model(
+def _against_model(
     frames: list[Prepared | None],
     how: tuple[Camera, ScanSettings],
     region: Region,
     between: tuple[Motion, Array | None],
 ) -> Motion:
-    """The motion of every frame against the model of all, as the log allows.
-
-    Args:
-        frames: cut to the window of the region.
-        how, region: as in `between_views`; `between`: what that found.
-    """
+    """The motion of every frame against the model of all, as the log allows; `between`: that by pairs of views."""
     motion, commanded = between
     camera = how[0]
     cut = region.cut(region.window(camera))
