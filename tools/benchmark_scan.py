@@ -21,7 +21,7 @@ from typing import Any
 
 from fusion.compute.process import tune_process
 from fusion.recording.open import open_recording
-from fusion.scan import motion, pipeline
+from fusion.scan import attempt, motion, pipeline
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.file import read_sensor
@@ -30,9 +30,9 @@ from fusion.simulation.demo import write_demo_recording
 ASKED_S = 10.0
 FRAMES = 180
 STAGES = {  # what the pipeline calls: the stage it belongs to
-    (pipeline, "find_region"): "what turns",
-    (pipeline, "load"): "load and prepare",
-    (pipeline, "find_motion"): "post-pass",
+    (attempt, "find_region"): "what turns",
+    (attempt, "load"): "load and prepare",
+    (attempt, "find_motion"): "post-pass",
     (motion, "estimate_motion"): " of which pairs",
     (motion, "_finished"): " of which model",
     (pipeline, "fuse"): "integrate",
