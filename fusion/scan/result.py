@@ -125,4 +125,5 @@ class Scan:
                 "std": self.evidence.focal.std,
                 "fx": self.evidence.stated_camera.fx * (1 + self.evidence.focal.relative),
             },
+            "depth_taken_out": self.motion.taken_out.depth_errors(),
         }

@@ -72,6 +72,13 @@ class SelfCheck:
         """Whether it changes the depth."""
         return bool(self.values[LENS:].any())
 
+    def depth_errors(self) -> dict[str, float]:
+        """What is to be added to the depth [m], by name, and the distances of s = -1 and 1; empty where nothing is."""
+        if not self.wrong_depth:
+            return {}
+        named = {name: float(value) for name, value in zip(NAMES, self.values, strict=True)}
+        return {"near": self.near, "far": self.far} | {name: named[name] for name in NAMES[LENS:]}
+
     @property
     def open(self) -> NDArray[np.bool_]:
         """(10,) errors of depth that may be anything but 0."""

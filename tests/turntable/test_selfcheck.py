@@ -66,3 +66,12 @@ def test_a_calibration_narrows_what_may_be_wrong():
     assert (narrow < PRIOR)[~tilts].all() and (narrow > 0).all() and (narrow == PRIOR)[tilts].all()
     assert narrow[0] < 0.001 and narrow[NAMES.index("offset")] == 0.0005
     assert (prior_of(known, 1.0)[3:] == PRIOR[3:]).all()  # never wider than that of a nominal camera
+
+
+def test_errors_of_depth_are_told_by_name():
+    assert SelfCheck(np.zeros(len(NAMES)), 0.6, 1.0).depth_errors() == {}
+    values = np.zeros(len(NAMES))
+    values[[NAMES.index("focal"), NAMES.index("tilt_u")]] = 0.1, 0.02
+    told = SelfCheck(values, 0.6, 1.0).depth_errors()
+    assert told["tilt_u"] == 0.02 and told["bend6"] == 0 and "focal" not in told
+    assert (told["near"], told["far"]) == (0.6, 1.0)
