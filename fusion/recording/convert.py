@@ -1,6 +1,5 @@
 """A recording of any format becomes a native folder."""
 
-import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,9 +10,7 @@ from fusion.files.reading import read_bytes
 from fusion.progress import each
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.scene_file import scene_mesh
-from fusion.recording.write import MEMBERS, fill_recording, write_png
-
-_log = logging.getLogger("fusion")
+from fusion.recording.write import MEMBERS, fill_recording, tell, write_png
 
 
 def convert_recording(recording: Recording, path: Path | str, notes: list[str] | None = None) -> None:
@@ -53,11 +50,7 @@ def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None 
     _copy_color_apart(recording, folder)
     told = [] if mesh is not None or "mesh" not in scene else [f"the mesh of the scene is not there: {scene['mesh']}"]
     told += [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
-    for text in (*recording.warnings, *told):
-        if notes is None:
-            _log.warning("%s: %s", recording.path, text)
-        else:
-            notes.append(text)
+    tell(recording.path, (*recording.warnings, *told), notes)
 
 
 def _counted(recording: Recording, unfit: dict[str, int]) -> Iterator[Frame]:

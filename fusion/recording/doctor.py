@@ -40,10 +40,9 @@ def quick_look(recording: Recording, more: tuple[Check, ...] = (), max_depth: fl
     if max_depth is not None:
         cut = {i: np.where(depth <= max_depth, depth, np.float32(np.nan)) for i, depth in sample.depths.items()}
         near = replace(sample, depths=cut)
-    lost = [f"frame {index} cannot be loaded: {reason}" for index, reason in sample.failures.items()]
     findings = [f for check in QUICK for f in check(sample)] + [f for check in more for f in check(near)]
     if any(finding.severity == "error" for finding in findings):  # it may be why
-        findings += [Finding("files", "warning", seen) for seen in lost[:1]]
+        findings += [Finding("files", "warning", seen) for seen in sample.unread[:1]]
     wrong = [finding for finding in findings if finding.severity != "ok"]
     return sorted(wrong, key=lambda finding: -SEVERITIES.index(finding.severity))
 

@@ -36,6 +36,11 @@ class Sample:
     failures: dict[int, str]
 
     @property
+    def unread(self) -> list[str]:
+        """A sentence for each frame that could not be loaded."""
+        return [f"frame {index} cannot be loaded: {reason}" for index, reason in self.failures.items()]
+
+    @property
     def rays(self) -> NDArray[np.float32]:
         """(h, w, 2) x/z and y/z of the pixels of `depths`."""
         return self.recording.camera.rays()[:: self.stride, :: self.stride]

@@ -68,7 +68,8 @@ def telemetry_in(text: str, path: Path, notes: list[str]) -> dict[str, NDArray[n
         raise RecordingError("a column appears twice", path, ",".join(names)[:80], "different names")
     notes += [f"{name} in {path.name} is left out: {words[name]}" for name in PLAUSIBLE if name in words]
     notes += [
-        f"{len(lines)} of {len(rows) - 1} values of {name} in {path.name} are left out: the first in line {lines[0]}"
+        f"{len(lines)} of {len(rows) - 1} values of {name} in {path.name} are left out: "
+        f"no finite numbers, the first in line {lines[0]}"
         for name, lines in endless.items()
         if name in PLAUSIBLE and name not in words
     ]

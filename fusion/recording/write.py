@@ -1,6 +1,7 @@
 """Writing a recording as a native folder, frame by frame, whole or not at all."""
 
 import json
+import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,8 @@ MEMBERS = (
     "telemetry.csv",
     "scene.json",
 )
+
+_log = logging.getLogger("fusion")
 
 
 def write_recording(  # one argument per part of the folder
@@ -73,8 +76,7 @@ def fill_recording(  # as write_recording
 ) -> None:
     """The same into a folder that is being made."""
     write_camera(folder / "camera.json", camera)
-    if _write_frames(folder, camera, frames) == 0:
-        raise RecordingError("there is no frame to write", folder.name, "no frame", "one or more")
+    write_frames(folder, camera, frames)
     if poses is not None and poses.valid.any():
         (folder / "groundtruth.txt").write_text(trajectory_text(poses), encoding="utf-8")
     if telemetry:
@@ -91,8 +93,21 @@ def depth_counts(depth: NDArray[np.floating], depth_scale: float) -> NDArray[np.
     return np.where(good, counts, 0).astype(np.uint16)
 
 
-def _write_frames(folder: Path, camera: Camera, frames: Iterable[Frame]) -> int:
-    """Write the images and their lists; returns how many frames there were."""
+def tell(path: Path, told: Iterable[str], notes: list[str] | None) -> None:
+    """What is to be known of a recording that was written: to the notes, else as warnings."""
+    for text in told:
+        if notes is None:
+            _log.warning("%s: %s", path, text)
+        else:
+            notes.append(text)
+
+
+def write_frames(folder: Path, camera: Camera, frames: Iterable[Frame]) -> None:
+    """Write the images and the lists that name them, line by line in the order of the frames.
+
+    Raises:
+        RecordingError: as `write_recording`.
+    """
     lists: dict[str, list[str]] = {}
     count = 0
     for count, frame in enumerate(frames, start=1):
@@ -108,9 +123,10 @@ def _write_frames(folder: Path, camera: Camera, frames: Iterable[Frame]) -> int:
             file = f"{name}/{count - 1:06d}.png"
             _write_png(folder / file, image, camera)
             lists[name].append(f"{frame.timestamp:.6f} {file}")
+    if count == 0:
+        raise RecordingError("there is no frame to write", folder.name, "no frame", "one or more")
     for name, lines in lists.items():
         (folder / f"{name}.txt").write_text("\n".join([*lines, ""]), encoding="utf-8")
-    return count
 
 
 def _write_png(path: Path, image: NDArray, camera: Camera) -> None:

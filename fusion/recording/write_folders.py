@@ -4,8 +4,8 @@ Depth keeps its counts, time stamps their microseconds. What such a folder has n
 """
 
 import json
-import logging
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +15,10 @@ from fusion.errors import RecordingError
 from fusion.progress import each
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.trajectory_file import trajectory_text
-from fusion.recording.write import depth_counts, write_png
+from fusion.recording.write import depth_counts, tell, write_frames, write_png
 
 MILLIMETRES, TUM_COUNTS = 1000.0, 5000.0  # counts a metre that Open3D, and TUM's own tools, take depth for
 LATEST_S = 1e12  # what a name holds of microseconds
-_log = logging.getLogger("fusion")
 
 
 def fill_tum(folder: Path, recording: Recording, notes: list[str] | None = None) -> None:
@@ -35,21 +34,10 @@ def fill_tum(folder: Path, recording: Recording, notes: list[str] | None = None)
     Raises:
         RecordingError: no frame, or one that cannot be read.
     """
-    lists: dict[str, list[str]] = {"depth": [], "rgb": []}
-    pairs = []
-    for frame in _frames(recording):
-        stamp, names = f"{frame.timestamp:.6f}", []
-        for kind, image in (("rgb", frame.color), ("depth", _counts(recording, frame))):
-            if image is not None:
-                (folder / kind).mkdir(exist_ok=True)
-                names.append(f"{stamp} {kind}/{stamp}.png")
-                write_png(folder / kind / f"{stamp}.png", image)
-                lists[kind].append(names[-1])
-        pairs += [" ".join(names)] if len(names) == 2 else []
-    for kind, lines in {"depth.txt": lists["depth"], "rgb.txt": lists["rgb"], "associations.txt": pairs}.items():
-        if lines:
-            head = [] if kind == "associations.txt" else ["# timestamp filename"]
-            (folder / kind).write_text("\n".join([*head, *lines, ""]), encoding="utf-8")
+    write_frames(folder, recording.camera, (replace(frame, ir=None) for frame in _frames(recording)))
+    pairs = _pairs(folder)
+    if pairs:
+        (folder / "associations.txt").write_text("\n".join([*pairs, ""]), encoding="utf-8")
     if recording.poses is not None and recording.poses.valid.any():
         (folder / "groundtruth.txt").write_text(trajectory_text(recording.poses), encoding="utf-8")
     camera = recording.camera
@@ -69,7 +57,7 @@ def fill_open3d(folder: Path, recording: Recording, notes: list[str] | None = No
     (folder / "depth").mkdir()
     bare = 0
     for frame in _frames(recording):
-        if frame.timestamp < 0 or frame.timestamp > LATEST_S:
+        if not 0 <= frame.timestamp <= LATEST_S:
             raise RecordingError("a time stamp cannot be a file's name", recording.path, frame.timestamp, "0 s or more")
         name = f"{frame.index:07d}-{round(frame.timestamp * 1e6):012d}.png"
         write_png(folder / "depth" / name, _counts(recording, frame))
@@ -94,6 +82,15 @@ def fill_open3d(folder: Path, recording: Recording, notes: list[str] | None = No
     if 0 < bare < len(recording):
         told.append(f"{bare} frames have no colour; Open3D joins images by their order")
     _tell(recording, told, notes)
+
+
+def _pairs(folder: Path) -> list[str]:
+    """A line of colour and depth for each frame that has both: their files have one name."""
+    if not (folder / "rgb.txt").exists():
+        return []
+    lines = {kind: (folder / f"{kind}.txt").read_text(encoding="utf-8").splitlines()[2:] for kind in ("rgb", "depth")}
+    depth = {Path(line).name: line for line in lines["depth"]}
+    return [f"{line} {depth[Path(line).name]}" for line in lines["rgb"]]
 
 
 def _frames(recording: Recording) -> Iterator[Frame]:
@@ -126,8 +123,4 @@ def _tell(recording: Recording, told: list[str], notes: list[str] | None) -> Non
     }
     left = [name for name, there in has.items() if there]
     told = [*told, *([f"left out: {', '.join(left)}"] if left else [])]
-    for text in (*recording.warnings, *told):
-        if notes is None:
-            _log.warning("%s: %s", recording.path, text)
-        else:
-            notes.append(text)
+    tell(recording.path, (*recording.warnings, *told), notes)

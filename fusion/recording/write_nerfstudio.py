@@ -1,7 +1,6 @@
 """Writing a recording for programs that make splats: nerfstudio's `transforms.json`, images, depth, a cloud."""
 
 import json
-import logging
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,10 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import other_axes, transform
 from fusion.progress import each
 from fusion.recording.recording import Recording
-from fusion.recording.write import depth_counts, write_png
+from fusion.recording.write import depth_counts, tell, write_png
 
 POINTS = 200_000  # of the cloud that splats begin with: as many as colmap's sparse models have, and 3 MB
 SAME_PLACE = 1e-6
-
-_log = logging.getLogger("fusion")
 
 
 def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None = None) -> None:
@@ -70,11 +67,7 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
     if recording.camera.depth_scale != 1000:
         told.append(f"nerfstudio takes depth for millimetres unless told: --depth-unit-scale-factor "
                     f"{1 / recording.camera.depth_scale:g}")  # fmt: skip
-    for text in told:
-        if notes is None:
-            _log.warning("%s: %s", recording.path, text)
-        else:
-            notes.append(text)
+    tell(recording.path, told, notes)
 
 
 def _seen_by(recording: Recording) -> Camera:

@@ -64,8 +64,8 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
     motion = find_motion(frames, (recording.camera, settings), region, told)
     motion = on_its_plate(motion, recording, sensor)
-    better = relieved(frames, motion.taken_out)
-    frames = object_alone(better, region.cut(region.window(recording.camera)), motion)
+    frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
+    frames = relieved(frames, motion.taken_out)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
 

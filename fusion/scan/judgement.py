@@ -76,11 +76,11 @@ def _depth(scan: "Scan") -> Light:
     judged = level(size, DEPTH_M)
     if judged == "ok":
         return Light("ok", "Depth", "No error of depth that bends the object was found.")
-    said = f"The depth is wrong by about {size * 1e3:.1f} mm, here more and there less: the object bends as it turns. "
+    said = f"The depth is wrong by about {size * 1e3:.1f} mm, here more and there less: the object bends as it turns."
     if scan.motion.taken_out.wrong_depth:
-        said += "As far as that shows, it was taken out."
+        said += " As far as that shows, it was taken out."
         return Light(judged, "Depth", said, "Calibrate the depth with boards too (fusion calibrate depth --board).")
-    return Light(judged, "Depth", said.strip(), "Calibrate it (fusion calibrate depth), pass the result with --sensor.")
+    return Light(judged, "Depth", said, "Calibrate it (fusion calibrate depth), pass the result with --sensor.")
 
 
 def _coverage(scan: "Scan") -> Light:

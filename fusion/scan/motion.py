@@ -43,40 +43,23 @@ def find_motion(
         RecordingError: the images contradict the step that was told.
         TrackingError: no frame can be read, or nothing turns about one axis.
     """
-    return _against_model(frames, how, region, _between_views(frames, how, region, commanded))
-
-
-def _between_views(
-    frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, commanded: Array | None
-) -> tuple[Motion, Array | None]:
-    """The motion by pairs of views, and the told angles that it follows."""
     camera = how[0]
     cut = region.cut(region.window(camera))
-    views = [_nothing(frames) if f is None else view(f.surface, usable(f.surface, cut), f.color) for f in frames]
+    pixels = [None if f is None else usable(f.surface, cut) for f in frames]
+    both = list(zip(frames, pixels, strict=True))
+    views = [_nothing(frames) if f is None or p is None else view(f.surface, p, f.color) for f, p in both]
     with stage("motion"):
         if how[1].step is not None and not how[1].force:
             refuse_contradicted_step(views, cut, how[1].step)
         sensor, middle = how[1].sensor, float((region.low[2] + region.high[2]) / 2)
         known = None if sensor is None else depth_std(sensor, camera, middle)
-        return _motion(views, cut, (commanded, known), how[1].step is None)
-
-
-def _against_model(
-    frames: list[Prepared | None],
-    how: tuple[Camera, ScanSettings],
-    region: Region,
-    between: tuple[Motion, Array | None],
-) -> Motion:
-    """The motion of every frame against the model of all, as the log allows; `between`: that by pairs of views."""
-    motion, commanded = between
-    camera = how[0]
-    cut = region.cut(region.window(camera))
+        motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is None and (motion.camera_check.values == motion.taken_out.values).all():
-        rays = [None if f is None else rays_of(f.surface, usable(f.surface, cut)) for f in frames]
+        rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
-            seen = object_alone(relieved(frames, motion.taken_out), cut, motion)
-            motion = _finished(frames, rays, choose_volume(how[1], camera, (seen, cut, motion)), motion)
+            frames = object_alone(frames, cut, motion)
+            motion = _finished(frames, rays, choose_volume(how[1], camera, (frames, cut, motion)), motion)
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion

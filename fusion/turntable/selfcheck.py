@@ -27,12 +27,12 @@ from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
 
-NAMES = (
-    "focal", "cx", "cy", "offset", "radial", "tilt_u", "tilt_v", "stretch", "bend2", "bend3", "bend4", "bend5", "bend6",
-)  # fmt: skip
+LENS = ("focal", "cx", "cy")
+DEPTH = ("offset", "radial", "tilt_u", "tilt_v", "stretch", "bend2", "bend3", "bend4", "bend5", "bend6")
+NAMES = LENS + DEPTH
 # how wrong a nominal camera may be, one standard deviation (guess): 3 %, 4 px, 10 mm, 50 mm, 20 mm, 3 mm each
 PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.02, 0.02, 0.003, 0.003, 0.003, 0.003, 0.003, 0.003])
-LENS = 3  # the first of them change the camera
+_FIRST = len(LENS)  # of depth
 LEAST_PRIOR = 1e-9  # [m] of an error that is held at 0
 LENS_MODEL = 0.0005  # of the focal length: what a calibrated lens still does that no model of it holds (guess)
 CORNER = 0.2  # rho^2 near the corners of a usual image: where a radial error is as large as the others
@@ -61,7 +61,7 @@ class SelfCheck:
 
     def depth_alone(self) -> "SelfCheck":
         """The errors of depth, with the camera as stated."""
-        return self.only(*NAMES[LENS:])
+        return self.only(*DEPTH)
 
     def open_for(self, names: Collection[str]) -> "SelfCheck":
         """With these errors open, and the others held at what they are."""
@@ -70,24 +70,24 @@ class SelfCheck:
     @property
     def wrong_depth(self) -> bool:
         """Whether it changes the depth."""
-        return bool(self.values[LENS:].any())
+        return bool(self.values[_FIRST:].any())
 
     def depth_errors(self) -> dict[str, float]:
         """What is to be added to the depth [m], by name, and the distances of s = -1 and 1; empty where nothing is."""
         if not self.wrong_depth:
             return {}
         named = {name: float(value) for name, value in zip(NAMES, self.values, strict=True)}
-        return {"near": self.near, "far": self.far} | {name: named[name] for name in NAMES[LENS:]}
+        return {"near": self.near, "far": self.far} | {name: named[name] for name in DEPTH}
 
     @property
     def open(self) -> NDArray[np.bool_]:
         """(10,) errors of depth that may be anything but 0."""
-        return np.asarray(self.prior[LENS:] > 0)
+        return np.asarray(self.prior[_FIRST:] > 0)
 
     @property
     def information(self) -> Array:
         """(10,) 1 / variance of the errors of depth before the scan is seen."""
-        return np.asarray(1 / np.maximum(self.prior[LENS:], LEAST_PRIOR) ** 2)
+        return np.asarray(1 / np.maximum(self.prior[_FIRST:], LEAST_PRIOR) ** 2)
 
     @property
     def span(self) -> NDArray[np.float32]:
@@ -96,13 +96,13 @@ class SelfCheck:
 
     def moved(self, step: Array) -> "SelfCheck":
         """With steps (10,) of the errors of depth, or none."""
-        return self if len(step) == 0 else replace(self, values=self.values + np.append(np.zeros(LENS), step))
+        return self if len(step) == 0 else replace(self, values=self.values + np.append(np.zeros(_FIRST), step))
 
     def points(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
         """Points (n, 3) along their rays, with the errors of depth taken out."""
         if not self.wrong_depth:
             return points
-        share = (self._depth_terms(points.astype(float)) @ self.values[LENS:]) / points[:, 2]
+        share = (self._depth_terms(points.astype(float)) @ self.values[_FIRST:]) / points[:, 2]
         return np.asarray(points * (1 + share[:, None]), np.float32)
 
     def _depth_terms(self, points: Array) -> Array:
@@ -118,15 +118,7 @@ class SelfCheck:
 
     def depth_change(self, points: Array) -> Array:
         """What the depth errors add at points (n, 3) in the camera's frame [m]."""
-        return np.asarray(self._depth_terms(points) @ self.values[LENS:])
-
-    def depth(self, depth: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
-        """A depth image (h, w) [m] with the depth errors taken out."""
-        points = camera.points(depth).reshape(-1, 3).astype(float)
-        known = np.isfinite(points[:, 2])
-        out = depth.copy().reshape(-1)
-        out[known] += (self._depth_terms(points[known]) @ self.values[LENS:]).astype(np.float32)
-        return out.reshape(depth.shape)
+        return np.asarray(self._depth_terms(points) @ self.values[_FIRST:])
 
     def camera(self, camera: Camera) -> Camera:
         """The camera with the errors of focal length and principal point taken out."""
@@ -147,7 +139,7 @@ class SelfCheck:
 
         def corrected(points: NDArray[np.float32]) -> NDArray[np.float32]:
             flat = points.reshape(-1, 3).astype(float)
-            z = flat[:, 2] + self._depth_terms(flat) @ self.values[LENS:]
+            z = flat[:, 2] + self._depth_terms(flat) @ self.values[_FIRST:]
             x = (flat[:, 0] / flat[:, 2] * old_camera.fx - self.values[1]) / camera.fx * z
             y = (flat[:, 1] / flat[:, 2] * old_camera.fy - self.values[2]) / camera.fy * z
             return np.asarray(np.column_stack([x, y, z]).reshape(points.shape), np.float32)
@@ -170,5 +162,5 @@ def prior_of(camera: Camera, depth_std: float | None) -> Array:
     for k, name in ((1, "cx"), (2, "cy")):
         prior[k] = min(prior[k], max(camera.std.get(name, np.inf), LENS_MODEL * camera.fx))
     if depth_std is not None:
-        prior[LENS:] = np.minimum(prior[LENS:], [depth_std, depth_std / CORNER, np.inf, np.inf] + 6 * [depth_std])
+        prior[_FIRST:] = np.minimum(prior[_FIRST:], [depth_std, depth_std / CORNER, np.inf, np.inf] + 6 * [depth_std])
     return prior

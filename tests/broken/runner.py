@@ -99,7 +99,9 @@ class Fresh:
 def keep_kernels(place: Path) -> None:
     """Let the program compile its kernels, once on a machine: a server's children end too soon to keep them."""
     words = ["demo", "-o", str(place / "kernels"), "--frames", "12", "--no-report"]
-    subprocess.run([sys.executable, "-c", PROGRAM, *words], env={**os.environ, **ONE_THREAD}, check=True)
+    subprocess.run(
+        [sys.executable, "-c", PROGRAM, *words], env={**os.environ, **ONE_THREAD}, check=True, stdout=subprocess.DEVNULL
+    )
 
 
 def run(case: Case, server: Server | Fresh, place: Path) -> Ran:

@@ -39,15 +39,14 @@ def test_corrected_points_project_to_the_pixels_they_came_from():
     assert pixels == pytest.approx(np.column_stack([u.ravel(), v.ravel()]), abs=1e-3)  # float32 points
 
 
-def test_depth_and_view_agree():
+def test_points_and_view_agree():
     values = np.array([0, 0, 0, 0.005, 0.03, 0.01, -0.02, 0.001, 0.002, -0.001, 0.001, 0.0, 0.001])
     check, nominal = SelfCheck(values, 0.6, 1.0), a_view()
-    depth = nominal.map.points[..., 2].copy()
-    depth[0, :5] = np.nan
-    corrected = check.depth(depth, CAMERA)
-    assert np.isnan(corrected[0, :5]).all()
-    seen = np.isfinite(depth)
-    assert corrected[seen] == pytest.approx(check.view(nominal).map.points[..., 2][seen], abs=1e-6)
+    points = nominal.map.points.reshape(-1, 3).copy()
+    points[:5] = np.nan
+    corrected = check.points(points)
+    assert np.isnan(corrected[:5]).all()
+    assert corrected[5:] == pytest.approx(check.view(nominal).map.points.reshape(-1, 3)[5:], abs=1e-6)
 
 
 def test_only_the_named_errors_are_taken_over():

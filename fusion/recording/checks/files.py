@@ -18,10 +18,10 @@ def check_files(sample: Sample) -> list[Finding]:
     if recording.files is not None:
         for kind in ("depth", "color", "color_apart", "ir"):
             findings += _look_at(kind, recording.files.folder, getattr(recording.files, kind))
-    for index, reason in list(sample.failures.items())[:3]:
-        fits = "--camera" not in reason
+    for seen in sample.unread[:3]:
+        fits = "--camera" not in seen
         do = "copy the file again or take its line out of the list" if fits else "pass --camera for images of this size"
-        findings.append(Finding("files", "error", f"frame {index} cannot be loaded: {reason}", do))
+        findings.append(Finding("files", "error", seen, do))
     if not findings:
         findings.append(Finding("files", "ok", f"{len(recording)} frames, all files there and whole"))
     return findings

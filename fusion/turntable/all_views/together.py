@@ -11,7 +11,7 @@ from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, c
 from fusion.turntable.axis import Axis
 from fusion.turntable.pairs.edges import Stack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.selfcheck import PRIOR, SelfCheck
+from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, SelfCheck
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
@@ -21,8 +21,7 @@ TILTS = ("tilt_u", "tilt_v")
 DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 # by a calibration of time of flight: a lamp beside the lens tilts its depth by centimetres over the image, and walls at
 # a free tilt do not show it. What a calibration of triangulation leaves is less than what its windows imitate
-LEFT_OPEN = (*DEPTH_ERRORS, *TILTS, "stretch")
-LENS = ("focal", "cx", "cy")
+LEFT_OPEN = DEPTH
 OTHER = np.deg2rad(1.0)  # between two beginnings that are worth trying both
 
 
@@ -73,7 +72,7 @@ def fit_camera(
     What a calibration says of the lens is left out here, as the scan is asked about it; what it says of the depth
     counts.
     """
-    # but no stretch: noise in pairs of views imitates it, and it does nearly what a focal length does
+    # stretch stays out: noise in pairs of views imitates it, and it does nearly what a focal length does
     errors = tuple(name for name in left_open or DEPTH_ERRORS if name != "stretch")
     start = replace(middle.check, prior=np.append(PRIOR[: len(LENS)], middle.check.prior[len(LENS) :]))
     alone = close_loop(shown, (middle.axis, middle.angles), edges, _passes(LENS, 3, told), start)

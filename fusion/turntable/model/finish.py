@@ -5,9 +5,9 @@ pixel measured minus what the model says there is one equation in the frame's an
 multiplies an unknown is taken where the ray meets the model, so it holds none of the pixel's own noise (pairs of
 frames do: noise in both factors of a product pulls angles to zero and the axis to the camera). Errors of depth that
 stand still in the image pull angles and axis too; they are unknowns beside these where a calibration leaves them open,
-with its own uncertainty as their prior. The surface itself is
-unknown too: each small cell of it has an offset along its normal, which is eliminated cell by cell, so that the model
-moves with the frames and the loop closes in one solution instead of creeping.
+with its own uncertainty as their prior. The surface itself is unknown too: each small cell of it has an offset along
+its normal, which is eliminated cell by cell, so that the model moves with the frames and the loop closes in one
+solution instead of creeping.
 """
 
 from collections.abc import Callable, Sequence
@@ -167,7 +167,7 @@ def _solve(e: Equations, known: tuple[SelfCheck, float], steady: bool = False) -
         (check, alike), errors = known, np.arange(AXIS, e.shared)
         information = alike**2 * check.information
         H[errors, errors] += information
-        g[errors] += information * check.values[LENS:]
+        g[errors] += information * check.values[len(LENS) :]
     return _Solution(*_step(H, g), offset, scale)
 
 

@@ -42,7 +42,9 @@ class Bundle:
         return Bundle(self.frame[taken], self.values[taken], self.tiles[taken], self.n)
 
     def without(self, check: SelfCheck) -> "Bundle":
-        """With these errors of depth taken out."""
+        """With these errors of depth taken out; itself where there are none."""
+        if not check.wrong_depth:
+            return self
         return replace(self, values=np.column_stack([check.points(self.values[:, :3]), self.values[:, 3:]]))
 
 

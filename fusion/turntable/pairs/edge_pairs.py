@@ -5,9 +5,10 @@ from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.geometry.lanes import project
 from fusion.tracking.pairs import CUT
+from fusion.turntable.selfcheck import DEPTH
 
 vec3 = ti.types.vector(3, ti.f32)
-ERRORS = 10  # of depth
+ERRORS = len(DEPTH)
 terms_type = ti.types.vector(ERRORS, ti.f32)
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
