@@ -31,9 +31,21 @@ def read_pcd(data: bytes) -> Mesh:
 
 
 def read_xyz(data: bytes) -> Mesh:
-    """Text with `x y z` per line, and perhaps three more: a normal, or a colour of 0-255; `#` and `//` comment."""
+    """Text with `x y z` per line, and perhaps three more: a normal, or a colour of 0-255; `#` and `//` comment.
+
+    The first line may say how many points there are, as CloudCompare writes it if asked.
+
+    Raises:
+        ValueError: a line that does not fit, or another number of points than the first line promises.
+    """
     text = decoded(data).replace(",", " ").replace(";", " ").replace("//", "#")
-    values = table(filled(text, "#"))
+    lines = filled(text, "#")
+    promised = lines[0][1].strip() if len(lines) > 1 else ""
+    if promised.isdecimal():
+        lines = lines[1:]
+        if int(promised) != len(lines):
+            raise ValueError(f"{len(lines)} of {promised} points")
+    values = table(lines)
     if values.shape[1] < 3:
         raise ValueError(f"{values.shape[1]} columns")
     more = values[:, 3:6]

@@ -21,19 +21,19 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import read_ply, write_ply
 from fusion.mesh.vertices import joined, vertices_kept
 
-FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz")
-_READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz}
+FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz", ".asc")
+_READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz, ".asc": read_xyz}
 _CHECKED = {".obj": checked_obj, ".stl": checked_stl, ".off": checked_off}  # before trimesh reads
-_TEXT = (".obj", ".off", ".xyz")  # the others may be
+_TEXT = (".obj", ".off", ".xyz", ".asc")  # the others may be
 _TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
-_WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz}
+_WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz, ".asc": write_xyz}
 LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
 TEXT_TOLD_BY = 1 << 16  # numbers that are not written as text hold a null byte before this one
 _log = logging.getLogger("fusion")
 
 
 def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
-    """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ), in the file's own unit and axes.
+    """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ or ASC), in the file's own unit and axes.
 
     Args:
         path: the file; its ending tells the format. GLB and glTF are metres, Y up, and stay so.
@@ -82,7 +82,7 @@ def _by_trimesh(data: bytes, ending: str, path: Path) -> Mesh:
 
 
 def write_mesh(path: Path | str, mesh: Mesh) -> None:
-    """Write PLY (all of the mesh), OBJ, STL, GLB, OFF (what they can hold), PCD or XYZ (its points).
+    """Write PLY (all of the mesh), OBJ, STL, GLB, OFF (what they can hold), PCD, XYZ or ASC (its points).
 
     Raises:
         MeshError: an unknown ending, or a point cloud for a format of triangles.

@@ -65,15 +65,30 @@ def test_triangle_formats_keep_the_surface(tmp_path, sphere, ending):
     np.testing.assert_allclose(corners, sphere.vertices[sphere.faces], atol=2e-8)  # float32 or 8 digits
 
 
-@pytest.mark.parametrize("ending", ["ply", "pcd", "xyz", "obj", "glb"])
+@pytest.mark.parametrize("ending", ["ply", "pcd", "xyz", "asc", "obj", "glb"])
 def test_point_clouds(tmp_path, sphere, ending):
     cloud = replace(sphere, faces=np.zeros((0, 3), np.int32))
     write_mesh(tmp_path / f"c.{ending}", cloud)
     again = read_mesh(tmp_path / f"c.{ending}")
     assert again.faces.shape == (0, 3)
     np.testing.assert_allclose(again.vertices, cloud.vertices, atol=2e-8)
-    if ending in ("ply", "pcd", "xyz"):
+    if ending in ("ply", "pcd", "xyz", "asc"):
         np.testing.assert_allclose(again.normals, cloud.normals, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "//X Y Z R G B\n3\n0 0 0 10 20 30\n1 0 0 10 20 30\n0 1 0.5 10 20 30\n",  # CloudCompare, all boxes ticked
+        "0.0,0.0,0.0,10,20,30\r\n1.0,0.0,0.0,10,20,30\r\n0.0,1.0,0.5,10,20,30\r\n",
+        "# scanner\n0;0;0;10;20;30\n\n1;0;0;10;20;30\n0;1;0.5;10;20;30",
+    ],
+)
+def test_clouds_as_scanners_programs_write_them(tmp_path, text):
+    (tmp_path / "part.ASC").write_bytes(text.encode())
+    cloud = read_mesh(tmp_path / "part.ASC")
+    assert cloud.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0.5]]
+    assert cloud.colors.tolist() == [[10, 20, 30]] * 3
 
 
 def test_polygons_become_triangles(tmp_path):

@@ -60,6 +60,8 @@ BROKEN = {
     "short.off": (OFF[: OFF.rindex("3 0 2 3")], "5 lines for 4 vertices and 2 faces"),
     "index.off": (OFF.replace("3 0 1 2", "3 0 1"), "line 7"),
     "column.off": (OFF.replace("1 1 0", "1 1"), "line 5"),
+    "cut.asc": ("4\n" + XYZ, "3 of 4 points"),
+    "grid.asc": ("ncols 3\nnrows 1\n1 2 3\n", "line 1"),
     "column.xyz": (XYZ.replace("1 0 0", "1 0"), "line 2"),
     "word.xyz": (XYZ.replace("1 0 0", "1 0 x"), "line 2"),
 }
@@ -263,7 +265,7 @@ def test_a_gltf_names_only_what_lies_beside_it(tmp_path):
         read_mesh(home / "model.gltf")
 
 
-@pytest.mark.parametrize("ending", [".ply", ".obj", ".stl", ".off", ".glb", ".pcd", ".xyz"])
+@pytest.mark.parametrize("ending", [".ply", ".obj", ".stl", ".off", ".glb", ".pcd", ".xyz", ".asc"])
 def test_any_mutation_is_a_mesh_or_one_line(tmp_path, ending, capfd):
     path, random = (tmp_path / "a").with_suffix(ending), np.random.default_rng(7)
     ball = trimesh.creation.icosphere(subdivisions=1, radius=0.1)
