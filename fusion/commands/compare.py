@@ -20,7 +20,7 @@ EXAMPLE = "fusion compare mesh.ply reference.stl -o out --scale"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    add("mesh", type=Path, metavar="MESH", help="the scan: PLY, OBJ, STL, GLB, OFF, PCD, XYZ or ASC")
+    add("mesh", type=Path, metavar="MESH", help="the scan: PLY, OBJ, STL, GLB, OFF, PCD, XYZ, ASC or E57")
     add(
         "reference",
         type=Path,

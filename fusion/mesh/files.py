@@ -13,6 +13,7 @@ from fusion.files.publish import atomic_file
 from fusion.files.reading import TEXT_TAKES, read_bytes
 from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
 from fusion.mesh.exchange import by_trimesh, to_trimesh
+from fusion.mesh.formats.e57 import read_e57
 from fusion.mesh.formats.gltf import Beside, check_gltf
 from fusion.mesh.formats.obj import checked_obj
 from fusion.mesh.formats.off import checked_off
@@ -21,22 +22,23 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import read_ply, write_ply
 from fusion.mesh.vertices import joined, vertices_kept
 
-FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz", ".asc")
+FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz", ".asc", ".e57")
 _READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz, ".asc": read_xyz}
 _CHECKED = {".obj": checked_obj, ".stl": checked_stl, ".off": checked_off}  # before trimesh reads
 _TEXT = (".obj", ".off", ".xyz", ".asc")  # the others may be
 _TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
 _WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz, ".asc": write_xyz}
+_ONLY_READ = {".gltf": ".glb", ".e57": ".ply"}  # what to write instead
 LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
 TEXT_TOLD_BY = 1 << 16  # numbers that are not written as text hold a null byte before this one
 _log = logging.getLogger("fusion")
 
 
 def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
-    """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ or ASC), in the file's own unit and axes.
+    """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ, ASC or E57), in the file's own unit and axes.
 
     Args:
-        path: the file; its ending tells the format. GLB and glTF are metres, Y up, and stay so.
+        path: the file; its ending tells the format. GLB and glTF are metres, Y up, and stay so; E57 is metres.
         notes: what was left out is appended here; without a list it is logged as a warning.
 
     Returns:
@@ -44,7 +46,8 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
         which store corners apart, are joined where corners lie at exactly the same place.
 
     Raises:
-        MeshError: no such file, unknown format, unreadable, empty, indices or coordinates out of bounds.
+        MeshError: no such file, unknown format, unreadable, empty, indices or coordinates out of bounds; E57 without
+            its extra.
 
     >>> fusion.read_mesh("ball.ply")
     <Mesh: 642 vertices, 1,280 triangles, 100 x 100 x 100 mm; normals, colors, sigma>
@@ -57,7 +60,7 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
     if b"\0" not in data[:TEXT_TOLD_BY]:
         check_size(TEXT_TAKES * len(data), path, MeshError, "the mesh file")
     try:
-        mesh = _READERS[ending](data) if ending in _READERS else _by_trimesh(data, ending, path)
+        mesh = _READERS[ending](data) if ending in _READERS else _by_library(data, ending, path)
     except FusionError:  # told already: too large, or outside its folder
         raise
     except Exception as error:  # ValueError; and trimesh, which reads glTF, raises all kinds on broken files
@@ -74,7 +77,9 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
     return mesh
 
 
-def _by_trimesh(data: bytes, ending: str, path: Path) -> Mesh:
+def _by_library(data: bytes, ending: str, path: Path) -> Mesh:
+    if ending == ".e57":
+        return read_e57(data, path)
     if ending in _CHECKED:
         return by_trimesh(_CHECKED[ending](data), ending)
     check_gltf(data, path)
@@ -101,10 +106,11 @@ def write_mesh(path: Path | str, mesh: Mesh) -> None:
 def check_written(path: Path) -> None:
     """Raises MeshError where no mesh can be written under such a name."""
     ending = path.suffix.lower()
-    if ending == ".gltf":
-        raise MeshError("glTF is written as one file only", path, ending, "the ending .glb", "change the name")
+    if ending in _ONLY_READ:
+        raise MeshError("this format is only read", path, ending, f"the ending {_ONLY_READ[ending]}", "change the name")
     if ending not in FORMATS:
-        raise MeshError("unknown mesh format", path, ending or "no ending", "one of " + " ".join(FORMATS))
+        written = " ".join(name for name in FORMATS if name not in _ONLY_READ)
+        raise MeshError("unknown mesh format", path, ending or "no ending", f"one of {written}")
 
 
 def _ending(path: Path) -> str:

@@ -96,7 +96,7 @@ def test_a_recording_becomes_no_file_and_a_mesh_no_folder(recording, tmp_path, c
         ("all/rec", "x.ply", "becomes no mesh file"),
         ("all/rec", "x.STL", "becomes no mesh file"),
         ("ball.ply", "folder", "unknown mesh format"),
-        ("ball.ply", "x.gltf", "one file only"),
+        ("ball.ply", "x.gltf", "only read"),
         ("ball.ply", "new", "unknown mesh format"),
     ]:
         assert status(["convert", str(tmp_path / given), str(tmp_path / out)]) == 1

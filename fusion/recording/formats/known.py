@@ -19,7 +19,7 @@ _BEGINNINGS: tuple[tuple[bytes, str, str], ...] = (
     (rb"PK\x03\x04", "a zip archive of no known recording", "unpack it and open the recording's folder"),
     (rb"....ftyp", "a video (MP4, MOV)", "a recording needs depth: export that with it"),
     (rb"\x89PNG|\xff\xd8\xff", "one picture", "name the folder of the whole recording"),
-    (rb"ply\r?\n|solid |glTF|# \.PCD", "a mesh or a cloud", "fusion compare and fusion convert read it"),
+    (rb"ply\r?\n|solid |glTF|# \.PCD|ASTM-E57", "a mesh or a cloud", "fusion compare and fusion convert read it"),
 )
 # tables that tell whose a database is
 _TABLES: tuple[tuple[frozenset[str], str, str], ...] = (
