@@ -30,6 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--camera", metavar="FILE", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recording's own"
     )
+    parser.add_argument(
+        "--unit", choices=("m", "cm", "mm", "inch"), help="of the STL file, IN or OUT, which says none (default: mm)"
+    )
     add_topic(parser)
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")
 
@@ -57,6 +60,10 @@ def check(options: argparse.Namespace) -> None:
         raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
     if not options.recorded and (options.poses is not None or options.format != WRITTEN[0]):
         raise FusionError("--format and --poses are for recordings", options.input, "a mesh file", "a recording")
+    endings = [path.suffix.lower() for path in (options.input, options.output)]
+    if options.unit is not None and (options.recorded or endings.count(".stl") != 1):
+        found, expected = " to ".join(endings), "a mesh to or from .stl; others are metres"
+        raise FusionError("--unit is for an STL file", options.input, found, expected, "leave it out")
     if not options.recorded:
         check_written(options.output)
     elif options.output.suffix.lower() in FORMATS and not options.output.is_dir():
@@ -86,9 +93,17 @@ def run(options: argparse.Namespace) -> None:
         with options.claim.folder() as partial:
             others.get(options.format, fill_conversion)(partial, recording)
     else:
+        from fusion.mesh.conventions import STL_UNIT, for_file, from_file
         from fusion.mesh.files import read_mesh, write_mesh
 
+        source, target = options.input.suffix.lower(), options.output.suffix.lower()
+        unit = options.unit or STL_UNIT
         mesh = read_mesh(options.input)
+        if source != target:
+            mesh = for_file(from_file(mesh, source, unit), target, unit)
         with options.claim.file() as partial:
             write_mesh(partial, mesh)
+        # a wrong unit shows itself by it
+        size = " x ".join(f"{length:.4g}" for length in mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0))
+        print(f"size: {size} {unit if target == '.stl' else 'm'}")
     print(options.output)

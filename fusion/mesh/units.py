@@ -50,7 +50,7 @@ def in_metres(
             f"The sizes differ much, {last[0]:.4g} m and {last[1]:.4g} m, and do not tell a unit: check that both "
             f"show the same; if the reference is not in metres, name its unit with --unit ({', '.join(UNITS)})."
         )
-    return _times(mesh, factors[0]), _times(reference, factors[1]), (factors[0], factors[1]), notes
+    return times(mesh, factors[0]), times(reference, factors[1]), (factors[0], factors[1]), notes
 
 
 def size(mesh: Mesh) -> float:
@@ -64,5 +64,6 @@ def _unit(larger: float) -> str | None:
     return next((unit for unit, (low, high) in _RATIOS.items() if low < larger < high), None)
 
 
-def _times(mesh: Mesh, factor: float) -> Mesh:
+def times(mesh: Mesh, factor: float) -> Mesh:
+    """The mesh, so many times as large."""
     return mesh if factor == 1 else replace(mesh, vertices=mesh.vertices * factor)
