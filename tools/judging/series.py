@@ -65,7 +65,8 @@ class Series(Generic[Judged]):
         (folder / "judged.json").write_text(json.dumps(rows[-1], indent=1), encoding="utf-8")
         for bulky in () if options.keep else self.bulky:
             for path in folder.glob(bulky):
-                shutil.rmtree(path)
+                if path.is_dir():  # what a command said stays, in a file beside its folder
+                    shutil.rmtree(path)
         lines = [table.head, *map(table.line, cases), table.summary(cases), ""]
         (options.output / "table.txt").write_text("\n".join(lines), encoding="utf-8")
         (options.output / "table.json").write_text(json.dumps(rows, indent=1), encoding="utf-8")
