@@ -123,7 +123,8 @@ def chain(folder: Path) -> dict[str, Ran]:
     out["intrinsics"] = fusion("calibrate", "intrinsics", folder / "board", *board, "-o", camera.parent, "--no-report")
     lens = ["--camera", camera] if camera.is_file() else []
     known = ["--sensor", folder / "sensor.json", "--distance-std", 0.0007]
-    out["depth"] = fusion("calibrate", "depth", *walls, *lens, *known, "-o", sensor.parent, "--no-report")
+    surfaces = [*walls, folder / "board", *board] if lens else walls
+    out["depth"] = fusion("calibrate", "depth", *surfaces, *lens, *known, "-o", sensor.parent, "--no-report")
     model = ["--sensor", sensor if sensor.is_file() else folder / "sensor.json"]
     out["turntable"] = fusion("turntable", folder / "scan", *lens, *model, "-o", folder / "result", "--no-report")
     poses = ["--poses", folder / "truth" / "poses.txt", "--object", "--force", "--no-report"]
