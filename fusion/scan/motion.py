@@ -13,14 +13,15 @@ from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
-from fusion.sensor.calibrated import depth_std
+from fusion.sensor.calibrated import depth_std, tilt_std
+from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.log import with_log
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.told_step import refuse_contradicted_step
 from fusion.turntable.model.finish import finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion, estimate_motion
-from fusion.turntable.selfcheck import SelfCheck
+from fusion.turntable.selfcheck import DepthKnown, SelfCheck
 from fusion.turntable.views import Region, View, usable, view
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
@@ -51,8 +52,7 @@ def find_motion(
     with stage("motion"):
         if how[1].step is not None and not how[1].force:
             refuse_contradicted_step(views, cut, how[1].step)
-        sensor, middle = how[1].sensor, float((region.low[2] + region.high[2]) / 2)
-        known = None if sensor is None else depth_std(sensor, camera, middle)
+        known = None if how[1].sensor is None else _known(how[1].sensor, camera, region)
         motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is None and (motion.camera_check.values == motion.taken_out.values).all():
@@ -65,20 +65,26 @@ def find_motion(
     return motion
 
 
+def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
+    """How well the depth is known where the object stands; None where no calibration says it."""
+    std = depth_std(sensor, camera, float((region.low[2] + region.high[2]) / 2))
+    return None if std is None else DepthKnown(std, tilt_std(sensor, camera))
+
+
 def _motion(
-    views: list[View], region: Region, known: tuple[Array | None, float | None], logged: bool
+    views: list[View], region: Region, known: tuple[Array | None, DepthKnown | None], logged: bool
 ) -> tuple[Motion, Array | None]:
     """The motion between the views, and the told angles that it follows; `known`: these, and how well the depth is.
 
     Where a log leads nowhere, as one in radians does, the images are asked alone; what is wrong with it shows then.
     """
-    commanded, std = known
+    commanded, depth = known
     try:
-        return estimate_motion(views, region, commanded, std), commanded
+        return estimate_motion(views, region, commanded, depth), commanded
     except TrackingError:
         if commanded is None or not logged:
             raise
-    return estimate_motion(views, region, None, std), None
+    return estimate_motion(views, region, None, depth), None
 
 
 def _finished(

@@ -1,4 +1,4 @@
-"""How well the depth of a calibrated sensor is known, in one number."""
+"""How well the depth of a calibrated sensor is known."""
 
 import numpy as np
 
@@ -28,3 +28,14 @@ def depth_std(sensor: Sensor, camera: Camera, distance: float) -> float | None:
             disparity = parameter == "values_px" or effect.startswith("disparity")
             sizes.append(float(np.median(np.abs(std))) * (per_pixel if disparity else unit))
     return float(np.clip(np.linalg.norm(sizes), LEAST, MOST)) if sensor.fitted else None
+
+
+def tilt_std(sensor: Sensor, camera: Camera) -> tuple[float, float]:
+    """Standard deviation of what a calibrated correction leaves of tilts over the rays' x and y [m per unit].
+
+    inf where none was fitted: walls at free tilts do not show one. Boards do, as their corners place them.
+    """
+    if "column_delay" not in sensor.fitted:
+        return np.inf, np.inf
+    across, down = (float(np.max(sensor.std.get(("column_delay", name), np.inf))) for name in ("slope", "slope_v"))
+    return camera.fx * across, camera.fy * down

@@ -25,7 +25,7 @@ from fusion.turntable.axis import Axis
 from fusion.turntable.guess.alone import Alone
 from fusion.turntable.guess.beginning import begun_with
 from fusion.turntable.pairs.edges import stack
-from fusion.turntable.selfcheck import SelfCheck
+from fusion.turntable.selfcheck import DepthKnown, SelfCheck
 from fusion.turntable.table.plate import Plate, above, find_plate
 from fusion.turntable.views import Region, View
 
@@ -80,7 +80,7 @@ class Motion:
 
 
 def estimate_motion(
-    views: Sequence[View], region: Region, commanded: Array | None = None, depth_std: float | None = None
+    views: Sequence[View], region: Region, commanded: Array | None = None, known: DepthKnown | None = None
 ) -> Motion:
     """Find axis and angles.
 
@@ -88,7 +88,7 @@ def estimate_motion(
         views: (n) with all their surface points (they are thinned here); empty ones are rejected.
         region: where the object is.
         commanded: (n,) angles [rad] that the table was told or said, of unknown sign; None when nothing is known.
-        depth_std: how well a calibrated depth is known [m]; None for a depth as the camera gives it.
+        known: how well a calibrated depth is known; None for a depth as the camera gives it.
 
     Raises:
         TrackingError: the views do not fit any turn about one axis.
@@ -101,7 +101,7 @@ def estimate_motion(
         return by_hand(begun.by_hand, (n, used, seen), centre)
     told = None if commanded is None else commanded[used]
     fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
-    fit, camera_fit, taken_out = _refine((shown, fine), (axis, angles), told, depth_std)
+    fit, camera_fit, taken_out = _refine((shown, fine), (axis, angles), told, known)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -217,7 +217,7 @@ def _refine(
     views: tuple[list[View], Callable[[], list[View]]],
     guess: tuple[Axis, Array],
     commanded: Array | None,
-    depth_std: float | None,
+    known: DepthKnown | None,
 ) -> tuple[Loop, Loop, SelfCheck]:
     """The turns together, then errors of camera and depth as far as no calibration tells them; last the axis as stated.
 
@@ -226,9 +226,9 @@ def _refine(
         taken out of the views, with what may still be found of them.
     """
     seen = stack(views[0])
-    middle, edges = together(seen, *guess, commanded, depth_std)
+    middle, edges = together(seen, *guess, commanded, known)
     told = None if commanded is None else of_its_sign(middle.angles, commanded)
-    flight = depth_std is not None and seen.views[0].map.camera.principle == "itof"
+    flight = known is not None and seen.views[0].map.camera.principle == "itof"
     # pairs of views tell the tilts only; of what else is left their own errors are as large, and the model tells it
     first, last = (TILTS, LEFT_OPEN) if flight else ((), ())
     camera_fit = fit_camera(seen, middle, edges, told, last)
@@ -238,10 +238,10 @@ def _refine(
         passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free, told=told)
         return close_loop(some, (middle.axis, middle.angles), edges, passes, check)
 
-    stated = no_errors(seen.views, depth_std)
+    stated = no_errors(seen.views, known)
     plain = fitted(first, stated)
     lens = () if "fx" in seen.views[0].map.camera.std else ((*first, "focal"),)
-    ways = (*lens, DEPTH_ERRORS) if depth_std is None else lens
+    ways = (*lens, DEPTH_ERRORS) if known is None else lens
     chosen, best = first, plain
     for free in ways:  # errors of camera or depth must earn their place: they cost precision
         fit = fitted(free, middle.check)

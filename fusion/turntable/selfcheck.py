@@ -149,18 +149,32 @@ class SelfCheck:
         return View(new, corrected(nominal.points), nominal.normals, nominal.sigma)
 
 
-def prior_of(camera: Camera, depth_std: float | None) -> Array:
+@dataclass(frozen=True)
+class DepthKnown:
+    """How well a calibrated depth is known, one standard deviation.
+
+    Attributes:
+        std: over distance and image [m].
+        tilt: (2,) over the rays' x and y [m per unit]; inf where walls at free tilts were all that it was seen on.
+    """
+
+    std: float
+    tilt: tuple[float, float] = (np.inf, np.inf)
+
+
+def prior_of(camera: Camera, known: DepthKnown | None) -> Array:
     """How wrong camera and depth may be (13,): as their calibration says, else as nominal ones usually are.
 
     Args:
         camera: its `std` tells what a calibration knows of it.
-        depth_std: of a depth that was calibrated [m], over distance and image; None for one that was not.
+        known: of a depth that was calibrated; None for one that was not.
     """
     prior = PRIOR.copy()
     if "fx" in camera.std:
         prior[0] = min(prior[0], float(np.hypot(camera.std["fx"] / camera.fx, LENS_MODEL)))
     for k, name in ((1, "cx"), (2, "cy")):
         prior[k] = min(prior[k], max(camera.std.get(name, np.inf), LENS_MODEL * camera.fx))
-    if depth_std is not None:
-        prior[_FIRST:] = np.minimum(prior[_FIRST:], [depth_std, depth_std / CORNER, np.inf, np.inf] + 6 * [depth_std])
+    if known is not None:
+        left = np.hypot(known.tilt, known.std / np.sqrt(CORNER))
+        prior[_FIRST:] = np.minimum(prior[_FIRST:], [known.std, known.std / CORNER, *left] + 6 * [known.std])
     return prior

@@ -14,7 +14,7 @@ def asked(monkeypatch):
     """What the motion was looked for with; with told angles there is none."""
     calls = []
 
-    def estimate(views, region, commanded, depth_std):
+    def estimate(views, region, commanded, known):
         calls.append(commanded)
         if commanded is not None:
             raise TrackingError("the views do not fit a turn about one axis")

@@ -7,7 +7,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck, prior_of
+from fusion.turntable.selfcheck import NAMES, PRIOR, DepthKnown, SelfCheck, prior_of
 from fusion.turntable.views import View
 
 CAMERA = Camera(40, 30, 50.0, 52.0, 19.0, 15.0)
@@ -60,11 +60,19 @@ def test_only_the_named_errors_are_taken_over():
 def test_a_calibration_narrows_what_may_be_wrong():
     assert np.array_equal(prior_of(CAMERA, None), PRIOR)
     known = replace(CAMERA, std={"fx": 0.01, "fy": 0.01, "cx": 0.1, "cy": 0.2})
-    narrow = prior_of(known, 0.0005)
+    narrow = prior_of(known, DepthKnown(0.0005))
     tilts = np.isin(NAMES, ["tilt_u", "tilt_v"])  # which walls at a free tilt leave open
     assert (narrow < PRIOR)[~tilts].all() and (narrow > 0).all() and (narrow == PRIOR)[tilts].all()
     assert narrow[0] < 0.001 and narrow[NAMES.index("offset")] == 0.0005
-    assert (prior_of(known, 1.0)[3:] == PRIOR[3:]).all()  # never wider than that of a nominal camera
+    assert (prior_of(known, DepthKnown(1.0))[3:] == PRIOR[3:]).all()  # never wider than that of a nominal camera
+
+
+def test_boards_narrow_the_tilts_too():
+    over_u, over_v = prior_of(CAMERA, DepthKnown(0.001, tilt=(0.0, 0.010)))[
+        [NAMES.index("tilt_u"), NAMES.index("tilt_v")]
+    ]
+    assert 0.001 < over_u < 0.003  # what the law leaves at an image's corner remains
+    assert 0.010 < over_v < 0.011
 
 
 def test_errors_of_depth_are_told_by_name():

@@ -16,7 +16,7 @@ from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import log_equations
 from fusion.turntable.axis import Axis
 from fusion.turntable.pairs.edges import Stack, edge_sums, stack
-from fusion.turntable.selfcheck import NAMES, SelfCheck, prior_of
+from fusion.turntable.selfcheck import NAMES, DepthKnown, SelfCheck, prior_of
 from fusion.turntable.views import View
 
 Array = NDArray[np.float64]
@@ -171,17 +171,17 @@ def close_loop(
     return Loop(axis, angles, angle_std, residual, support, system.fitting, check, std[SHARED:FIRST])
 
 
-def no_errors(views: Sequence[View], depth_std: float | None = None) -> SelfCheck:
+def no_errors(views: Sequence[View], known: DepthKnown | None = None) -> SelfCheck:
     """A camera and depth as stated, laid over the range of distance that the views show.
 
     Args:
         views: their camera tells how well it is known.
-        depth_std: how well their depth is known [m], see `prior_of`.
+        known: how well their depth is known, see `prior_of`.
     """
     z = np.concatenate([v.points[::20, 2] for v in views])
     near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
     triangulation = views[0].map.camera.principle in ("structured_light", "active_stereo")
-    prior = prior_of(views[0].map.camera, depth_std)
+    prior = prior_of(views[0].map.camera, known)
     return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation, prior)
 
 

@@ -11,7 +11,7 @@ from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, c
 from fusion.turntable.axis import Axis
 from fusion.turntable.pairs.edges import Stack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, SelfCheck
+from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, DepthKnown, SelfCheck
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
@@ -26,7 +26,7 @@ OTHER = np.deg2rad(1.0)  # between two beginnings that are worth trying both
 
 
 def together(
-    shown: Stack, axis: Axis, angles: Array, commanded: Array | None = None, depth_std: float | None = None
+    shown: Stack, axis: Axis, angles: Array, commanded: Array | None = None, known: DepthKnown | None = None
 ) -> tuple[Loop, list[tuple[int, int]]]:
     """All turns brought together with the focal length free, and the pairs of views that overlap then.
 
@@ -35,11 +35,11 @@ def together(
         axis, angles: first guess, (n,) [rad].
         commanded: (n,) what the table was told [rad], of either sign; the fit begins there too, and the better
             beginning is gone on with: errors that stand still in the image may have pulled the first guess.
-        depth_std: how well a calibrated depth is known [m], else None.
+        known: how well a calibrated depth is known, else None.
     """
     told = None if commanded is None else of_its_sign(angles, commanded)
     coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",), told=told)
-    some, check = shown.thinned(COARSE_POINTS), no_errors(shown.views, depth_std)
+    some, check = shown.thinned(COARSE_POINTS), no_errors(shown.views, known)
     first = _begun(some, (axis, angles), coarse, check)
     if told is not None and np.ptp(angles - told) > OTHER:
         first = min(first, _begun(some, (axis, told), coarse, check), key=misfit)
