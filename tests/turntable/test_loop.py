@@ -7,7 +7,7 @@ import pytest
 
 from fusion.turntable import motion
 from fusion.turntable.all_views.loop import LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.selfcheck import NAMES
+from fusion.turntable.selfcheck import NAMES, DepthKnown
 from fusion.turntable.views import View
 
 
@@ -58,7 +58,7 @@ def test_errors_of_a_calibrated_depth_stay_within_its_own_uncertainty(owl_scene)
     """What the prior allows is used up at most four times over, and axis and angles fit what is used then."""
     settings = LoopSettings((0.03, 0.015, 0.008), (6, 6, 6), free_camera=NAMES[3:])
     views, edges = few(owl_scene.views(), 600), choose_edges(owl_scene.angles, np.deg2rad(45))
-    check = no_errors(views, 1e-5)
+    check = no_errors(views, DepthKnown(1e-5))
     loop = close_loop(views, wrong_start(owl_scene), edges, settings, check)
     assert (np.abs(loop.check.values[3:]) <= 4.001 * check.prior[3:]).all()
     assert error_deg(loop, owl_scene.angles) < 0.25
