@@ -10,6 +10,7 @@ from fusion.files.inside import part
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
+from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
 from fusion.recording.formats.folders import nerfstudio, plain
 from fusion.recording.formats.phones import polycam, record3d, stray
@@ -34,7 +35,7 @@ FOLDERS: tuple[ModuleType, ...] = (
     record3d,
     plain,
 )
-FILES: tuple[ModuleType, ...] = (bag, record3d, polycam, nerfstudio, oni, sens, klg)
+FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
 
 

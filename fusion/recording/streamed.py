@@ -32,6 +32,8 @@ class Source:
         has_color: (n,) frames that have one; empty where none has.
         own: by frame, the camera that saw it where that is not `camera`.
         counts: as `FrameStreams.counts`.
+        ir: the infrared image (h, w) uint16 of a frame in the depth images' pixels, or None; raises RecordingError.
+        has_ir: (n,) frames that have one; empty where none has.
     """
 
     path: Path
@@ -42,6 +44,8 @@ class Source:
     has_color: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     own: Mapping[int, Camera] = field(default_factory=dict)
     counts: Callable[[int], NDArray[np.uint16]] | None = None
+    ir: Callable[[int], NDArray[np.uint16] | None] | None = None
+    has_ir: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
     @property
     def apart(self) -> bool:
@@ -56,11 +60,12 @@ class Source:
         if own is not None:
             depth = depth_in(depth, own, self.camera)
         color = None if self.apart or self.color is None else self.color(index)
+        ir = None if self.ir is None else self.ir(index)
         if color is not None and color.shape[:2] != self.camera.shape:
-            return Frame(index, float(self.stamps[index]), depth, unfit=("color",))
+            return Frame(index, float(self.stamps[index]), depth, ir=ir, unfit=("color",))
         if color is not None and own is not None:
             color = color_in_pixels(color, own, self.camera)
-        return Frame(index, float(self.stamps[index]), depth, color)
+        return Frame(index, float(self.stamps[index]), depth, color, ir)
 
     def color_apart(self, index: int) -> NDArray[np.uint8] | None:
         """The colour image of a frame in the pixels of `camera.color`. Raises RecordingError."""
@@ -75,7 +80,10 @@ class Source:
         if not len(self.stamps):
             raise RecordingError("the recording is empty", self.path, "no frame with depth", "one or more")
         shown = FrameStreams(
-            color=self.has_color, counts=self.counts, color_apart=self.color_apart if self.apart else None
+            color=self.has_color,
+            ir=self.has_ir,
+            counts=self.counts,
+            color_apart=self.color_apart if self.apart else None,
         )
         return Recording(
             path=self.path,

@@ -13,7 +13,11 @@ SQLITE = b"SQLite format 3\0"
 # how files begin: what it is, what to do. The first that fits counts
 _BEGINNINGS: tuple[tuple[bytes, str, str], ...] = (
     (rb"EVENTS1\0", "a Kinect Studio recording (.xef)", "export its depth as 16-bit PNG images"),
-    (rb"\x1aE\xdf\xa3", "a Matroska video (.mkv)", "export its depth as 16-bit PNG images with a camera.json"),
+    (
+        rb"\x1aE\xdf\xa3",
+        "a Matroska video without Azure Kinect's depth",
+        "a recording needs depth: export that with it",
+    ),
     (rb"\x28\xb5\x2f\xfd", "a file packed by zstd", "unpack it: zstd -d FILE"),
     (rb"\x1f\x8b", "a file packed by gzip", "unpack it first"),
     (rb"PK\x03\x04", "a zip archive of no known recording", "unpack it and open the recording's folder"),

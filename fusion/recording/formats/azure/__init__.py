@@ -1,0 +1,1 @@
+"""Azure Kinect's and Orbbec Femto's recordings."""
