@@ -4,6 +4,7 @@ Samples of the makers' own recorders lie with the tests of their readers; `.sens
 their published layouts.
 """
 
+import gzip
 import struct
 import zlib
 from collections.abc import Iterator
@@ -45,6 +46,7 @@ def _good() -> Iterator[tuple[str, bytes, list[str]]]:
     for name in ("bags/realsense_2_56.bag", "bags/realsense_2_59.db3", "samples/openni2_dummy.oni"):
         more = ["--camera", "camera.json"] if name.endswith(".oni") else []
         yield Path(name).name, (SAMPLES / name).read_bytes(), more
+    yield "azure.mkv", gzip.decompress((SAMPLES / "samples/azure_box.mkv.gz").read_bytes()), []
     yield "room.sens", _sens(), []
     yield "room.klg", _klg(), ["--camera", "camera.json"]
 
