@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-TESTS = Path(__file__).resolve().parents[1] / "tests" / "recording"
-sys.path[:0] = [str(TESTS), str(TESTS / "bags")]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "recording"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "recording" / "bags"))
 
 import box_scene
 import matroska
@@ -46,7 +46,9 @@ def written(path: Path, kind: str, count: int, size: tuple[int, int], lengths: t
 
 def written_mkv(path: Path, count: int, size: tuple[int, int]) -> Path:
     """A Matroska file of this many frames; images behind the first eight are holes of the file, which cost no disk."""
-    calibration = json.loads((TESTS / "samples" / "azure_pixels.json").read_text(encoding="utf-8"))["calibration"]
+    calibration = json.loads(
+        (Path(box_scene.__file__).parent / "samples" / "azure_pixels.json").read_text(encoding="utf-8")
+    )["calibration"]
     clean = np.rint(box_scene.depth(box_scene.rays(*size, size[0], size[0], size[0] / 2, size[1] / 2)) * 1000)
     rng = np.random.default_rng(1)
     images = [(clean + rng.normal(0, 2, clean.shape)).astype(">u2").tobytes() for _ in range(8)]

@@ -1,6 +1,8 @@
 """Writing a recording for programs that make splats: nerfstudio's `transforms.json`, images, depth, a cloud."""
 
+import contextlib
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
+from fusion.geometry.lens_forms import fisheye, to_fisheye, to_polynomial, with_lens
 from fusion.geometry.pose import other_axes, transform
 from fusion.progress import each
 from fusion.recording.recording import Recording
@@ -16,6 +19,7 @@ from fusion.recording.write import depth_counts, tell, write_png
 
 POINTS = 200_000  # of the cloud that splats begin with: as many as colmap's sparse models have, and 3 MB
 SAME_PLACE = 1e-6
+MOST_PX = 0.2  # that a lens in another form may be off: what the place of a pixel is held to
 
 
 def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None = None) -> None:
@@ -56,14 +60,15 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
         colors.append(seen)
     if not frames:
         raise RecordingError("there is no frame to write", recording.path, "none with colour and a pose", "one or more")
-    content = _camera_fields(camera) | {
+    told: list[str] = []
+    content = _camera_fields(camera, recording.path, told) | {
         "depth_unit_scale_factor": 1 / recording.camera.depth_scale,
         "ply_file_path": "points.ply",
         "frames": frames,
     }
     (folder / "transforms.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     write_cloud(folder / "points.ply", np.concatenate(cloud), np.concatenate(colors))
-    told = [*recording.warnings, *([f"{left} frames without colour or pose are left out"] if left else [])]
+    told += [*recording.warnings, *([f"{left} frames without colour or pose are left out"] if left else [])]
     if recording.camera.depth_scale != 1000:
         told.append(f"nerfstudio takes depth for millimetres unless told: --depth-unit-scale-factor "
                     f"{1 / recording.camera.depth_scale:g}")  # fmt: skip
@@ -83,19 +88,40 @@ def _seen_by(recording: Recording) -> Camera:
             where, expected = recording.path, "depth that lies over colour"
             raise RecordingError("colour and depth are of two cameras side by side", where, expected=expected, do=do)
         camera = camera.color
-    if any(camera.distortion[5:]):
-        raise RecordingError(
-            "nerfstudio does not know this lens", recording.path, "k4 to k6", "k1, k2, p1, p2, k3", "pass --camera"
-        )
     return camera
 
 
-def _camera_fields(camera: Camera) -> dict[str, Any]:
-    """The camera as nerfstudio takes it: pixels from the image's corner, half a pixel from the first one's centre."""
-    k1, k2, p1, p2, k3, *_ = camera.distortion
+def _camera_fields(camera: Camera, where: Path, told: list[str]) -> dict[str, Any]:
+    """The camera as nerfstudio takes it: pixels from the image's corner, half a pixel from the first one's centre.
+
+    It knows three radial terms with tangential ones (the fourth of its form is not undistorted), and OpenCV's fisheye.
+    """
     fields: dict[str, Any] = {"camera_model": "OPENCV", "w": camera.width, "h": camera.height}
     fields |= {"fl_x": camera.fx, "fl_y": camera.fy, "cx": camera.cx + 0.5, "cy": camera.cy + 0.5}
-    return fields | {"k1": k1, "k2": k2, "p1": p1, "p2": p2} | ({"k3": k3} if k3 else {})
+    k1, k2, p1, p2, k3, *more = camera.distortion
+    if not any(more):
+        return fields | {"k1": k1, "k2": k2, "p1": p1, "p2": p2} | ({"k3": k3} if k3 else {})
+    gap, forms = np.inf, dict[str, Any]()
+    with contextlib.suppress(ValueError):
+        k = to_polynomial(camera)
+        gap = _farthest(camera, replace(camera, distortion=(k[0], k[1], p1, p2, k[2])))
+        forms = {"k1": k[0], "k2": k[1], "p1": p1, "p2": p2, "k3": k[2]}
+    with contextlib.suppress(ValueError):
+        k = to_fisheye(camera)
+        if (wide := _farthest(camera, with_lens(camera, fisheye(k))[0])) < gap:
+            gap, forms = wide, {"camera_model": "OPENCV_FISHEYE", **dict(zip(("k1", "k2", "k3", "k4"), k, strict=True))}
+    if not gap <= MOST_PX:
+        found = f"{gap:.2g} px apart" if np.isfinite(gap) else "a lens that does not see all of the image"
+        raise RecordingError("nerfstudio does not know this lens", where, found, f"{MOST_PX} px", "pass --camera")
+    told.append(f"the lens is written in nerfstudio's form, up to {gap:.2g} px from it")
+    return fields | forms
+
+
+def _farthest(camera: Camera, other: Camera) -> float:
+    """How far [px] the rays of a camera's pixels lie apart in the images of the two."""
+    rays = camera.rays()[::7, ::7].reshape(-1, 2)
+    points = np.column_stack([rays, np.ones(len(rays))])
+    return float(np.abs(camera.project(points) - other.project(points)).max())
 
 
 def _points(

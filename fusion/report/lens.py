@@ -115,6 +115,8 @@ def _section(fit: CameraFit, search: Search, name: str) -> Section:
         corners_figure(_shown(fit, search), name),
     )
     lead = "The model is OpenCV's: focal lengths, principal point, k1 k2 k3 radial, p1 p2 tangential."
+    if "k4" in fit.judged.solution.names:
+        lead += " The lens is wide: k4 k5 k6 divide the radial part; each alone is known badly, together they are."
     return Section(TITLES[name], lead, figures, _table(fit) + _missed(search))
 
 
@@ -123,7 +125,7 @@ def _table(fit: CameraFit) -> str:
     rows = [
         [name, f"{value:.6g}", f"{std:.2g}", f"{scatter:.2g}", f"{jackknife:.2g}", f"{np.nanmax(np.abs(shift)):.2g}"]
         for name, value, std, scatter, jackknife, shift in zip(
-            NAMES,
+            fit.judged.solution.names,
             fit.judged.solution.parameters,
             known.std,
             known.scatter,

@@ -33,14 +33,17 @@ def cameras(count=3):
     return np.stack(made)
 
 
-def depth(T, width, height, fx, fy, ox, oy):
+def depth(T, width, height, fx, fy, ox, oy, bent=None):
     """(h, w) depth along the axis [m] and (h, w) index into FACES, 0 and -1 where nothing is.
 
-    T: as of `cameras`; fx, fy, ox, oy: [px], the principal point from the image's upper left CORNER.
+    T: as of `cameras`; fx, fy, ox, oy: [px], the principal point from the image's upper left CORNER; bent: takes
+    (h, w, 2) to the right and down in focal lengths, as a lens has them, to where they were without.
     """
     right = (np.arange(width) + 0.5 - ox) / fx
     down = (np.arange(height) + 0.5 - oy) / fy
     x, y = np.meshgrid(right, down)
+    if bent is not None:
+        x, y = np.moveaxis(bent(np.dstack([x, y])), -1, 0)
     rays = np.dstack([x, -y, -np.ones_like(x)]) @ T[:3, :3].T
     best, face = np.full((height, width), np.inf), np.full((height, width), -1)
     for index, (n, d) in enumerate(FACES):

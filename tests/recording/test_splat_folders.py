@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -16,12 +17,12 @@ CLOSE = 0.15e-3  # as of phones: 0.2 px are 0.9 mm
 LENS = (150.0, 152.0, 84.0, 57.0)  # fl_x, fl_y, cx, cy of 160 x 120, from the corner
 
 
-def nerfstudio(folder, lenses=(LENS,) * 3, applied=None, **changed):
+def nerfstudio(folder, lenses=(LENS,) * 3, applied=None, bent=None, **changed):
     (folder / "images").mkdir(parents=True)
     (folder / "depths").mkdir()
     frames, faces = [], []
     for i, T in enumerate(rendered.cameras()):
-        z, face = rendered.depth(T, 160, 120, *lenses[i])
+        z, face = rendered.depth(T, 160, 120, *lenses[i], bent)
         faces.append(face)
         # numbers without zeros in front: 10 comes after 9
         cv2.imwrite(str(folder / f"depths/{i + 8}.png"), np.rint(1000 * z).astype(np.uint16))
@@ -67,12 +68,43 @@ def test_frames_with_cameras_of_their_own(tmp_path):
     assert worst[-2] < CLOSE and worst[-1] < 0.9e-3
 
 
+WIDE = (70.0, 71.0, 81.5, 58.5)  # 120 degrees over the corners
+
+
+def test_a_fisheye_lens(tmp_path):
+    k = (0.02, -0.015, 0.006, -0.001)
+    seen = partial(cv2.fisheye.undistortPoints, K=np.eye(3), D=np.array(k))
+    names = dict(zip(("k1", "k2", "k3", "k4"), k, strict=True))
+    faces = nerfstudio(tmp_path / "x", (WIDE,) * 3, bent=seen, camera_model="OPENCV_FISHEYE", **names)
+    recording = open_recording(tmp_path / "x")
+    # a pixel is twice as wide as of the other lens: 0.1 px
+    assert np.abs(rendered.errors(recording, faces)).max() < CLOSE
+    assert main(["convert", str(tmp_path / "x"), str(tmp_path / "y"), "--format", "nerfstudio"]) == 0
+    written = json.loads((tmp_path / "y" / "transforms.json").read_text())
+    assert written["camera_model"] == "OPENCV_FISHEYE"
+    assert np.abs(rendered.errors(open_recording(tmp_path / "y"), faces)).max() < CLOSE
+
+
+def test_four_radial_terms(tmp_path):
+    k = (-0.25, 0.12, -0.04, 0.006)
+
+    def straight(bent):
+        r = np.linspace(0, 1.5, 100_000)
+        far = np.hypot(*np.moveaxis(bent, -1, 0))
+        true = np.interp(far, r * (1 + k[0] * r**2 + k[1] * r**4 + k[2] * r**6 + k[3] * r**8), r)
+        return bent * (true / np.maximum(far, 1e-12))[..., None]
+
+    faces = nerfstudio(tmp_path / "x", bent=straight, **dict(zip(("k1", "k2", "k3", "k4"), k, strict=True)))
+    assert np.abs(rendered.errors(open_recording(tmp_path / "x"), faces)).max() < CLOSE
+
+
 @pytest.mark.parametrize(
     ("changed", "match"),
     [
-        ({"camera_model": "OPENCV_FISHEYE"}, "OPENCV_FISHEYE.*undistort"),
+        ({"camera_model": "EQUIRECTANGULAR"}, "EQUIRECTANGULAR.*undistort"),
+        ({"camera_model": "OPENCV_FISHEYE", "k1": -0.9}, "does not reach the image's corners.*undistort"),
         ({"frames": []}, "no frame has depth"),
-        ({"k4": 0.1}, "k4"),
+        ({"k1": -1.5, "k4": 0.1}, "does not reach.*undistort"),
         ({"applied_transform": [[2, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "applied_transform"),
         ({"fl_x": "wide"}, "fl_x"),
         ({"fl_x": None}, "fl_x"),

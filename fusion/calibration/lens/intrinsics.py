@@ -15,6 +15,7 @@ from fusion.calibration.lens.search import Search, search
 from fusion.calibration.lens.size import size_warnings
 from fusion.calibration.lens.solve import NAMES, solve
 from fusion.calibration.lens.spread import Spread, spread
+from fusion.calibration.lens.terms import is_rational
 from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projection_uncertainty
 from fusion.calibration.lens.views import View, covered
 from fusion.errors import RecordingError
@@ -135,6 +136,7 @@ def calibrate_intrinsics(path: Path | str, board: Board, settings: LensSettings 
 def fit_camera(views: Sequence[View], size: tuple[int, int], settings: LensSettings | None = None) -> CameraFit:
     """One camera from views of a board; size is (width, height) [px].
 
+    Where views left out say that the lens is wider than three radial terms follow, all eight of OpenCV's are fitted.
     A k3 that the views do not establish is held at 0: left free it bends the corners of the picture, where no board was
     seen (measured on a challenge with known truth: 1.2 px rms over the picture with a free k3, 0.2 px with it held).
     The standard deviations and the projection's uncertainty stay those with k3 free.
@@ -143,16 +145,17 @@ def fit_camera(views: Sequence[View], size: tuple[int, int], settings: LensSetti
         RecordingError: too few views, contradicting ones, uneven squares, or a parameter that stays open.
     """
     settings = settings or LensSettings()
-    judged = judge(views, size, settings.keep_outliers)
-    pitch = row_pitch(judged.views, size)
+    rational = is_rational(views, size)
+    judged = judge(views, size, settings.keep_outliers, rational)
+    pitch = row_pitch(judged.views, size, judged.solution.parameters if rational else None)
     check_pitch(*pitch)
     known = spread(judged.views, judged.solution)
     _check_open(judged, known)
-    std = {name: float(value) for name, value in zip(NAMES, known.std, strict=True)}
+    std = {name: float(value) for name, value in zip(judged.solution.names, known.std, strict=True)}
     free = judged.solution.camera(size)
     distance = settings.distance or float(np.median(np.linalg.norm(judged.solution.poses[:, 3:], axis=1)))
     uncertainty = projection_uncertainty(free, known.covariance, distance)
-    held = bool(abs(judged.solution.parameters[K3]) < ESTABLISHED * known.scatter[K3])
+    held = not rational and bool(abs(judged.solution.parameters[K3]) < ESTABLISHED * known.scatter[K3])
     if held:
         start = np.concatenate([judged.solution.parameters[:K3], [0.0]])
         judged = replace(judged, solution=solve(judged.views, size, start, hold_k3=True))

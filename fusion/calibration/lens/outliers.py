@@ -50,15 +50,21 @@ class Judged:
     wild: dict[str, int]
 
 
-def judge(views: Sequence[View], size: tuple[int, int], keep: bool = False) -> Judged:
+def judge(views: Sequence[View], size: tuple[int, int], keep: bool = False, rational: bool = False) -> Judged:
     """Solve, leave out what does not fit, and solve again until nothing changes; `keep` names but does not leave out.
+
+    Args:
+        views: of the board.
+        size: (width, height) [px].
+        keep: use outliers all the same.
+        rational: the lens has the twelve parameters of OpenCV's rational form.
 
     Raises:
         RecordingError: too few views, or so many disagree that it cannot be said which are wrong.
     """
     views = list(views)
     bad = _not_plane(views)
-    solution, rms = _solved(views, bad, size)
+    solution, rms = _solved(views, bad, size, rational)
     for _ in range(ROUNDS):
         found = _standing_out(rms, views, bad, solution)
         if len(found) > MOST_VIEWS * len(views):
@@ -67,10 +73,10 @@ def judge(views: Sequence[View], size: tuple[int, int], keep: bool = False) -> J
         if found == bad:
             break
         bad = found
-        solution, rms = _solved(views, bad, size)
+        solution, rms = _solved(views, bad, size, rational)
     outliers = [Outlier(views[i].name, float(rms[i]), reason) for i, reason in sorted(bad.items())]
     if keep:
-        return Judged(views, outliers, solve(views, size), {})
+        return Judged(views, outliers, solve(views, size, rational=rational), {})
     kept, wild = _without_wild([v for i, v in enumerate(views) if i not in bad], solution)
     return Judged(kept, outliers, solve(kept, size, solution.parameters) if wild else solution, wild)
 
@@ -85,9 +91,9 @@ def _not_plane(views: list[View]) -> dict[int, str]:
     return {int(i): f"no plane board: {misfit[i]:.1f} px, the others {usual:.2f} px" for i in bad}
 
 
-def _solved(views: list[View], bad: dict[int, str], size: tuple[int, int]) -> tuple[Solution, Array]:
+def _solved(views: list[View], bad: dict[int, str], size: tuple[int, int], rational: bool) -> tuple[Solution, Array]:
     """The camera of the good views, and the error [px] of every view under it."""
-    solution = solve([view for i, view in enumerate(views) if i not in bad], size)
+    solution = solve([view for i, view in enumerate(views) if i not in bad], size, rational=rational)
     rms = np.zeros(len(views))
     rms[[i for i in range(len(views)) if i not in bad]] = [_usual_error(r) for r in solution.residuals]
     for i in bad:

@@ -46,7 +46,7 @@ def place_color(ir: Sequence[View], color: Sequence[View], ir_camera: Camera, co
 
     Args:
         ir, color: views; those of the same name belong together.
-        ir_camera, color_camera: with the five distortion values of their fits.
+        ir_camera, color_camera: of their fits.
 
     Raises:
         RecordingError: fewer than three pairs that agree.
@@ -67,7 +67,7 @@ def place_color(ir: Sequence[View], color: Sequence[View], ir_camera: Camera, co
     seen = [
         [np.ascontiguousarray(v.pixels, np.float32).reshape(-1, 1, 2) for v in side] for side in zip(*used, strict=True)
     ]
-    lens = [np.array(camera.distortion[:5]) for camera in (ir_camera, color_camera)]
+    lens = [np.array(camera.distortion) for camera in (ir_camera, color_camera)]
     size = (ir_camera.width, ir_camera.height)
     place: Any = cv2.stereoCalibrate  # its types ask for start values that the flags make needless
     rms, *_, R, t, _, _ = place(
@@ -87,7 +87,7 @@ def place_color(ir: Sequence[View], color: Sequence[View], ir_camera: Camera, co
 def _relative(ir: View, color: View, ir_camera: Camera, color_camera: Camera) -> Array | None:
     """(6,) rotation vector and translation of the colour camera as one pair tells it."""
     poses: Any = [
-        placed(view, np.array([c.fx, c.fy, c.cx, c.cy, *c.distortion[:5]]))
+        placed(view, np.array([c.fx, c.fy, c.cx, c.cy, *c.distortion]))
         for view, c in ((ir, ir_camera), (color, color_camera))
     ]
     if poses[0] is None or poses[1] is None:

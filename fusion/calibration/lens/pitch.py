@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fusion.calibration.lens.solve import NAMES, jacobian, residual, solve
+from fusion.calibration.lens.solve import jacobian, residual, solve
 from fusion.calibration.lens.spread import eliminated
 from fusion.calibration.lens.views import View
 from fusion.errors import RecordingError
@@ -16,16 +16,21 @@ TOLERATED, SIGNIFICANT = 0.015, 6.0  # share, and standard deviations: beyond bo
 ROUNDS = 5
 
 
-def row_pitch(views: Sequence[View], size: tuple[int, int]) -> tuple[float, float]:
+def row_pitch(views: Sequence[View], size: tuple[int, int], begin: Array | None = None) -> tuple[float, float]:
     """(ratio, std): distance of the rows over that of the columns as the views themselves tell it.
 
     Seen flat from the front it hides behind the focal lengths; boards tilted and turned in the picture show it. The
     standard deviation says which is the case.
 
+    Args:
+        views: of the board.
+        size: (width, height) [px].
+        begin: parameters of the camera to start from; they say which form its lens has.
+
     Raises:
         RecordingError: no camera explains the views.
     """
-    ratio, start, std = 1.0, None, float("inf")
+    ratio, start, std = 1.0, begin, float("inf")
     for _ in range(ROUNDS):
         stretched = [replace(view, points=view.points * [1, ratio, 1]) for view in views]
         solution = solve(stretched, size, start)
@@ -36,7 +41,7 @@ def row_pitch(views: Sequence[View], size: tuple[int, int]) -> tuple[float, floa
         if np.linalg.cond(H * np.outer(unit, unit)) > 1e12:
             return 1.0, float("inf")
         inverse = np.linalg.inv(H * np.outer(unit, unit)) * np.outer(unit, unit)
-        free = max(2 * sum(map(len, views)) - len(NAMES) - 1 - 6 * len(views), 1)
+        free = max(2 * sum(map(len, views)) - len(start) - 1 - 6 * len(views), 1)
         squares = sum(float((r**2).sum()) for r in solution.residuals)
         std = float(np.sqrt(squares / free * inverse[-1, -1])) * ratio
         change = float(-(inverse @ g)[-1])
@@ -57,8 +62,9 @@ def check_pitch(ratio: float, std: float, where: object = "board.json") -> None:
 
 
 def _block(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
-    """Information and gradient of a view about (9 parameters, relative change of the rows' pitch)."""
+    """Information and gradient of a view about (the parameters, relative change of the rows' pitch)."""
     J, r = jacobian(view, pose, parameters)
     more = replace(view, points=view.points * [1, 1 + STEP, 1])
     column = (residual(view, pose, parameters) - residual(more, pose, parameters)).reshape(-1, 1) / STEP
-    return eliminated(np.hstack([J[:, :9], column, J[:, 9:]]), r, 10)
+    k = len(parameters)
+    return eliminated(np.hstack([J[:, :k], column, J[:, k:]]), r, k + 1)

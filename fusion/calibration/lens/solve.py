@@ -12,8 +12,9 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 
-# in the order of OpenCV's distortion behind the camera matrix
+# in the order of OpenCV's distortion behind the camera matrix; a wide lens has the rational form's three more
 NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+RATIONAL = (*NAMES, "k4", "k5", "k6")
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Solution:
     """Least squares over all corners of some views.
 
     Attributes:
-        parameters: (9,) in the order of NAMES, [px] and OpenCV's distortion.
+        parameters: (9,) in the order of NAMES, or (12,) in that of RATIONAL: [px] and OpenCV's distortion.
         poses: (views, 6) rotation vector and translation [m] of the board in the camera.
         residuals: per view (n, 2) seen minus predicted [px].
     """
@@ -29,6 +30,11 @@ class Solution:
     parameters: Array
     poses: Array
     residuals: list[Array]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return RATIONAL[: len(self.parameters)]
 
     @property
     def matrix(self) -> Array:
@@ -52,19 +58,26 @@ class Solution:
 
 
 def matrix(parameters: Array) -> Array:
-    """(3, 3) camera matrix of parameters (9,)."""
+    """(3, 3) camera matrix of parameters (9 or 12,)."""
     fx, fy, cx, cy = parameters[:4]
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
 
 
-def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = None, hold_k3: bool = False) -> Solution:
+def solve(
+    views: Sequence[View],
+    size: tuple[int, int],
+    start: Array | None = None,
+    hold_k3: bool = False,
+    rational: bool = False,
+) -> Solution:
     """Fit one camera and a pose per view.
 
     Args:
         views: at least three.
         size: (width, height) [px].
-        start: parameters (9,) to start from.
+        start: parameters to start from; twelve of them are fitted in the rational form.
         hold_k3: leave k3 where `start` has it, or at 0.
+        rational: fit all twelve parameters, from the best nine on where there is no `start`.
 
     Raises:
         RecordingError: too few views, or no camera explains them.
@@ -72,9 +85,11 @@ def solve(views: Sequence[View], size: tuple[int, int], start: Array | None = No
     if len(views) < 3:
         do = "record 10 or more pictures with the board tilted in several directions"
         raise RecordingError("too few views of the board", found=len(views), expected="3 or more", do=do)
-    free = np.array([name != "k3" or not hold_k3 for name in NAMES])
     try:
         begin = _guess(views, size) if start is None else np.array(start, float)
+        if rational and len(begin) < len(RATIONAL):
+            begin = np.concatenate([solve(views, size, begin).parameters, np.zeros(3)])
+        free = np.array([name != "k3" or not hold_k3 for name in RATIONAL[: len(begin)]])
         found = [pose for view in views if (pose := placed(view, begin)) is not None]
         if len(found) < len(views):
             raise np.linalg.LinAlgError("a view without a pose")
@@ -104,10 +119,10 @@ def residual(view: View, pose: Array, parameters: Array) -> Array:
 
 
 def jacobian(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
-    """(2n, 9 + 6) derivative of the predicted pixels in camera and pose, (2n,) predicted minus seen [px]."""
+    """(2n, parameters + 6) derivative of the predicted pixels in camera and pose, (2n,) predicted minus seen [px]."""
     predicted, J = cv2.projectPoints(view.points, pose[:3], pose[3:], matrix(parameters), parameters[4:])
     # OpenCV's columns: rotation, translation, focal length, principal point, distortion
-    return np.hstack([J[:, 6:15], J[:, :6]]), (predicted.reshape(-1, 2) - view.pixels).ravel()
+    return np.hstack([J[:, 6 : 6 + len(parameters)], J[:, :6]]), (predicted.reshape(-1, 2) - view.pixels).ravel()
 
 
 def placed(view: View, parameters: Array) -> Array | None:

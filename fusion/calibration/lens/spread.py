@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fusion.calibration.lens.solve import NAMES, Solution, jacobian
+from fusion.calibration.lens.solve import Solution, jacobian
 from fusion.calibration.lens.views import View
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
@@ -20,12 +20,12 @@ class Spread:
     """How well the parameters are known.
 
     Attributes:
-        covariance: (9, 9) in the order of NAMES: from the corners' scatter, or wider where the views disagree, see
-            `spread`.
-        scatter: (9,) standard deviations if the corners' errors were independent.
-        jackknife: (9,) standard deviations from leaving out one view at a time.
-        shifts: (views, 9) parameters without each view minus those with all.
-        influence: (views,) Cook's distance: shift squared in units of the covariance, over 9.
+        covariance: (k, k) in the order of the solution's names: from the corners' scatter, or wider where the views
+            disagree, see `spread`.
+        scatter: (k,) standard deviations if the corners' errors were independent.
+        jackknife: (k,) standard deviations from leaving out one view at a time.
+        shifts: (views, k) parameters without each view minus those with all.
+        influence: (views,) Cook's distance: shift squared in units of the covariance, over k.
         sigma_px: scatter of one coordinate of a corner.
     """
 
@@ -38,12 +38,12 @@ class Spread:
 
     @property
     def std(self) -> Array:
-        """(9,) standard deviations."""
+        """(k,) standard deviations."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def correlation(self) -> Array:
-        """(9, 9) correlations."""
+        """(k, k) correlations."""
         std = self.std
         return self.covariance / np.outer(std, std)
 
@@ -65,7 +65,7 @@ def spread(views: Sequence[View], solution: Solution) -> Spread:
         do = "record views with the board tilted in several directions and near the edges"
         raise RecordingError("the views leave the camera open", found=f"{len(views)} views", do=do)
     inverse = np.linalg.inv(total * np.outer(unit, unit)) * np.outer(unit, unit)
-    free = 2 * sum(map(len, views)) - len(NAMES) - 6 * len(views)
+    free = 2 * sum(map(len, views)) - len(solution.parameters) - 6 * len(views)
     squares = sum(float((r**2).sum()) for r in solution.residuals)
     sigma2 = squares / max(free, 1)
     shifts = np.array([_without(total, S[i], s[i], unit) for i in range(len(views))])
@@ -74,14 +74,14 @@ def spread(views: Sequence[View], solution: Solution) -> Spread:
     scatter = np.sqrt(sigma2 * np.diag(inverse))
     wider = float(np.clip(np.sqrt(np.mean((jackknife / scatter) ** 2)), 1, 10))
     covariance = sigma2 * inverse * wider**2
-    influence = np.einsum("vi,ij,vj->v", shifts, total / sigma2 if sigma2 else total, shifts) / len(NAMES)
+    influence = np.einsum("vi,ij,vj->v", shifts, total / sigma2 if sigma2 else total, shifts) / len(unit)
     return Spread(covariance, scatter, jackknife, shifts, influence, float(np.sqrt(sigma2)))
 
 
 def reduced(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
-    """(9, 9) information and (9,) gradient of a view about the camera, without its own pose; weight 1/px^2."""
+    """(k, k) information and (k,) gradient of a view about the camera, without its own pose; weight 1/px^2."""
     J, r = jacobian(view, pose, parameters)
-    return eliminated(J, r, len(NAMES))
+    return eliminated(J, r, len(parameters))
 
 
 def eliminated(J: Array, r: Array, kept: int) -> tuple[Array, Array]:
@@ -93,7 +93,7 @@ def eliminated(J: Array, r: Array, kept: int) -> tuple[Array, Array]:
 
 
 def _without(total: Array, S: Array, s: Array, unit: Array) -> Array:
-    """(9,) change of the parameters without one view's information and gradient; NaN where that leaves a gap."""
+    """(k,) change of the parameters without one view's information and gradient; NaN where that leaves a gap."""
     rest = (total - S) * np.outer(unit, unit)
     if np.linalg.cond(rest) > 1e12:
         return np.full(len(s), np.nan)

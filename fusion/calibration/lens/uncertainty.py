@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from fusion.calibration.lens.solve import NAMES, matrix
+from fusion.calibration.lens.solve import matrix
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 
@@ -45,20 +45,20 @@ def projection_uncertainty(camera: Camera, covariance: Array, distance: float) -
     """The projection uncertainty of a camera.
 
     Args:
-        camera: with the five distortion values of the fit.
-        covariance: (9, 9) in the order of NAMES.
+        camera: of the fit.
+        covariance: (k, k) of its parameters in the order of RATIONAL, of which there are 9 or 12.
         distance: working distance [m].
     """
     u, v = np.meshgrid(np.linspace(0, camera.width - 1, GRID[0]), np.linspace(0, camera.height - 1, GRID[1]))
     pixels = np.stack([u, v], axis=2)
-    parameters = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:5]])
+    parameters = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion])
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-9)
     xy = cv2.undistortPoints(pixels.reshape(-1, 1, 2), matrix(parameters), parameters[4:], criteria=criteria)
     rays = np.hstack([np.asarray(xy, float).reshape(-1, 2), np.ones((u.size, 1))])
     _, J = cv2.projectPoints(rays, np.zeros(3), np.zeros(3), matrix(parameters), parameters[4:])
-    turn, inner = J[:, :3], J[:, 6 : 6 + len(NAMES)]
+    turn, inner = J[:, :3], J[:, 6 : 6 + len(covariance)]
     inner = inner - turn @ np.linalg.lstsq(turn, inner, rcond=None)[0]
-    inner = inner.reshape(-1, 2, len(NAMES))
+    inner = inner.reshape(-1, 2, len(covariance))
     spread = inner @ covariance @ inner.transpose(0, 2, 1)
     sigma = np.sqrt(np.maximum(np.linalg.eigvalsh(spread)[:, -1], 0)).reshape(u.shape)
     return ProjectionUncertainty(pixels, sigma, sigma * distance / np.sqrt(camera.fx * camera.fy), distance)

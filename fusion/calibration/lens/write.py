@@ -6,7 +6,6 @@ import numpy as np
 
 from fusion.calibration.lens.intrinsics import CameraFit, Intrinsics
 from fusion.calibration.lens.search import Search
-from fusion.calibration.lens.solve import NAMES
 from fusion.recording.camera_file import camera_to_dict
 
 
@@ -38,12 +37,13 @@ def _fit(fit: CameraFit, search: Search) -> dict[str, Any]:
     known, judged = fit.spread, fit.judged
     view, sigmas = fit.most_influential
     named = {outlier.name for outlier in judged.outliers}
+    names = judged.solution.names
     return {
-        "parameters": dict(zip(NAMES, map(float, judged.solution.parameters), strict=True)),
-        "std": dict(zip(NAMES, map(float, known.std), strict=True)),
-        "std_scatter": dict(zip(NAMES, map(float, known.scatter), strict=True)),
-        "std_jackknife": {n: _number(x) for n, x in zip(NAMES, known.jackknife, strict=True)},
-        "correlation": {"names": list(NAMES), "matrix": np.round(known.correlation, 6).tolist()},
+        "parameters": dict(zip(names, map(float, judged.solution.parameters), strict=True)),
+        "std": dict(zip(names, map(float, known.std), strict=True)),
+        "std_scatter": dict(zip(names, map(float, known.scatter), strict=True)),
+        "std_jackknife": {n: _number(x) for n, x in zip(names, known.jackknife, strict=True)},
+        "correlation": {"names": list(names), "matrix": np.round(known.correlation, 6).tolist()},
         "rms_px": judged.solution.rms,
         "sigma_px": known.sigma_px,
         "pictures": len(search.views) + len(search.missed),

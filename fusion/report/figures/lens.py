@@ -151,9 +151,10 @@ def views_figure(fit: CameraFit, name: str) -> Figure:
 def correlation_figure(fit: CameraFit, name: str) -> Figure:
     """Which parameters the views cannot tell apart."""
     correlation = fit.spread.correlation
-    off = np.abs(correlation - np.eye(len(NAMES)))
+    names = fit.judged.solution.names
+    off = np.abs(correlation - np.eye(len(names)))
     i, j = np.unravel_index(int(np.argmax(off)), off.shape)
-    title = f"{NAMES[i]} and {NAMES[j]} are told apart least: correlation {correlation[i, j]:+.2f}"
+    title = f"{names[i]} and {names[j]} are told apart least: correlation {correlation[i, j]:+.2f}"
     with styled():
         figure = new_figure(6.4, 4.4)
         ax: Any = figure.subplots()
@@ -161,8 +162,8 @@ def correlation_figure(fit: CameraFit, name: str) -> Figure:
         for (row, column), value in np.ndenumerate(correlation):
             color = "white" if abs(value) > 0.7 else "#222222"
             ax.text(column, row, f"{value:+.2f}", ha="center", va="center", fontsize=7.5, color=color)
-        ax.set_xticks(range(len(NAMES)), NAMES)
-        ax.set_yticks(range(len(NAMES)), NAMES)
+        ax.set_xticks(range(len(names)), names)
+        ax.set_yticks(range(len(names)), names)
         ax.grid(visible=False)
         svg = to_svg(figure, f"correlation-{name}")
     caption = "A strong correlation is no error; the pair is known better together than each alone."

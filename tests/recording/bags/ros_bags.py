@@ -59,7 +59,7 @@ class Writer:
         data = (self.store.serialize_ros1 if self.one else self.store.serialize_cdr)(message, kind)
         self.bag.write(self.topics[topic], round((seconds + 0.004) * 1e9), data)  # a recorder is some milliseconds late
 
-    def info(self, topic, size, lengths, seconds, frame, lens=(0.0,) * 5, p=None):
+    def info(self, topic, size, lengths, seconds, frame, lens=(0.0,) * 5, p=None, model="plumb_bob"):
         fx, fy, cx, cy = lengths
         k = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1.0])
         p = np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0.0]) if p is None else np.array(p, float)
@@ -68,7 +68,7 @@ class Writer:
         roi = self.make("sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
         made = self.make(
             "sensor_msgs/msg/CameraInfo", header=self.header(seconds, frame), height=size[1], width=size[0],
-            distortion_model="plumb_bob", binning_x=0, binning_y=0, roi=roi, **matrices,
+            distortion_model=model, binning_x=0, binning_y=0, roi=roi, **matrices,
         )  # fmt: skip
         self.put(topic, "sensor_msgs/msg/CameraInfo", made, seconds)
 

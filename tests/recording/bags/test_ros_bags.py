@@ -1,6 +1,7 @@
 """ROS bags from rosbags' writers: size, place, unit, clock, lens, poses and colours come out as they went in."""
 
 import box_scene
+import cv2
 import numpy as np
 import pytest
 import ros_bags
@@ -36,6 +37,27 @@ def test_scene(tmp_path, kind, encoding):
     np.testing.assert_allclose(recording.camera.parameters[:4], ros_bags.LENGTHS)
     check_scene(recording, ros_bags.ANSWERS[encoding])
     assert inspect(recording).severity != "error" and not recording.warnings
+
+
+def test_a_fisheye_lens(tmp_path):
+    """120 degrees over the corners, rays by OpenCV's fisheye functions."""
+    lengths, k = (45.0, 45.5, 47.1, 36.2), (0.03, -0.02, 0.008, -0.001)
+    v, u = np.mgrid[0 : ros_bags.SIZE[1], 0 : ros_bags.SIZE[0]].astype(float)
+    K = np.array([[lengths[0], 0, lengths[2]], [0, lengths[1], lengths[3]], [0, 0, 1]])
+    rays = cv2.fisheye.undistortPoints(np.dstack([u, v]).reshape(-1, 1, 2), K, np.array(k)).reshape(*u.shape, 2)
+    bag = ros_bags.Writer(tmp_path / "bag", "mcap")
+    bag.info("/d/camera_info", ros_bags.SIZE, lengths, 1.0, "d", k, model="equidistant")
+    bag.image("/d/image_raw", box_scene.depth(rays).astype(np.float32), "32FC1", 1.0, "d")
+    bag.bag.close()
+    recording = open_recording(tmp_path / "bag")
+    found, depth = recording.camera.points(recording[0].depth), box_scene.depth(rays)
+    shown = depth > 0  # a face lies behind the camera there else
+    assert shown.mean() > 0.3
+    np.testing.assert_array_equal(np.isfinite(found[..., 2]), shown)
+    seen, _ = cv2.fisheye.projectPoints(found.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), K, np.array(k))
+    # what lenses brought into the program's own form are held to
+    np.testing.assert_allclose(seen.reshape(*u.shape, 2)[shown], np.dstack([u, v])[shown], atol=0.02)
+    np.testing.assert_allclose(found[shown, 2], depth[shown], atol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["ros1", "sqlite3", "mcap"])

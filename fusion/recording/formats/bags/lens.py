@@ -7,6 +7,7 @@ import numpy as np
 
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
+from fusion.geometry.lens_forms import fisheye, with_lens
 from fusion.geometry.pose import Array
 from fusion.recording.camera_file import are_focal
 
@@ -23,6 +24,8 @@ FORWARD = (
         for between in " _"
     ),
 )
+# Kannala's and Brandt's: ROS's name, kalibr's, RealSense's
+FISHEYE = ("equidistant", "fisheye", "kannala_brandt", "kannala_brandt4", "kannala brandt4")
 
 
 def camera_of(info: dict[str, Any], where: str, rectified: bool = False) -> Camera:
@@ -57,11 +60,16 @@ def made_camera(
         raise RecordingError("the camera cannot be used", where, f"{width} x {height}, {d}", do="pass --camera")
     camera = Camera(width, height, fx, fy, cx, cy)
     name = model.strip().lower()
-    if not np.any(d):
+    if not np.any(d) and name not in FISHEYE:
         return camera
     if name in FORWARD and len(d) <= 8:
         return replace(camera, distortion=tuple(float(value) for value in d))
-    expected = "plumb_bob, rational_polynomial, Brown Conrady"
+    if name in FISHEYE and not np.any(d[4:]):
+        try:
+            return with_lens(camera, fisheye([*d[:4].tolist(), 0.0, 0.0, 0.0][:4]))[0]
+        except ValueError as problem:
+            raise RecordingError("the lens cannot be used", where, problem, do="pass --camera") from problem
+    expected = "plumb_bob, rational_polynomial, equidistant, Brown Conrady, Kannala Brandt4"
     raise RecordingError("the lens model is not known", where, f"{model[:40]!r}, {len(d)} numbers", expected)
 
 

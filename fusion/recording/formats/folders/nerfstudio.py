@@ -20,6 +20,7 @@ from fusion.files.json_file import read_json
 from fusion.files.reading import beginning
 from fusion.files.values import Metres
 from fusion.geometry.camera import Camera
+from fusion.geometry.lens_forms import fisheye, polynomial, with_lens
 from fusion.geometry.pose import Array, inverse, is_rigid, other_axes
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import Centre, Focal, Size, are_focal
@@ -34,6 +35,7 @@ from fusion.recording.text_files import LATEST
 
 NAME = "transforms.json"
 MILLIMETRES = 1e-3  # nerfstudio's depth_unit_scale_factor where none is said
+FISHEYE = "OPENCV_FISHEYE"
 PERSPECTIVE = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
 Lens = Annotated[float, Meta(gt=-1e3, lt=1e3, description="of the lens")]
 _Row = Annotated[list[Metres], Meta(min_length=4, max_length=4)]
@@ -169,8 +171,8 @@ def _cameras(
     given: Transforms, frames: list[ShownFrame], content: Content, folder: Path
 ) -> tuple[Camera, dict[int, Camera], list[str]]:
     """The depth camera, those of frames that see otherwise, and what to tell."""
-    if given.camera_model not in PERSPECTIVE:
-        expected = "a perspective camera: " + ", ".join(PERSPECTIVE)
+    if given.camera_model not in (*PERSPECTIVE, FISHEYE):
+        expected = ", ".join((*PERSPECTIVE, FISHEYE))
         raise RecordingError(
             "the lens of this data set is not read", content.where, given.camera_model[:40], expected,
             "undistort the images, and their depth",
@@ -179,11 +181,13 @@ def _cameras(
     size = _size(given, frames, folder)
     seen = [_camera(given, frame, size, content) for frame in frames]
     width, height = size if first.suffix == ".npy" else image_size(first)
-    picture = Camera(*size, 1.0, 1.0, 0.0, 0.0, distortion=_lens(given, frames, content))
+    picture = Camera(*size, 1.0, 1.0, 0.0, 0.0)
     across, down = width / size[0], height / size[1]
     # from the corner everything scales alike; then to the centre of the first pixel
     stated = np.array(seen) * [across, down, across, down] - [0, 0, 0.5, 0.5]
     camera, own, warnings = common_camera(picture.resized(width, height), stated)
+    camera = _with_lens(camera, given, frames, content)
+    own = {index: replace(one, distortion=camera.distortion) for index, one in own.items()}
     return with_color_of(camera, camera.resized(*size)), own, warnings
 
 
@@ -212,20 +216,22 @@ def _camera(given: Transforms, frame: ShownFrame, size: tuple[int, int], content
     return [fx, fy, width / 2 if cx is None else cx, height / 2 if cy is None else cy]
 
 
-def _lens(given: Transforms, frames: list[ShownFrame], content: Content) -> tuple[float, ...]:
-    """OpenCV's k1, k2, p1, p2, k3; one lens for all frames."""
-    lenses = {
-        tuple(
-            float(getattr(frame, name) or getattr(given, name) or 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4")
-        )
-        for frame in frames
-    }
+def _with_lens(camera: Camera, given: Transforms, frames: list[ShownFrame], content: Content) -> Camera:
+    """The camera with the lens, one for all frames."""
+    names = ("k1", "k2", "k3", "k4", "p1", "p2")
+    lenses = {tuple(float(getattr(frame, name) or getattr(given, name) or 0.0) for name in names) for frame in frames}
     if len(lenses) > 1:
         raise RecordingError("frames have different lenses", content.where, f"{len(lenses)} of them", "one for all")
-    *lens, k4 = lenses.pop()
-    if k4:
-        raise content.wrong(Transforms, "k4", expected="0: a fourth radial term is not known to OpenCV")
-    return tuple(lens)
+    *k, p1, p2 = lenses.pop()
+    try:
+        if given.camera_model == FISHEYE:
+            return with_lens(camera, fisheye(k))[0]
+        if k[3]:  # a fourth radial term is not known to OpenCV
+            return with_lens(camera, polynomial(k), (p1, p2))[0]
+    except ValueError as problem:
+        do = "undistort the images, and their depth"
+        raise RecordingError("the lens of this data set cannot be used", content.where, problem, do=do) from problem
+    return replace(camera, distortion=(k[0], k[1], p1, p2, k[2]))
 
 
 def _poses(given: Transforms, frames: list[ShownFrame], content: Content) -> Array:
