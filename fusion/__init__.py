@@ -27,6 +27,8 @@ _PUBLIC = {
     "recording.open": "open_recording",
     "recording.recording": "Frame Recording",
     "recording.write": "write_recording",
+    "devices.open": "open_source",
+    "devices.source": "Description Source SourceFrame",
     "mesh.compare": "CompareSettings Comparison compare",
     "mesh.files": "read_mesh write_mesh",
     "mesh.mesh": "Mesh",

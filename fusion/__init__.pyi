@@ -7,6 +7,10 @@ from fusion.calibration.lens.intrinsics import LensSettings as LensSettings
 from fusion.calibration.lens.intrinsics import calibrate_intrinsics as calibrate_intrinsics
 from fusion.calibration.noise.calibration import NoiseSettings as NoiseSettings
 from fusion.calibration.noise.calibration import calibrate_noise as calibrate_noise
+from fusion.devices.open import open_source as open_source
+from fusion.devices.source import Description as Description
+from fusion.devices.source import Source as Source
+from fusion.devices.source import SourceFrame as SourceFrame
 from fusion.discrepancy.explain import Explanation as Explanation
 from fusion.discrepancy.explain import explain as explain
 from fusion.discrepancy.verdict.verdict import verdict_of as verdict_of

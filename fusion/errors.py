@@ -79,3 +79,7 @@ class VolumeError(FusionError):
 
 class SceneError(FusionError):
     """A scene to simulate that cannot be used."""
+
+
+class DeviceError(FusionError):
+    """A camera that cannot be found, opened or read."""

@@ -59,6 +59,7 @@ WORKING_DISTANCE = Quantity("working distance", "--distance", "m", 0.01, 1000.0)
 DISTANCE_STD = Quantity("standard deviation of the distances", "--distance-std", "m", 0.0, 1.0)
 RADIAL_LIMIT = Quantity("radial limit", "--radial-limit", "px", 10.0, 1e5)  # a smaller disc tells no tilt of a wall
 FRAMES = Quantity("number of frames", "--frames", "", 12, 10_000)
+REPLAY_SPEED = Quantity("speed of the replay", "replay:REC@SPEED", "times", 0.01, 1000.0)
 SEED = Quantity("seed", "--seed", "", 0, 2**63 - 1)
 
 

@@ -55,6 +55,14 @@ def bags(given: Inputs, out: Path) -> Any:
     return [*one], one.depth_counts(0), [one.color_apart(n) for n in range(len(one))]
 
 
+def sources(given: Inputs, out: Path) -> Any:
+    source = fusion.open_source(f"replay:{given.place('wall_0')}@max")
+    source.start()
+    frames = [replace(frame, host_time=0.0) for frame in source.frames()]
+    source.stop()
+    return frames, source.describe()
+
+
 def meshes(given: Inputs, out: Path) -> Any:
     read = fusion.read_mesh(given.folder / "ball.ply")
     for ending in ("ply", "stl", "obj"):
@@ -149,6 +157,6 @@ def explanations(given: Inputs, out: Path) -> Any:
 
 # the light ones are made several times each in the quick tests, the heavy ones once
 LIGHT: list[Call] = [
-    camera, poses, recordings, bags, meshes, sensors, scenes, rooms, volumes, evaluations, reconstructions, noises,
+    camera, poses, recordings, bags, sources, meshes, sensors, scenes, rooms, volumes, evaluations, reconstructions, noises,
 ]  # fmt: skip
 HEAVY: list[Call] = [alignments, scans, depths, lenses, explanations]

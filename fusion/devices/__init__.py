@@ -1,0 +1,1 @@
+"""Cameras on USB, and recordings played back as if they were cameras: sources of frames."""

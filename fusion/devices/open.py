@@ -1,0 +1,56 @@
+"""Opening a source by its name."""
+
+from pathlib import Path
+
+from fusion.devices.replay import Replay
+from fusion.devices.source import Source
+from fusion.errors import DeviceError
+from fusion.geometry.camera import Camera
+from fusion.quantity import REPLAY_SPEED
+from fusion.recording.open import open_recording
+from fusion.recording.recording import Recording
+
+KINDS = ("replay:REC",)
+
+
+def open_source(name: str, camera: Camera | Path | str | None = None) -> Source:
+    """A source by its name; the device is looked for, and opened, now.
+
+    Args:
+        name: `replay:REC` plays a recording of any format at its own rate, `replay:REC@4` four times faster,
+            `replay:REC@max` as fast as it is taken.
+        camera: intrinsics that replace the source's own, as `open_recording` takes them.
+
+    Raises:
+        DeviceError: there is no such source, or the device cannot be opened. RecordingError: REC cannot be.
+
+    >>> with fusion.open_source("replay:my_scan@max") as source:
+    ...     print(source.describe())
+    ...     sum(1 for frame in source.frames())
+    <Description: replay without a serial number, 160 x 120, 2 a second, color, ir>
+    26
+    """
+    kind, _, rest = name.partition(":")
+    if kind == "replay" and rest:
+        path, speed = _speed(rest)
+        return Replay(open_recording(path, camera), speed)
+    do = f"to play a recording back: replay:{name}" if Path(name).exists() else ""
+    raise DeviceError("there is no such source", found=name, expected=" or ".join(KINDS), do=do)
+
+
+def as_source(given: Source | Recording) -> Source:
+    """A source as it is; a recording as one that hands over its frames as fast as they are taken."""
+    return Replay(given, None) if isinstance(given, Recording) else given
+
+
+def _speed(text: str) -> tuple[str, float | None]:
+    """The recording's path, and how many times faster it is played; a name that exists is taken as it is."""
+    path, at, speed = text.rpartition("@")
+    if not at or Path(text).exists():
+        return text, 1.0
+    if speed == "max":
+        return path, None
+    try:
+        return path, REPLAY_SPEED.check(float(speed)) or 1.0
+    except ValueError:
+        return text, 1.0
