@@ -157,6 +157,7 @@ def explanations(given: Inputs, out: Path) -> Any:
 
 # the light ones are made several times each in the quick tests, the heavy ones once
 LIGHT: list[Call] = [
-    camera, poses, recordings, bags, sources, meshes, sensors, scenes, rooms, volumes, evaluations, reconstructions, noises,
+    camera, poses, recordings, bags, sources, meshes, sensors, scenes, rooms, volumes, evaluations, reconstructions,
+    noises,
 ]  # fmt: skip
 HEAVY: list[Call] = [alignments, scans, depths, lenses, explanations]
