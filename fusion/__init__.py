@@ -28,6 +28,7 @@ _PUBLIC = {
     "recording.recording": "Frame Recording",
     "recording.write": "write_recording",
     "devices.open": "open_source",
+    "devices.record": "Recorded RecordSettings record_source",
     "devices.source": "Description Source SourceFrame",
     "mesh.compare": "CompareSettings Comparison compare",
     "mesh.files": "read_mesh write_mesh",

@@ -8,6 +8,9 @@ from fusion.calibration.lens.intrinsics import calibrate_intrinsics as calibrate
 from fusion.calibration.noise.calibration import NoiseSettings as NoiseSettings
 from fusion.calibration.noise.calibration import calibrate_noise as calibrate_noise
 from fusion.devices.open import open_source as open_source
+from fusion.devices.record import Recorded as Recorded
+from fusion.devices.record import RecordSettings as RecordSettings
+from fusion.devices.record import record_source as record_source
 from fusion.devices.source import Description as Description
 from fusion.devices.source import Source as Source
 from fusion.devices.source import SourceFrame as SourceFrame

@@ -23,6 +23,7 @@ from fusion.files.trust import trust
 # command: what it does, in the order of the work
 COMMANDS = {
     "demo": "the whole main job on an object that the program makes itself",
+    "record": "from a camera, or from a recording played back, frame by frame into a new recording",
     "info": "what is in a recording, and what looks wrong with it",
     "convert": "between recording formats, and between mesh formats",
     "reconstruct": "correct, track, integrate: a recording becomes a mesh",

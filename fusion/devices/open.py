@@ -1,5 +1,6 @@
 """Opening a source by its name."""
 
+import os
 from pathlib import Path
 
 from fusion.devices.replay import Replay
@@ -34,8 +35,14 @@ def open_source(name: str, camera: Camera | Path | str | None = None) -> Source:
     if kind == "replay" and rest:
         path, speed = _speed(rest)
         return Replay(open_recording(path, camera), speed)
-    do = f"to play a recording back: replay:{name}" if Path(name).exists() else ""
+    do = f"to play a recording back: replay:{name}" if os.path.exists(name) else ""  # noqa: PTH110
     raise DeviceError("there is no such source", found=name, expected=" or ".join(KINDS), do=do)
+
+
+def replayed(name: str) -> Path | None:
+    """The recording that a source of this name plays back, or None."""
+    kind, _, rest = name.partition(":")
+    return Path(_speed(rest)[0]) if kind == "replay" and rest else None
 
 
 def as_source(given: Source | Recording) -> Source:
@@ -46,7 +53,7 @@ def as_source(given: Source | Recording) -> Source:
 def _speed(text: str) -> tuple[str, float | None]:
     """The recording's path, and how many times faster it is played; a name that exists is taken as it is."""
     path, at, speed = text.rpartition("@")
-    if not at or Path(text).exists():
+    if not at or os.path.exists(text):  # noqa: PTH110 - names that no file can have are no error here
         return text, 1.0
     if speed == "max":
         return path, None

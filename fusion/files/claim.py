@@ -37,16 +37,17 @@ class Claim:
     _made: tuple[int, int] | None = field(default=None, init=False)
 
     @contextmanager
-    def folder(self) -> Iterator[Path]:
+    def folder(self, grows: tuple[str, ...] = ()) -> Iterator[Path]:
         """Where the content of the result is to be made; when the block ends well it is put in its place, marked.
 
-        What an earlier result of the command left there goes; what others put there stays.
+        What an earlier result of the command left there goes; what others put there stays. Files and folders that
+        `grows` names belong to the result too, also those in them that come later.
         """
         with told(self.path):
             made = self.at.made
             made.mkdir()
             yield made
-            mark = {"command": self.command, "fusion": __version__, "files": _files(made)}
+            mark = {"command": self.command, "fusion": __version__, "files": [*_files(made), *grows]}
             earlier = self._earlier()
             carry_over(self.place, made, lambda name: name == MARK or _within(name, earlier))
             (made / MARK).write_text(json.dumps(mark, indent=1) + "\n", encoding="utf-8")

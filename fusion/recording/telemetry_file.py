@@ -22,6 +22,9 @@ PLAUSIBLE = {
     "shutter_s": (0.0, 1e4),
 }
 
+# seconds since any moment: written to a microsecond
+CLOCKS = ("timestamp", "device_s", "host_s")
+
 
 def read_telemetry(path: Path, notes: list[str] | None = None) -> dict[str, NDArray[np.float64]]:
     """Columns (m,) of a telemetry file by their name, in the order of time; NaN where blank or not possible.
@@ -115,4 +118,4 @@ def _value(cell: str) -> float | None:
 def _cell(name: str, value: float) -> str:
     if not math.isfinite(value):
         return ""
-    return f"{value:.6f}" if name == "timestamp" else f"{value:.9g}"
+    return f"{value:.6f}" if name in CLOCKS else f"{value:.9g}"

@@ -21,7 +21,7 @@ from fusion.recording.telemetry_file import telemetry_text
 from fusion.recording.trajectory_file import trajectory_text
 
 # everything a native folder may hold: what an older recording left there would be read as part of the new one
-LISTS = {"depth": "depth maps", "rgb": "color images", "ir": "infrared images"}
+LISTS = {"depth": "depth maps", "rgb": "color images", "ir": "infrared images", "raw": "values as the device sent them"}
 MEMBERS = (
     "camera.json",
     *LISTS,
@@ -29,6 +29,7 @@ MEMBERS = (
     "groundtruth.txt",
     "telemetry.csv",
     "scene.json",
+    "device.json",
 )
 
 _log = logging.getLogger("fusion")

@@ -15,6 +15,7 @@ from fusion.errors import RecordingError
 ARGUMENTS = {
     "demo": ["-o", "OUT"],
     "info": ["IN"],
+    "record": ["replay:IN", "-o", "OUT"],
     "calibrate": ["intrinsics", "IN", "--board", "IN", "-o", "OUT"],
     "convert": ["IN", "OUT"],
     "reconstruct": ["IN", "-o", "OUT"],
@@ -26,7 +27,7 @@ ARGUMENTS = {
     "compare": ["IN", "IN", "-o", "OUT"],
     "completion": ["bash"],
 }
-READING = [name for name in COMMANDS if "IN" in ARGUMENTS.get(name, ["IN"])]
+READING = [name for name in COMMANDS if any("IN" in word for word in ARGUMENTS.get(name, ["IN"]))]
 
 
 def status(arguments: list[str]) -> int:
@@ -35,6 +36,11 @@ def status(arguments: list[str]) -> int:
         return main(arguments)
     except SystemExit as stop:
         return int(stop.code or 0)
+
+
+def typed(name: str, given: Path | str, out: Path | str) -> list[str]:
+    """A command and its arguments, with what is read and what is written."""
+    return [name, *(word.replace("IN", str(given)).replace("OUT", str(out)) for word in ARGUMENTS[name])]
 
 
 def one_line(text: str) -> bool:
@@ -223,9 +229,8 @@ def test_hostile_input_is_1_and_one_line_and_leaves_nothing(name, kind, tmp_path
     inputs, results = tmp_path / "inputs", tmp_path / "results"
     inputs.mkdir()
     results.mkdir()
-    given = {"IN": str(hostile_inputs(inputs)[kind]), "OUT": str(results / "out")}
     monkeypatch.chdir(results)  # "no name" reads an empty folder
-    found = status([name, *(given.get(word, word) for word in ARGUMENTS[name])])
+    found = status(typed(name, hostile_inputs(inputs)[kind], results / "out"))
     told = capsys.readouterr().err
     if name == "info" and kind == "dangling":
         assert found in (0, 1)  # the doctor may describe a recording whose images are missing
@@ -240,8 +245,7 @@ def test_hostile_input_is_1_and_one_line_and_leaves_nothing(name, kind, tmp_path
 def test_an_output_that_is_a_file_is_told_before_any_work(name, tmp_path, capsys):
     (tmp_path / "taken").write_text("mine")
     (tmp_path / "empty").mkdir()
-    given = {"IN": str(tmp_path / "empty"), "OUT": str(tmp_path / "taken")}
-    assert status([name, *(given.get(word, word) for word in ARGUMENTS[name])]) == 1
+    assert status(typed(name, tmp_path / "empty", tmp_path / "taken")) == 1
     assert one_line(capsys.readouterr().err)
     assert (tmp_path / "taken").read_text() == "mine"
 

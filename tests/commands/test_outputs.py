@@ -5,18 +5,17 @@ from argparse import Namespace
 from pathlib import Path
 
 import pytest
-from test_main import ARGUMENTS, one_line, status
+from test_main import ARGUMENTS, one_line, status, typed
 
 from fusion.commands.inputs import inputs
 from fusion.files.claim import claimed
 
 WRITING = [name for name, words in ARGUMENTS.items() if "OUT" in words]
-READING = [name for name in WRITING if "IN" in ARGUMENTS[name]]
+READING = [name for name in WRITING if any("IN" in word for word in ARGUMENTS[name])]
 
 
 def words(command: str, given: Path, out: Path | str, *more: str) -> list[str]:
-    known = {"IN": str(given), "OUT": str(out)}
-    return [command, *(known.get(word, word) for word in ARGUMENTS[command]), *more]
+    return [*typed(command, given, out), *more]
 
 
 @pytest.fixture

@@ -60,7 +60,9 @@ def sources(given: Inputs, out: Path) -> Any:
     source.start()
     frames = [replace(frame, host_time=0.0) for frame in source.frames()]
     source.stop()
-    return frames, source.describe()
+    with source:
+        recorded = fusion.record_source(source, out / "recorded")
+    return frames, source.describe(), recorded.frames, [*fusion.open_recording(out / "recorded")]
 
 
 def meshes(given: Inputs, out: Path) -> Any:
