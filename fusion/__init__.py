@@ -43,6 +43,8 @@ _PUBLIC = {
     "volume.dense": "DenseField",
     "volume.settings": "VolumeSettings",
     "volume.volume": "Volume",
+    "simulation.ideal.frame": "IdealFrame",
+    "simulation.ideal.sense": "sense sense_all",
     "simulation.scene_file": "read_scene",
     "simulation.scenes": "built_in",
     "simulation.simulate": "Simulation simulate",

@@ -45,6 +45,9 @@ from fusion.scan.settings import ScanSettings as ScanSettings
 from fusion.sensor.file import read_sensor as read_sensor
 from fusion.sensor.file import write_sensor as write_sensor
 from fusion.sensor.sensor import Sensor as Sensor
+from fusion.simulation.ideal.frame import IdealFrame as IdealFrame
+from fusion.simulation.ideal.sense import sense as sense
+from fusion.simulation.ideal.sense import sense_all as sense_all
 from fusion.simulation.scene_file import read_scene as read_scene
 from fusion.simulation.scenes import built_in as built_in
 from fusion.simulation.simulate import Simulation as Simulation

@@ -10,6 +10,7 @@ NAMED = {
     "camera": "fusion.recording.camera_presets.PRESETS",
     "scene": "fusion.simulation.scenes.SCENES",
     "poses": "",
+    "reflectance": "",
 }
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.commands.numbers import whole_number
+from fusion.commands.simulate_ideal import add_ideal_arguments, run_ideal
 from fusion.errors import FusionError
 from fusion.quantity import SEED
 
@@ -24,7 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--overwrite", action="store_true", help="replace an earlier simulation in REC")
     add("--sensor", metavar="S", help="sensor.json or a preset's name; default: one without any error")
     add("--seed", type=whole_number(SEED), default=0, help="of every random number (default: 0)")
-    add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's own")
+    add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's or recording's own")
+    add_ideal_arguments(parser)
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of a built-in scene; repeatable")
     parser.set_defaults(folder=True)
     add("--list", action="store_true", help="print the built-in scenes; with SCENE its settings")
@@ -36,9 +38,12 @@ def run(options: argparse.Namespace) -> int | None:
     if options.list:
         _list(options.scene, options.json)
         return None
-    if options.scene is None or options.output is None:
-        sys.stderr.write("fusion simulate: a scene and -o REC are needed (see --list and --help)\n")
+    if (options.scene is None) == (options.ideal is None) or options.output is None:
+        sys.stderr.write("fusion simulate: a scene (or --ideal) and -o REC are needed (see --list and --help)\n")
         return 2
+    if options.ideal is not None:
+        run_ideal(options)
+        return None
     from fusion.sensor.file import read_sensor
     from fusion.sensor.sensor import Sensor
     from fusion.simulation.simulate import simulate

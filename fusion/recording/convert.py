@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from fusion.errors import RecordingError
 from fusion.files.inside import inside
@@ -37,6 +38,23 @@ def convert_recording(recording: Recording, path: Path | str, notes: list[str] |
 
 def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None = None) -> None:
     """The same into a folder that is being made."""
+    scene = copy_scene_mesh(recording, folder)
+    unfit: dict[str, int] = {}
+    frames = _counted(recording, unfit)
+    fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)
+    copy_color_apart(recording, folder)
+    gone = "mesh" in scene and not (folder / str(scene["mesh"])).exists()
+    told = [f"the mesh of the scene is not there: {scene['mesh']}"] if gone else []
+    told += [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
+    tell(recording.path, (*recording.warnings, *told), notes)
+
+
+def copy_scene_mesh(recording: Recording, folder: Path) -> dict[str, Any]:
+    """Copy the mesh that a recording's scene names, where it is there; returns the scene's content, naming the copy.
+
+    Raises:
+        RecordingError: the mesh cannot be read, or is named like a part of the recording.
+    """
     scene, mesh = dict(recording.scene), _mesh_file(recording)
     if mesh is not None:
         if mesh.name in MEMBERS:
@@ -44,13 +62,7 @@ def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None 
             raise RecordingError("the mesh of the scene is a part of the recording", recording.path, found, expected)
         scene["mesh"] = mesh.name  # beside its scene.json, wherever it was before
         _copy(mesh, folder / scene["mesh"], "the mesh of the scene")
-    unfit: dict[str, int] = {}
-    frames = _counted(recording, unfit)
-    fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)
-    _copy_color_apart(recording, folder)
-    told = [] if mesh is not None or "mesh" not in scene else [f"the mesh of the scene is not there: {scene['mesh']}"]
-    told += [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
-    tell(recording.path, (*recording.warnings, *told), notes)
+    return scene
 
 
 def _counted(recording: Recording, unfit: dict[str, int]) -> Iterator[Frame]:
@@ -61,7 +73,7 @@ def _counted(recording: Recording, unfit: dict[str, int]) -> Iterator[Frame]:
         yield frame
 
 
-def _copy_color_apart(recording: Recording, folder: Path) -> None:
+def copy_color_apart(recording: Recording, folder: Path) -> None:
     """The colour images that no frame holds, as they are in the depth camera's pixels alone; the list comes last."""
     if not recording.color_is_apart:
         return

@@ -18,8 +18,8 @@ REACH_PX = 8.0
 BRIGHTEST = 1000.0  # the light across an edge over an own amplitude of nearly nothing stays a number
 
 
-def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image) -> Edges:
-    """The edge that is nearest to each pixel, at most REACH_PX away.
+def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image, reach: float = REACH_PX) -> Edges:
+    """The edge that is nearest to each pixel, at most `reach` [px] away.
 
     An edge beside one with a jump three times as large is left out. Crossings of one 2 x 2 cell are joined to lines,
     so that distances to a straight edge are exact.
@@ -32,12 +32,12 @@ def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image) -> Edges
         return empty
     crossings = dominant(crossings, depth.shape[1])
     lines = lines_of(crossings, depth.shape)
-    v, u = _near(crossings, depth.shape)
+    v, u = _near(crossings, depth.shape, reach)
     pixels = np.column_stack([u, v]).astype(np.float32)
     foot, line, share = nearest_points(lines, pixels)
     away = foot - pixels
     distance = np.hypot(away[:, 0], away[:, 1])
-    close = distance <= REACH_PX
+    close = distance <= reach
     v, u, foot, line, share = (values[close] for values in (v, u, foot, line, share))
     crossing = np.where(share < 0.5, lines.at_start[line], lines.at_end[line])
     normal = towards_far(crossings, lines)[line]
@@ -48,12 +48,12 @@ def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image) -> Edges
     return empty
 
 
-def _near(crossings: Crossings, shape: tuple[int, ...]) -> tuple[Indices, Indices]:
+def _near(crossings: Crossings, shape: tuple[int, ...], reach: float) -> tuple[Indices, Indices]:
     """Rows and columns of the pixels that may have an edge within reach."""
     beside = np.ones(shape, np.uint8)
     beside.reshape(-1)[crossings.first] = 0
     beside.reshape(-1)[crossings.second] = 0
-    v, u = np.nonzero(cv2.distanceTransform(beside, cv2.DIST_L2, cv2.DIST_MASK_5) <= REACH_PX)
+    v, u = np.nonzero(cv2.distanceTransform(beside, cv2.DIST_L2, cv2.DIST_MASK_5) <= reach)
     return v, u
 
 

@@ -21,6 +21,7 @@ OVER_RECORDING = {
     "noise": ["calibrate", "noise", "REC", "-o", "out", "--no-report"],
     "explain": ["explain", "REC", "--sensor", "kinect-v1", "-o", "out"],
     "simulate": ["simulate", "REC", "-o", "out"],
+    "ideal": ["simulate", "--ideal", "REC", "-o", "out", "--sensor", "kinect-v1"],
     "intrinsics": ["calibrate", "intrinsics", "REC", "--board", "board.json", "-o", "out", "--no-report"],
 }
 HEAVY = {
@@ -33,7 +34,7 @@ HEAVY = {
     "simulate": 2,
 }  # seconds of a whole run
 SKIPPING = ("info", "reconstruct", "turntable", "evaluate", "depth", "noise", "explain")  # may do without a frame
-DEPTH_READERS = ("info", "convert", "reconstruct", "turntable", "evaluate", "depth", "noise", "explain")
+DEPTH_READERS = ("info", "convert", "ideal", "reconstruct", "turntable", "evaluate", "depth", "noise", "explain")
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,9 @@ CASES = [
     Case("convert", "IN/ball.ply OUT", file=True, quick=True),
     Case("convert", "IN/scan OUT"),
     Case("simulate", "IN/wall/scene.json -o OUT --camera IN/other.json", (FRAMES, SIGHT)),
+    Case(
+        "simulate", "--ideal IN/scan -o OUT --sensor kinect-v1", ("fusion.simulation.ideal.recording:sense_all", ENCODE)
+    ),
     Case("compare", "IN/ball.ply IN/ball.ply -o OUT --no-report", (COMPARE,)),
     Case("evaluate", "IN/walls -o OUT --no-report", ("fusion.evaluation.evaluate:evaluate",)),
     Case(
@@ -71,7 +74,7 @@ CASES = [
     Case("calibrate depth", "IN/walls -o OUT --no-report", ("fusion.calibration.depth.calibration:calibrate_depth",)),
     Case("calibrate noise", "IN/target -o OUT --no-report", ("fusion.calibration.noise.calibration:calibrate_noise",)),
 ]
-TABLE = CASES[6]
+TABLE = CASES[7]
 # what is recorded for them, of 160 x 120 pixels
 RECORDED = {
     "walls": "wall --set distance_m=0.8,1.2,1.6 --set frames=6 --sensor kinect-v1",

@@ -93,6 +93,13 @@ def sensors(given: Inputs, out: Path) -> Any:
     return values, others, sensor.true_camera(CAMERA), sensor.seen(view), out
 
 
+def sensing(given: Inputs, out: Path) -> Any:
+    """Perfect depth through a sensor."""
+    ideal = fusion.IdealFrame(given.depth, reflectance=0.5)
+    one = fusion.sense(ideal, CAMERA, given.sensor, given.seed)
+    return one, [*fusion.sense_all([ideal, given.depth], CAMERA, given.sensor, given.seed)]
+
+
 def scenes(given: Inputs, out: Path) -> Any:
     """From a file, with a sensor's noise, indirect light and shadow."""
     scene = fusion.read_scene(given.place("wall_0") / "scene.json")
@@ -159,7 +166,7 @@ def explanations(given: Inputs, out: Path) -> Any:
 
 # the light ones are made several times each in the quick tests, the heavy ones once
 LIGHT: list[Call] = [
-    camera, poses, recordings, bags, sources, meshes, sensors, scenes, rooms, volumes, evaluations, reconstructions,
-    noises,
+    camera, poses, recordings, bags, sources, meshes, sensors, scenes, sensing, rooms, volumes, evaluations,
+    reconstructions, noises,
 ]  # fmt: skip
 HEAVY: list[Call] = [alignments, scans, depths, lenses, explanations]

@@ -78,7 +78,7 @@ class LateralNoise(Effect):
         at = np.maximum(depth.ravel()[where] + np.minimum(other, 0), 1e-3)
         in_pixels = _at(self.sigma, where, depth) * (view.camera.fx / at)
         spread = np.maximum(np.hypot(_at(self.sigma_px, where, depth), in_pixels), 1e-9)
-        return _Near(where, distance, other, spread, _beyond(distance / spread).astype(depth.dtype), edge_pixel)
+        return _Near(where, distance, other, spread, normal_share(distance / spread).astype(depth.dtype), edge_pixel)
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class _Near:
         return np.abs(self.jump) * np.sqrt(self.share * (1 - self.share))
 
 
-def _beyond(distance: Image) -> Image:
+def normal_share(distance: Image) -> Image:
     """Share of a normal jitter beyond a distance (n,) [standard deviations], to 1e-6."""
     return np.asarray(np.interp(distance, *_normal_shares()))
 

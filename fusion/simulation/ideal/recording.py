@@ -1,0 +1,146 @@
+"""An ideal recording of any format as the recording that a sensor would have made."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from fusion import __version__
+from fusion.errors import RecordingError
+from fusion.progress import each
+from fusion.recording.convert import copy_color_apart, copy_scene_mesh
+from fusion.recording.recording import Frame, Recording
+from fusion.recording.write import fill_recording
+from fusion.sensor.estimate import reflectance_of
+from fusion.sensor.file import write_sensor
+from fusion.sensor.moment import Moment
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
+from fusion.simulation.ideal.channels import Channel, looked_up, normals_in, reflectance_in, segmentation_in
+from fusion.simulation.ideal.frame import IdealFrame
+from fusion.simulation.ideal.sense import sense_all, stated_by
+from fusion.simulation.ideal.slopes import facing_of
+from fusion.simulation.ideal.view import unknown_to
+from fusion.simulation.light_level import with_light_level
+
+
+@dataclass(frozen=True)
+class Further:
+    """What is given beside the depth; None where it is not.
+
+    Attributes:
+        normals, segmentation: images.
+        reflectance: images, or one for all.
+        table: reflectance of each label of the segmentation; empty: not given.
+        from_ir: the recording's IR images tell the reflectance: they are those of a lamp at the camera, without noise
+            and loss, of 1000 counts for a white surface at 1 m, as `fusion simulate` without a sensor makes them.
+    """
+
+    normals: Channel | None = None
+    segmentation: Channel | None = None
+    reflectance: Channel | float | None = None
+    table: dict[int, float] = field(default_factory=dict)
+    from_ir: bool = False
+
+
+def ideal_frames(recording: Recording, further: Further) -> Iterator[IdealFrame]:
+    """The frames of a recording with what is given beside them. Raises RecordingError."""
+    moments = _moments(recording)
+    rounding = 0.0
+    for index in range(len(recording)):
+        if index == 0 and recording.depth_counts(0) is not None:
+            rounding = 1 / recording.camera.depth_scale
+        frame, camera = recording[index], recording.camera
+        normals = labels = None
+        if further.normals is not None:
+            normals = normals_in(further.normals, index, camera, frame.depth)
+        if further.segmentation is not None:
+            labels = segmentation_in(further.segmentation, index, camera.shape)
+        ideal = IdealFrame(frame.depth, normals, None, labels, moments[index], rounding)
+        yield replace(ideal, reflectance=_reflectance(recording, frame, ideal, further))
+
+
+def fill_sensed(
+    folder: Path, recording: Recording, sensor: Sensor, seed: int = 0, further: Further | None = None
+) -> list[str]:
+    """Write what the sensor would have made of an ideal recording into a folder that is being made.
+
+    `truth/` tells the sensor, the seed and what could not be known.
+
+    Returns:
+        What could not be known, one sentence each.
+
+    Raises:
+        RecordingError: a frame, or an image beside it, cannot be read.
+        SensorError: a map of the sensor does not fit the images.
+    """
+    further, sensor = further or Further(), with_light_level(sensor)
+    first = next(ideal_frames(recording, further), None)
+    if first is None:
+        raise RecordingError("the recording is empty", recording.path, "no frame", "one or more")
+    scene = copy_scene_mesh(recording, folder)
+    sensed = _colored(recording, each(_sensed(recording, further, sensor, seed), "sensing", len(recording)))
+    camera = stated_by(recording.camera, sensor)
+    fill_recording(folder, camera, sensed, recording.poses, recording.telemetry, scene)
+    copy_color_apart(recording, folder)
+    unknown = unknown_to(sensor, first)
+    _write_truth(folder / "truth", recording, sensor, seed, unknown)
+    return unknown
+
+
+def _sensed(recording: Recording, further: Further, sensor: Sensor, seed: int) -> Iterator[Frame]:
+    return sense_all(ideal_frames(recording, further), recording.camera, sensor, seed)
+
+
+def _colored(recording: Recording, frames: Iterator[Frame]) -> Iterator[Frame]:
+    """The frames at the recording's time, with its colours."""
+    has = recording.has_color
+    for frame in frames:
+        colored = has is not None and has[frame.index] and not recording.color_is_apart
+        color = recording[frame.index].color if colored else None
+        yield replace(frame, timestamp=float(recording.timestamps[frame.index]), color=color)
+
+
+def _moments(recording: Recording) -> list[Moment]:
+    """Time stamps count from switch-on; temperature, light and table angle are those of the telemetry."""
+    columns = {name: recording.telemetry_at_frames(name) for name in ("temperature_c", "ambient_lux", "turntable_deg")}
+
+    def at(name: str, index: int, usual: float) -> float:
+        column = columns[name]
+        return usual if column is None else float(column[index])
+
+    lux = float(recording.scene.get("ambient_lux") or 0.0)
+    return [
+        Moment(
+            time=float(stamp),
+            temperature=at("temperature_c", index, float("nan")),
+            ambient=at("ambient_lux", index, lux),
+            table_angle=float(np.deg2rad(at("turntable_deg", index, 0.0))),
+        )
+        for index, stamp in enumerate(recording.timestamps)
+    ]
+
+
+def _reflectance(recording: Recording, frame: Frame, ideal: IdealFrame, further: Further) -> np.ndarray | float | None:
+    if isinstance(further.reflectance, Channel):
+        return reflectance_in(further.reflectance, frame.index, recording.camera.shape)
+    if further.table and ideal.segmentation is not None:
+        return looked_up(further.table, ideal.segmentation.astype(np.int64))
+    if not further.from_ir:
+        return further.reflectance
+    if frame.ir is None:
+        raise RecordingError("there is no IR image to tell the reflectance", recording.path, f"frame {frame.index}")
+    incidence, _ = facing_of(frame.depth, recording.camera, ideal.rounding)
+    with np.errstate(all="ignore"):
+        seen = reflectance_of(View(recording.camera, frame.depth, incidence, ir=frame.ir))
+    return np.clip(seen, 0, 1).astype(np.float32)
+
+
+def _write_truth(folder: Path, recording: Recording, sensor: Sensor, seed: int, unknown: list[str]) -> None:
+    folder.mkdir()
+    write_sensor(folder / "sensor.json", sensor)
+    content = {"ideal": Path(recording.path).name, "sensor": sensor.name, "seed": seed, "fusion": __version__}
+    text = json.dumps({**content, "not_known": unknown}, indent=1)
+    (folder / "truth.json").write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,102 @@
+"""What a sensor's effects ask of an ideal frame: given, computed from the depth, or not to be known."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fusion.geometry.camera import Camera
+from fusion.sensor.edges import REACH_PX
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.effects.readout.lateral_noise import LateralNoise
+from fusion.sensor.effects.triangulation.edge_fattening import EdgeFattening
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import Image, View, incidence_of
+from fusion.simulation.ideal.edges import edges_of_perfect
+from fusion.simulation.ideal.frame import IdealFrame
+from fusion.simulation.ideal.slopes import facing_of
+
+FARTHEST = 5.0  # standard deviations: an edge jitters farther once in some three million draws
+NEAR = 0.4  # [m] nearer than that few sensors see: where a jitter in metres is widest in pixels
+APERTURE = 1.0  # [px] half the diagonal of a pixel is 0.71
+
+# variable of an effect that no depth image holds: what it is called
+UNKNOWN = {
+    "velocity": "motion",
+    "neighbours": "light that comes by other surfaces",
+    "material": "material",
+}
+
+
+def view_of_ideal(frame: IdealFrame, camera: Camera, sensor: Sensor) -> View:
+    """The view (truth) of a checked frame, with no more channels than the sensor's effects ask for."""
+    asked = {variable for effect in sensor.effects for variable in effect.variables}
+    incidence, normals = _facing(frame, camera)
+    view = View(camera, frame.depth, incidence, normals, moment=frame.moment)
+    if frame.reflectance is not None:
+        filled = np.broadcast_to(np.asarray(frame.reflectance, np.float32), camera.shape)
+        view = replace(view, reflectance=filled)
+    if "edge" in asked and (reach := reach_of(sensor, camera)):
+        edges = edges_of_perfect(frame, _light(view), reach)
+        view = replace(view, edges=edges)
+    principle = sensor.principle if sensor.principle != "unknown" else camera.principle
+    return replace(view, baseline=sensor.baseline, principle=principle)
+
+
+def reach_of(sensor: Sensor, camera: Camera) -> float:
+    """How far from an edge [px] it matters to a sensor's effects; 0: to none."""
+    reach = 0.0
+    for effect in sensor.effects:
+        if "edge" not in effect.variables or effect.name == "projector_shadow":  # that looks along rows itself
+            continue
+        if isinstance(effect, LateralNoise):
+            jitter = np.hypot(np.max(effect.sigma_px), np.max(effect.sigma) * camera.fx / NEAR)
+            reach = max(reach, min(REACH_PX, FARTHEST * float(jitter)))
+        elif isinstance(effect, EdgeFattening):
+            reach = max(reach, min(REACH_PX, float(np.max(effect.window_px)) / 2 + 0.5))
+        else:
+            reach = max(reach, APERTURE if effect.name == "mixed_pixels" else REACH_PX)
+    return reach
+
+
+def unknown_to(sensor: Sensor, frame: IdealFrame) -> list[str]:
+    """What the sensor's effects would need and a frame does not hold, one sentence each."""
+    told = []
+    if frame.reflectance is None and (blind := _by(sensor, ("amplitude", "reflectance"))):
+        told.append(f"reflectance is not given: what depends on the light that returns is left out ({blind})")
+    for variable, name in UNKNOWN.items():
+        if blind := _by(sensor, (variable,)):
+            told.append(f"{name} cannot be known from depth: left out ({blind})")
+    if sensor.effect("temperature_drift") is not None and not frame.moment.time:
+        told.append("time since switch-on is not known: the first frame counts as switched on now (temperature_drift)")
+    if _by(sensor, ("edge",)) and reach_of(sensor, Camera(1, 1, 500.0, 500.0, 0.0, 0.0)):
+        told.append("where between two pixels an edge runs cannot be known: drawn")
+    if sensor.effect("projector_shadow") is not None:
+        told.append("shadows of things outside the picture cannot be known: those within it are cast")
+    return told
+
+
+def _by(sensor: Sensor, variables: tuple[str, ...]) -> str:
+    """Names of the effects that depend on one of these variables."""
+    named = (effect for effect in sensor.effects if set(variables) & set(effect.variables))
+    return ", ".join(e.name for e in named if not (isinstance(e, AxialNoise) and not np.any(e.ir_reference)))
+
+
+def _facing(frame: IdealFrame, camera: Camera) -> tuple[Image, Image]:
+    """Incidence and normals, towards the camera: as given, else from the depth."""
+    if frame.normals is None:
+        return facing_of(frame.depth, camera, frame.rounding)
+    with np.errstate(all="ignore"):
+        normals = np.asarray(frame.normals, np.float32)
+        normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+        rays = camera.rays()
+        away = normals[..., 0] * rays[..., 0] + normals[..., 1] * rays[..., 1] + normals[..., 2] > 0
+        normals = np.where(away[..., None], -normals, normals)
+        return incidence_of(normals, camera), normals
+
+
+def _light(view: View) -> Image:
+    """(h, w) what comes back of a lamp at the camera, in any unit."""
+    assert view.depth is not None and view.incidence is not None
+    with np.errstate(all="ignore"):
+        light = np.cos(view.incidence) / (view.depth * view.stretch) ** 2
+        return light if view.reflectance is None else light * np.nan_to_num(view.reflectance)
