@@ -91,6 +91,7 @@ def fill(folder: Path, recording: "Recording", result: "Reconstruction", page: b
         "frames": len(recording),
         "result": result.facts.values(),
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
+        "sigma": None if result.sure is None else result.sure.values(),
         "judgement": result.judgement.values(),
         "warnings": result.judgement.warnings,
         "footnotes": result.judgement.footnotes,
@@ -154,7 +155,7 @@ def _kind(result: "Reconstruction") -> str:
 
 
 def _lines(result: "Reconstruction") -> list[str]:
-    from fusion.results.words import mesh_words
+    from fusion.results.words import mesh_words, sure_words
 
     facts = result.facts
     rms = facts.residual
@@ -167,5 +168,6 @@ def _lines(result: "Reconstruction") -> list[str]:
         *([] if facts.off_course is None else [f"error     {facts.off_course.words()}"]),
         _kind(result),
         f"mesh      {mesh_words(facts.shape)}, voxel {result.settings['voxel_m'] * 1e3:g} mm",
+        *([] if facts.sure is None else [f"sigma     {sure_words(facts.sure)}"]),
         f"corrected {result.settings['correction']['text']}",
     ]

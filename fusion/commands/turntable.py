@@ -128,6 +128,7 @@ def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = N
         "frames": len(recording),
         "result": scan.facts.values(),
         "agreement": scan.evidence.agreement.values(),
+        "sigma": None if scan.sure is None else scan.sure.values(),
         "judgement": scan.judgement.values(),
         "warnings": scan.judgement.warnings,
         "footnotes": scan.judgement.footnotes,
@@ -192,7 +193,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
 
 def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
-    from fusion.results.words import closing_words, mesh_words, table_words
+    from fusion.results.words import closing_words, mesh_words, sure_words, table_words
     from fusion.scan.doctor import PLATE_TURNS
 
     facts, table = scan.facts, scan.facts.table
@@ -204,5 +205,6 @@ def lines(scan: "Scan") -> list[str]:
         f"table     {table_words(table)}; {closing_words(table)}",
         *([f"plate     {PLATE_TURNS}"] if table.slab_cut else []),
         f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings['voxel_m'] * 1e3:g} mm",
+        *([] if facts.sure is None else [f"sigma     {sure_words(facts.sure)}"]),
         f"corrected {scan.settings['correction']['text']}",
     ]

@@ -1,6 +1,7 @@
 """The pipeline for a moving camera: correct, track, integrate; a recording becomes a mesh."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from fusion.reconstruction.planning import Plan, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.settling import settled
+from fusion.reconstruction.sure import walk_sigma
 from fusion.reconstruction.walk import Frames, track
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.doctor import quick_look, refuse_if_certain
@@ -72,7 +74,10 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
-    return _result(recording, results, (mesh, volume, chosen), (settings, sensor, notes, told, course), band)
+    with stage("sigma"):
+        sure = walk_sigma(mesh, frames, np.stack([r.T_world_camera for r in results]), settings.sensor, volume.settings)
+    made = (sure.onto(mesh), volume, chosen)
+    return replace(_result(recording, results, made, (settings, sensor, notes, told, course), band), sure=sure)
 
 
 def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.certainty.sigma import Sure
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.picture import png
 from fusion.mesh.shape import shape_of
 from fusion.reconstruction.judgement import judge
 from fusion.results.course import Course
-from fusion.results.facts import ScanFacts, median_of, rms_of
+from fusion.results.facts import ScanFacts, SureFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
 from fusion.results.light import Light
 from fusion.results.off_course import OffCourse
@@ -37,6 +38,7 @@ class Reconstruction:
         volume: what was fused.
         off_course: the trajectory's error against poses that the recording states; None without them.
         course: how the trajectory hangs together; None where poses were given.
+        sure: where `mesh.scalars["sigma"]`, the standard deviation of each vertex along its normal [m], comes from.
     """
 
     mesh: Mesh
@@ -52,6 +54,7 @@ class Reconstruction:
     footnotes: tuple[str, ...] = ()
     off_course: OffCourse | None = None
     course: Course | None = None
+    sure: Sure | None = None
 
     def __repr__(self) -> str:
         placed = f"{int(self.trajectory.valid.sum())} of {len(self.trajectory)} frames placed"
@@ -74,6 +77,7 @@ class Reconstruction:
             inlier_share=median_of(self.inlier_share),
             off_course=self.off_course,
             course=self.course,
+            sure=SureFacts.of(self.sure),
         )
 
     @cached_property

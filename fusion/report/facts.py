@@ -22,6 +22,9 @@ def fact_numbers(facts: ScanFacts) -> list[Number]:
         numbers.append(Number("Frames placed", f"{facts.placed} of {facts.frames}"))
     if facts.residual is not None:
         numbers.append(Number("Residual of the frames", f"{facts.residual * 1e3:.2f}", "mm rms"))
+    if facts.sure is not None:
+        note = f"one standard deviation along the normal; 95 % below {1e3 * facts.sure.high:.2f} mm"
+        numbers.append(Number("How sure a vertex is", f"{1e3 * facts.sure.middle:.2f}", "mm", note))
     if facts.off_course is not None:
         error, against = facts.off_course.error, facts.off_course.against
         note = f"median {error.median * 1e3:.1f}, max {error.max * 1e3:.1f} mm, against {against}"

@@ -17,6 +17,7 @@ from fusion.report.facts import fact_numbers
 from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
 from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale
 from fusion.report.figures.frames import frames_figure
+from fusion.report.figures.sure import sigma_figure, sigma_of, sigma_scale
 from fusion.report.figures.turning import steps_figure
 from fusion.report.figures.views import Row, mesh_views, seen_alone
 from fusion.report.figures.wobble import wobble_figure
@@ -94,6 +95,7 @@ def scan_report(path: Path, report: ScanReport) -> None:
         sections=[
             _mesh_section(report, facts, sights),
             _viewer_section(report, up, front),
+            _sure_section(report.mesh, sights),
             _turntable_section(report, facts, around),
             _frames_section(report),
             _coverage_section(report, sights),
@@ -144,7 +146,9 @@ def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
     layers = [Layer("Shape")]
     if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
         layers.insert(0, Layer("Colour", colors=mesh.colors))
-    seen = _seen(report)
+    sigma, seen = sigma_of(mesh), _seen(report)
+    if sigma is not None:
+        layers.append(value_layer("How sure", 1000 * sigma, sigma_scale(sigma)))
     if seen is not None:
         scale = coverage_scale(seen)
         layers.append(value_layer("Coverage", seen, scale))
@@ -154,6 +158,11 @@ def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
     if best is not None and report.turntable and has_axis(report.turntable):
         lines.append(Path3D("fitted circle", circle_points(best, report.turntable), GREY))
     return viewer(mesh, layers, up, front, tuple(lines))
+
+
+def _sure_section(mesh: Mesh, sights: Sequence[Sight]) -> Section:
+    sigma = sigma_of(mesh)
+    return Section("How sure", figures=() if sigma is None else (sigma_figure(mesh, sigma, sights),))
 
 
 def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[Side]) -> Section:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fusion.certainty.sigma import Sure
 from fusion.geometry.pose import Array
 from fusion.mesh.shape import Shape
 from fusion.results.course import Course
@@ -44,6 +45,31 @@ class TableFacts:
 
 
 @dataclass(frozen=True)
+class SureFacts:
+    """How sure the vertices are.
+
+    Attributes:
+        middle, high: median and 95th percentile of `sigma`, a standard deviation along the normal [m].
+        common: part of it that all vertices share, from calibration, rms [m].
+        scale: relative standard deviation of the size by that.
+    """
+
+    middle: float
+    high: float
+    common: float
+    scale: float
+
+    @classmethod
+    def of(cls, sure: Sure | None) -> "SureFacts | None":
+        """None where nothing is known."""
+        known = np.zeros(0) if sure is None else sure.sigma[np.isfinite(sure.sigma)]
+        if sure is None or not len(known):
+            return None
+        middle, high = np.percentile(known, [50, 95])
+        return cls(float(middle), float(high), sure.parts["calibration"], sure.common.scale)
+
+
+@dataclass(frozen=True)
 class ScanFacts:
     """What a scan says about its object and about itself.
 
@@ -55,6 +81,7 @@ class ScanFacts:
         table: None when nothing turned.
         off_course: error of the trajectory against poses that the recording states; None without them.
         course: how the trajectory of a moving camera hangs together; None where it was not tracked freely.
+        sure: how sure the vertices are; None where that was not asked.
     """
 
     shape: Shape
@@ -65,6 +92,7 @@ class ScanFacts:
     table: TableFacts | None = None
     off_course: OffCourse | None = None
     course: Course | None = None
+    sure: SureFacts | None = None
 
     def values(self) -> dict[str, Any]:
         """Plain values for JSON, SI units but where a name says otherwise."""
@@ -101,6 +129,8 @@ class ScanFacts:
             out["trajectory_error"] = self.off_course.values()
         if self.course is not None:
             out["course"] = self.course.values()
+        if self.sure is not None:
+            out |= {"sigma_median_m": self.sure.middle, "sigma_p95_m": self.sure.high}
         return out
 
 

@@ -100,7 +100,8 @@ def _finished(
     found = finish(rays, (motion.axis, motion.angles), model_of, motion.taken_out, held=motion.held)
     std = motion.angle_std if motion.held else found.angle_std
     check = found.check
-    return replace(motion, axis=found.axis, angles=found.angles, angle_std=std, camera_check=check, taken_out=check)
+    moved = replace(motion, axis=found.axis, angles=found.angles, angle_std=std, axis_std=found.axis_std)
+    return replace(moved, camera_check=check, taken_out=check)
 
 
 def _nothing(frames: list[Prepared | None]) -> View:

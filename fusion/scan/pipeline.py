@@ -26,6 +26,7 @@ from fusion.scan.relieved import relieved
 from fusion.scan.result import Scan
 from fusion.scan.seen import looked_through, seen_by_any
 from fusion.scan.settings import ScanSettings
+from fusion.scan.sure import scan_sigma
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
@@ -88,6 +89,10 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
         if 2 * passing.sum() < len(passing):  # else it is the motion that is wrong, and judged so
             surface = vertices_kept(surface, ~passing)
         (mesh, kept), (mesh_raw, _) = (clean(m, settings, motion) for m in (surface, rough.surface()))
+    used = (recording.camera, sensor, settings.sensor, volume_settings)
+    with stage("sigma"):
+        sure = scan_sigma(mesh, frames, corrected.poses, used, (motion, focal))
+    mesh = sure.onto(mesh)
     colored = color_mesh(mesh, recording, corrected) if settings.color else Colored(mesh)
     pair = closing_pair(motion.angles)
     direct = None if pair is None else align_directly(frames, region, corrected, pair)
@@ -113,6 +118,7 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
         camera=recording.camera,
         settings=chosen,
         told=commanded,
+        sure=sure,
         evidence=Evidence(
             stated_camera=stated,
             focal=focal,

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.certainty.sigma import Sure
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
-from fusion.results.facts import Gap, ScanFacts, TableFacts, median_of, rms_of
+from fusion.results.facts import Gap, ScanFacts, SureFacts, TableFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
 from fusion.scan.evidence import Evidence
 from fusion.scan.judgement import judge
@@ -38,6 +39,7 @@ class Scan:
         settings: what was asked for and chosen, plain values.
         evidence: what its judgement rests on.
         told: (n,) table angles that the log or the stated step says [rad], None when nothing was said.
+        sure: where `mesh.scalars["sigma"]`, the standard deviation of each vertex along its normal [m], comes from.
     """
 
     mesh: Mesh
@@ -56,6 +58,7 @@ class Scan:
     settings: dict[str, Any]
     evidence: Evidence
     told: Array | None = None
+    sure: Sure | None = None
 
     def __repr__(self) -> str:
         placed = f"{int(self.trajectory.valid.sum())} of {len(self.trajectory)} frames placed"
@@ -81,6 +84,7 @@ class Scan:
             residual=rms_of(self.residual),
             inlier_share=median_of(self.inlier_share),
             table=TableFacts(self.steps.mean, self.steps.std, slips, gap, gap_raw, cut),
+            sure=SureFacts.of(self.sure),
         )
 
     @cached_property
@@ -126,4 +130,5 @@ class Scan:
                 "fx": self.evidence.stated_camera.fx * (1 + self.evidence.focal.relative),
             },
             "depth_taken_out": self.motion.taken_out.depth_errors(),
+            "sigma": None if self.sure is None else self.sure.values(),
         }

@@ -57,6 +57,8 @@ class Motion:
         focal_std: standard deviation of the relative focal length in `focal_check`.
         spread: rms distance of overlapping views from each other [m], where that was measured.
         held: the angles are held by print, or by a hand: shape alone would only make them worse.
+        axis_std: (4,) of the axis, tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None
+            where no model of all frames was fitted.
     """
 
     axis: Axis
@@ -77,6 +79,7 @@ class Motion:
     spread: float = 0.0
     held: bool = False
     table: float | None = None
+    axis_std: Array | None = None
 
 
 def estimate_motion(

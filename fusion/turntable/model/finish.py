@@ -34,14 +34,16 @@ SOME = 30_000  # equations that tell their scale, to 1 %
 
 @dataclass(frozen=True)
 class Finished:
-    """Axis, angles (n,) [rad], 0 at the first, their standard deviations (n,) [rad] against the model, and the errors
-    of depth that are taken out beside those that the rays have lost already.
+    """Axis, angles (n,) [rad], 0 at the first, their standard deviations (n,) [rad] against the model, the errors of
+    depth that are taken out beside those that the rays have lost already, and the axis' standard deviations (4,):
+    tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None where nothing was fitted.
     """
 
     axis: Axis
     angles: Array
     angle_std: Array
     check: SelfCheck
+    axis_std: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,8 @@ def finish(
             e = equations(seen.without(check), (axis, angles), volume, check)
             if len(e.rows) == 0:  # nothing of what was seen lies near the model
                 return Finished(axis, angles, np.full(len(angles), np.nan), check)
-            steady = _solve(e, (check, alike), steady=True).step
+            firm = _solve(e, (check, alike), steady=True)
+            steady = firm.step
             # the angles need all relief there is; what it gets wrong goes into shared unknowns of their own, dropped
             found = _solve(e, (check, alike))
             alike = _alike(e, seen.tiles, found)
@@ -106,7 +109,7 @@ def finish(
                 angles = angles + found.step[e.shared :]
                 angles = angles - angles[np.isfinite(angles)][0]
     std = found.std[e.shared :] * alike
-    return Finished(axis, angles, np.where(np.isfinite(angles), std, np.nan), check)
+    return Finished(axis, angles, np.where(np.isfinite(angles), std, np.nan), check, firm.std[:AXIS] * alike)
 
 
 def _some_of(angles: Array) -> Array:

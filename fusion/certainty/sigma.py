@@ -1,0 +1,172 @@
+"""The standard deviation of every vertex along its normal, put together from what each cause does there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fusion.certainty.bend import bend, moved_by_blur
+from fusion.certainty.common import Common
+from fusion.certainty.looks import Looks
+from fusion.certainty.shared import Shared
+from fusion.mesh.mesh import Mesh
+
+Array = NDArray[np.float64]
+AROUND = 12  # vertices nearby that are taken for one place: their views differ alike (guess)
+WORTH = 8.0  # looks that the scan's own mean counts for beside a place's (guess)
+
+
+@dataclass(frozen=True)
+class Sure:
+    """How sure a surface is.
+
+    Attributes:
+        sigma: (n,) standard deviation of each vertex along its normal [m], all causes together.
+        parts: root mean square over the vertices of each cause [m].
+        shared: how much of their errors views share.
+        common: what calibration leaves open; a part of `sigma`.
+        unseen: share of the vertices that no sampled frame shows.
+    """
+
+    sigma: NDArray[np.float32]
+    parts: dict[str, float]
+    shared: Shared
+    common: Common
+    unseen: float
+
+    def values(self) -> dict[str, Any]:
+        """For JSON: `sigma` of the vertices in three numbers, its causes, and what all vertices share."""
+        known = self.sigma[np.isfinite(self.sigma)]
+        low, middle, high = np.percentile(known, [5, 50, 95]) if len(known) else np.full(3, np.nan)
+        return {
+            "sigma_median_m": _plain(middle),
+            "sigma_p5_m": _plain(low),
+            "sigma_p95_m": _plain(high),
+            "parts_rms_m": {name: _plain(value) for name, value in self.parts.items()},
+            "views_share": self.shared.values(),
+            "common": self.common.values(),
+            "unseen_share": self.unseen,
+        }
+
+    def onto(self, mesh: Mesh) -> Mesh:
+        """The mesh with the scalar `sigma` [m]."""
+        return replace(mesh, scalars=mesh.scalars | {"sigma": self.sigma})
+
+
+@dataclass(frozen=True)
+class Causes:
+    """What the frames themselves do not tell.
+
+    Attributes:
+        frames: how many were fused; those looked at stand for them.
+        blur_px: standard deviation of what a pixel mixes sideways [px].
+        voxel: [m].
+        common: what calibration leaves open.
+        pose: standard deviation (m,) [m] along the normals (m, 3) of points (m, 3) of what all poses are wrong by
+            together, and what was looked at; None where nothing tells it.
+    """
+
+    frames: int
+    blur_px: float
+    voxel: float
+    common: Common
+    pose: Callable[[Array, Array, Looks], Array] | None = None
+
+
+def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Shared, causes: Causes) -> Sure:
+    """Variances added up.
+
+    Args:
+        mesh: with normals.
+        some: (m,) its vertices that were looked at; the others take what is near.
+        looks: at these.
+        shared: what neighbouring views share.
+        causes: the rest.
+    """
+    assert mesh.normals is not None
+    points, normals = mesh.vertices[some], mesh.normals[some].astype(float)
+    seen = np.asarray(looks.seen.any(axis=1))
+    near = _nearby(points, seen)
+    noise = _spread(looks, near) * _shrunk(looks, shared, causes.frames)
+    mean = np.where(seen, np.einsum("mk,mk->m", looks.share(), looks.off), 0)
+    # what all views around say together, less than noise explains: the volume stands beside what was measured
+    beside = np.maximum(_around(mean, near) ** 2 - noise / AROUND, 0)
+    size = np.hypot(causes.blur_px * looks.pixel, causes.voxel / np.sqrt(12))
+    blurred = moved_by_blur(_around(bend(mesh)[some], near), size)
+    posed = np.zeros(len(some)) if causes.pose is None else causes.pose(points, normals, looks)
+    common = causes.common.along(points, normals)
+    variances = {"noise": noise, "model": beside, "bends": blurred**2, "poses": posed**2, "calibration": common**2}
+    total = np.sqrt(np.sum(list(variances.values()), axis=0))
+    parts = {name: _rms(value[seen]) for name, value in variances.items()}
+    sigma = _everywhere(mesh.vertices, points[seen], total[seen])
+    return Sure(sigma, parts, shared, causes.common, float(np.mean(~seen)) if len(seen) else 1.0)
+
+
+def _shrunk(looks: Looks, shared: Shared, frames: int) -> Array:
+    """(m,) variance of the weighted mean of all frames over that of one; those looked at are a sample of them."""
+    each = max(1.0, frames / max(looks.off.shape[1], 1))  # frames that one stands for
+    part = looks.share().astype(float)
+    near = looks.apart + np.where(np.eye(len(looks.apart), dtype=bool), np.inf, 0)
+    step = float(np.median(near.min(axis=1))) / each if len(near) > 1 else 0.0
+    alike = np.exp(-looks.apart / shared.reach)
+    lags = np.abs(np.subtract.outer(np.arange(int(each)), np.arange(int(each)))) * step
+    np.fill_diagonal(alike, float(np.exp(-lags / shared.reach).mean()))
+    together = np.einsum("mk,mk->m", part @ alike, part)
+    return np.asarray((1 - shared.share) * np.sum(part**2, axis=1) / each + shared.share * together)
+
+
+def _spread(looks: Looks, near: NDArray[np.intp]) -> Array:
+    """(m,) variance [m^2] of a view at a place: as seen between the views of all vertices nearby.
+
+    Where few views tell it, what the sensor's model says counts too, scaled as the whole scan asks for.
+    """
+    share, off = looks.share().astype(float), looks.off.astype(float)
+    mean = np.sum(share * off, axis=1, keepdims=True)
+    seen = np.sum(share * (off - mean) ** 2, axis=1)
+    modelled = np.sum(share * looks.spread.astype(float) ** 2, axis=1)
+    views = 1 / np.maximum(np.sum(share**2, axis=1), 1e-12) * (share.sum(axis=1) > 0)  # Kish 1965: as many alike ones
+    free = np.maximum(views - 1, 0)
+    # a mean over n views hides a share of 1 / n of the variance
+    squares, expected = (free * x / np.maximum(1 - 1 / np.maximum(views, 1 + 1e-9), 1e-9) for x in (seen, modelled))
+    expected = free * modelled
+    usual = squares.sum() / max(float(expected.sum()), 1e-30)
+    ratio = (_around(squares, near) + WORTH * usual * _around(modelled, near)) / np.maximum(
+        _around(expected, near) + WORTH * _around(modelled, near), 1e-30
+    )
+    return np.asarray(ratio * _around(modelled, near))
+
+
+def _nearby(points: Array, seen: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(m, k) the nearest of the points that were seen."""
+    known = np.flatnonzero(seen)
+    if not len(known):
+        return np.arange(len(points))[:, None]
+    _, index = cKDTree(points[known]).query(points, k=min(AROUND, len(known)), workers=-1)
+    return known[np.asarray(index).reshape(len(points), -1)]
+
+
+def _around(values: Array, near: NDArray[np.intp]) -> Array:
+    return np.asarray(values[near].mean(axis=1))
+
+
+def _everywhere(vertices: Array, points: Array, sigma: Array) -> NDArray[np.float32]:
+    """(n,) of all vertices, from what is nearest; where nobody looked, wider by half the way to there (guess)."""
+    if not len(points):
+        return np.full(len(vertices), np.nan, np.float32)
+    far, index = cKDTree(points).query(vertices, k=min(3, len(points)), workers=-1)
+    far, index = (np.asarray(x).reshape(len(vertices), -1) for x in (far, index))
+    usual = np.median(far[:, 0][far[:, 0] > 0]) if (far[:, 0] > 0).any() else 0.0
+    beyond = np.maximum(far[:, 0] - 4 * usual, 0)
+    own = np.where(far[:, 0] == 0, sigma[index[:, 0]], sigma[index].mean(axis=1))
+    return np.hypot(own, beyond / 2).astype(np.float32)
+
+
+def _rms(variance: Array) -> float:
+    return float(np.sqrt(variance.mean())) if len(variance) else float("nan")
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
