@@ -112,11 +112,17 @@ def _lines(comparison: "Comparison") -> list[str]:
         scale += " (kept)"
     share = f"{comparison.alignment.inlier_share:.0%} of the mesh had a say"
     scores = ", ".join(f"{float(k) * 1e3:g} mm {v:.3f}" for k, v in comparison.fscore.items())
+    known = comparison.knowable
+    doubt = [] if known is None else [
+        f"beyond doubt  {known.beyond_3_sigma:.1%} of the vertices beyond 3 sigma, {known.within_90:.1%} within 1.645 "
+        f"sigma (sigma {1e3 * known.sigma_median:.2f} mm, median)"
+    ]  # fmt: skip
     return [
         f"alignment     {comparison.alignment.status}, {share}, {scale}",
         f"accuracy      {_block(comparison.accuracy)}",
         f"completeness  {_block(comparison.completeness)}",
         f"F-score       {scores}",
+        *doubt,
     ]
 
 

@@ -12,6 +12,7 @@ from fusion.mesh.align import Alignment, align_meshes
 from fusion.mesh.coarse import NEAR
 from fusion.mesh.distances import Surface, surface_of
 from fusion.mesh.files import write_mesh
+from fusion.mesh.knowable import OVER, SIGMA, Knowable, knowable, over_sigma
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.similarity import Array, Similarity
 from fusion.mesh.statistics import block, fscore, histogram
@@ -58,7 +59,8 @@ class Comparison:
         left_out_share: 0-1, of the mesh's surface that `max_distance` leaves out of `accuracy`.
         fscore: by limit [m].
         histogram: counts and edges [m] of the signed distances behind `accuracy`.
-        mesh: in the reference's frame, with scalars["signed_distance"] [m] and colours that show it.
+        mesh: in the reference's frame, with scalars["signed_distance"] [m] and colours that show it; where it carries
+            "sigma" [m], with "deviation_over_sigma" too.
         reference: in metres.
         notes: what was recognised or left out, in sentences.
     """
@@ -80,6 +82,11 @@ class Comparison:
         first = f"{1e3 * found['rms']:.2f} mm rms, mean {1e3 * found['mean_signed']:+.2f} mm, scale {self.scale:.4f}"
         shares = f"{found['within']['0.002']:.1%} of the mesh and {back['within']['0.002']:.1%} of the reference"
         return f"<Comparison: {first} ({self.alignment.status});\n {shares} within 2 mm>"
+
+    @property
+    def knowable(self) -> Knowable | None:
+        """What of the deviations the scan's own uncertainty explains; None where the mesh carries no sigma."""
+        return knowable(self.mesh)
 
     @property
     def scale(self) -> float:
@@ -107,6 +114,8 @@ class Comparison:
         }
         names = ("accuracy", "completeness", "completeness_all", "unseen_share", "left_out_share", "fscore")
         content |= {name: getattr(self, name) for name in names}
+        known = self.knowable
+        content["sigma"] = None if known is None else known.values()
         return _finite(content | {"histogram": self.histogram, "notes": list(self.notes)})
 
 
@@ -232,12 +241,14 @@ def _with_distances(mesh: Mesh, reference: Surface, pose: Similarity) -> Mesh:
     normals = mesh.normals if mesh.normals is not None else vertex_normals(mesh) if len(mesh.faces) else None
     normals = None if normals is None else normals.astype(np.float64) @ pose.rotation.T
     distances = reference.closest(vertices, normals).distances
+    over = over_sigma(mesh, distances, pose.scale)
+    scaled = {} if over is None else {SIGMA: pose.scale * mesh.scalars[SIGMA], OVER: over}
     return Mesh(
         vertices=vertices,
         faces=mesh.faces,
         normals=None if normals is None else normals.astype(np.float32),
         colors=_colors(distances),
-        scalars=mesh.scalars | {"signed_distance": distances.astype(np.float32)},
+        scalars=mesh.scalars | {"signed_distance": distances.astype(np.float32)} | scaled,
     )
 
 

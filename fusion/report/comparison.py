@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
+from fusion.mesh.knowable import OVER, knowable
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.sight import Side, sides
 from fusion.report.figures.distance import distance_scale, distance_views, histogram_figure, shares
+from fusion.report.figures.sure import OVER_SCALE, over_sigma_figure
 from fusion.report.figures.views import Row, mesh_views
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
@@ -88,6 +90,9 @@ def comparison_section(comparison: Any, mesh: Mesh, around: list[Side]) -> Secti
     within = _within(comparison) or (shares(distance) if distance is not None else {})
     if distance is not None and np.isfinite(distance).any():
         figures.append(distance_views(mesh, distance, around, within))
+    known = knowable(mesh)
+    if known is not None:
+        figures.append(over_sigma_figure(mesh, known, around))
     counts, edges = _histogram(comparison, distance)
     if len(counts):
         median = float(np.nanmedian(distance)) if distance is not None and np.isfinite(distance).any() else np.nan
@@ -127,10 +132,8 @@ def _layers(mesh: Mesh) -> list[Layer]:
     if distance is None or not np.isfinite(distance).any():
         return layers
     scale = distance_scale(distance)
-    return [
-        value_layer("Distance", distance * 1000, scale),
-        *layers,
-    ]
+    over = [value_layer("Over sigma", mesh.scalars[OVER], OVER_SCALE)] if knowable(mesh) is not None else []
+    return [value_layer("Distance", distance * 1000, scale), *over, *layers]
 
 
 def _distance(mesh: Mesh) -> NDArray | None:

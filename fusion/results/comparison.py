@@ -14,6 +14,7 @@ FAR_SHARE = (0.1, 0.5)  # of the mesh, farther than 2 mm from the reference
 BIAS_M = (0.001, 0.003)
 MISSING_SHARE = (0.1, 0.3)
 SCALE = (0.002, 0.01)
+KNOWABLE = (0.05, 0.5)  # of the vertices, beyond three sigma: 0.3 % of normal errors are
 
 
 def judge_comparison(comparison: Any) -> Judgement:
@@ -30,6 +31,9 @@ def judge_comparison(comparison: Any) -> Judgement:
         do = "Scan what is missing, or pass --seen with the points that the scan could see." if judged != "ok" else ""
         reason = f"{share:.1%} of the reference's surface has mesh within 5 mm."
         lights.append(Light(judged, "Completeness", reason, do))
+    known = field_of(comparison, "knowable") or field_of(comparison, "sigma")
+    if known is not None:
+        lights.append(_knowable(number_of(known, "beyond_3_sigma")))
     if field_of(comparison, "scale") is not None:
         lights.append(_scale(comparison))
     return Judgement(worst_first(lights))
@@ -51,6 +55,13 @@ def _bias(near: Any) -> Light:
     do = "Calibrate the depth (fusion calibrate depth), or compare with --scale." if judged != "ok" else ""
     side = "outside" if bias > 0 else "inside"
     return Light(judged, "Bias", f"On average it lies {millimetres(abs(bias))} {side} the reference.", do)
+
+
+def _knowable(beyond: float) -> Light:
+    judged = level(beyond, KNOWABLE)
+    said = f"{beyond:.1%} of the mesh's vertices lie off by more than three times what the scan itself can be wrong by."
+    do = "There scan and reference differ: see where in the picture of deviations over sigma." if judged != "ok" else ""
+    return Light(judged, "Beyond the scan's doubt", said, do)
 
 
 def _scale(comparison: Any) -> Light:

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.geometry.pose import Array
+from fusion.mesh.knowable import OVER, Knowable
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Sight
+from fusion.mesh.sight import Side, Sight
 from fusion.report.figures.views import Row, Scale, mesh_views, nice_length, scale_colors
 from fusion.report.page import Figure
-from fusion.report.palette import SEQUENTIAL
+from fusion.report.palette import DIVERGING, SEQUENTIAL
 
 CAPTION = (
     "One standard deviation along the normal: noise and spread of the views, blur where the surface bends, the table's "
@@ -39,3 +40,14 @@ def sigma_figure(mesh: Mesh, sigma: Array, sights: Sequence[Sight]) -> Figure:
     scale = sigma_scale(sigma)
     row = Row(mesh, scale_colors(1000 * sigma, scale), sights=sights)
     return mesh_views([row], [sight.side for sight in sights], Figure(title, "sigma", title + ".", CAPTION), scale)
+
+
+OVER_SCALE = Scale(DIVERGING, -6.0, 6.0, "deviation over sigma [1] (red: outside the reference, blue: inside)")
+
+
+def over_sigma_figure(mesh: Mesh, known: Knowable, sides: list[Side]) -> Figure:
+    """The mesh coloured by its deviation in standard deviations; pale within three of them."""
+    title = f"{known.beyond_3_sigma:.1%} of the vertices deviate by more than three of the scan's standard deviations"
+    caption = f"{known.within_90:.1%} are within 1.645 of them; 90 % would be where only the scan errs. Grey: unknown."
+    row = Row(mesh, scale_colors(np.asarray(mesh.scalars[OVER], float), OVER_SCALE))
+    return mesh_views([row], sides, Figure(title, "oversigma", title + ".", caption), OVER_SCALE)
