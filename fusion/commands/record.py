@@ -24,12 +24,14 @@ EXAMPLE = "fusion record replay:my_scan -o again --turn"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    sources = "replay:REC (any recording at its own rate; REC@4 four times faster, REC@max as fast as can be)"
+    played = "replay:REC (any recording at its own rate; REC@4 four times faster, REC@max as fast as can be)"
+    sources = f"kinect-v1[:SERIAL]; {played}"
     add("source", metavar="SOURCE", help=sources)
     add_output(parser, "folder of the new recording; whole from its first frame on, whatever ends it", report=False)
     add("--frames", type=whole_number(RECORDED), metavar="N", help="end after N frames (default: at Ctrl-C)")
     add("--turn", action="store_true", help="end when the table has turned once")
     add("--every", type=whole_number(EVERY), default=1, metavar="N", help="record one frame of N (default: every one)")
+    add("--ir", action="store_true", help="infrared instead of colours, from a camera that sends one at a time")
     add("--camera", metavar="FILE", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the source's own")
     add(
         "--color",
@@ -54,7 +56,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.recording.write import MEMBERS
 
     settings = RecordSettings(options.frames, options.turn, options.every, options.color)
-    with open_source(options.source, options.camera) as source:
+    with open_source(options.source, options.camera, options.ir) as source:
         done = fill_recorded(source, options.output, lambda: options.claim.folder(MEMBERS), settings)
     if options.json:
         print(json.dumps(asdict(done) | {"path": str(done.path), "ended": ENDED[done.ended]}, indent=1))

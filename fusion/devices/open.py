@@ -1,5 +1,6 @@
 """Opening a source by its name."""
 
+import importlib
 import os
 from pathlib import Path
 
@@ -8,19 +9,23 @@ from fusion.devices.source import Source
 from fusion.errors import DeviceError
 from fusion.geometry.camera import Camera
 from fusion.quantity import REPLAY_SPEED
+from fusion.recording.camera_presets import find_camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 
-KINDS = ("replay:REC",)
+KINDS = ("kinect-v1", "replay:REC")
+# each takes a serial number ("": any), whether infrared is wanted, and a camera instead of its own
+CAMERAS = {"kinect-v1": "fusion.devices.kinect_v1.kinect:Kinect"}
 
 
-def open_source(name: str, camera: Camera | Path | str | None = None) -> Source:
+def open_source(name: str, camera: Camera | Path | str | None = None, infrared: bool = False) -> Source:
     """A source by its name; the device is looked for, and opened, now.
 
     Args:
-        name: `replay:REC` plays a recording of any format at its own rate, `replay:REC@4` four times faster,
-            `replay:REC@max` as fast as it is taken.
+        name: `kinect-v1` is the only Kinect, `kinect-v1:SERIAL` one of several. `replay:REC` plays a recording of any
+            format at its own rate, `replay:REC@4` four times faster, `replay:REC@max` as fast as it is taken.
         camera: intrinsics that replace the source's own, as `open_recording` takes them.
+        infrared: infrared pictures instead of colours, of a camera that sends one at a time.
 
     Raises:
         DeviceError: there is no such source, or the device cannot be opened. RecordingError: REC cannot be.
@@ -35,8 +40,15 @@ def open_source(name: str, camera: Camera | Path | str | None = None) -> Source:
     if kind == "replay" and rest:
         path, speed = _speed(rest)
         return Replay(open_recording(path, camera), speed)
+    if kind in CAMERAS:
+        module, cls = CAMERAS[kind].split(":")
+        return getattr(importlib.import_module(module), cls)(rest, infrared, _camera(camera))
     do = f"to play a recording back: replay:{name}" if os.path.exists(name) else ""  # noqa: PTH110
     raise DeviceError("there is no such source", found=name, expected=" or ".join(KINDS), do=do)
+
+
+def _camera(given: Camera | Path | str | None) -> Camera | None:
+    return given if given is None or isinstance(given, Camera) else find_camera(given)
 
 
 def replayed(name: str) -> Path | None:

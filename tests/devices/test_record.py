@@ -137,7 +137,7 @@ import sys
 sys.path.insert(0, sys.argv[1])
 from made_up import MadeUp
 from fusion.devices import open as opening
-opening.open_source = lambda name, camera=None: MadeUp(100_000, 0.001)
+opening.open_source = lambda name, camera=None, infrared=False: MadeUp(100_000, 0.001)
 from fusion.commands.console import run
 sys.argv = ["fusion", "record", "replay:nothing", "-o", sys.argv[2], "--overwrite", *sys.argv[3:]]
 raise SystemExit(run())
