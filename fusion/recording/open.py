@@ -12,7 +12,7 @@ from fusion.geometry.camera import Camera
 from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
-from fusion.recording.formats.folders import nerfstudio, plain
+from fusion.recording.formats.folders import freenect2, nerfstudio, plain
 from fusion.recording.formats.phones import polycam, record3d, stray
 from fusion.recording.formats.recorded import klg, oni, sens
 from fusion.recording.load_frame import check_frame_size
@@ -33,6 +33,7 @@ FOLDERS: tuple[ModuleType, ...] = (
     stray,
     polycam,
     record3d,
+    freenect2,
     plain,
 )
 FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg)
@@ -94,7 +95,7 @@ def _not_recognised(path: Path) -> RecordingError:
 def _no_recording_folder(folder: Path) -> RecordingError:
     names = sorted(entry.name + "/" * entry.is_dir() for entry in folder.iterdir())
     # any folder of images may be a plain one: to find that out they are opened, and nobody asked for that
-    telling = [form for form in FOLDERS if form is not plain]
+    telling = [form for form in FOLDERS if form not in (freenect2, plain)]
     inside = [name for name in names if name.endswith("/") and any(f.recognises(folder / name) for f in telling)]
     found = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
     expected = (

@@ -87,6 +87,13 @@ def stray(rec: Path) -> None:
     (rec / "odometry.csv").write_text(odometry(), encoding="ascii")
 
 
+def freenect2(rec: Path) -> None:
+    """As programs on libfreenect2 write a frame's memory: 512 x 424 float32 millimetres, nothing else."""
+    rec.mkdir()
+    for n in range(3):
+        (rec / f"{n}.bin").write_bytes(np.full((424, 512), 1200 + n, "<f4").tobytes())
+
+
 def odometry() -> str:
     rows = [f"{10 + n / 30:.6f}, {n:06d}, 0, 0, 0, 0, 0, 0, 1" for n in range(3)]
     return "\n".join(["timestamp, frame, x, y, z, qx, qy, qz, qw", *rows]) + "\n"

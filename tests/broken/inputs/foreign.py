@@ -13,6 +13,7 @@ from broken.foreign import (
     bop,
     bop_cameras,
     fakenect,
+    freenect2,
     intrinsic,
     nerfstudio,
     open3d,
@@ -34,6 +35,7 @@ FORMATS: dict[str, tuple[Build, list[str]]] = {
     "TUM": (tum, CAMERA),
     "nerfstudio": (nerfstudio, []),
     "Stray Scanner": (stray, []),
+    "libfreenect2": (freenect2, []),
 }
 RUNS = {
     "convert": ["convert", "rec", "out"],

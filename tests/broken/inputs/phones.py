@@ -56,6 +56,17 @@ def phones() -> Iterator[Case]:
     yield from of(kind, "video missing its end", text("rgb.mp4", b"\0\0\0\x18ftypmp42" + bytes(40)), EITHER, ())
 
 
+def dumps() -> Iterator[Case]:
+    kind = "libfreenect2"
+    yield from of(kind, "good", lambda rec: None, ACCEPTED, (), ("convert", "info"), quick=True)
+    for name, thing in THINGS.items():  # what has another size belongs to something else
+        yield from of(kind, f"depth {name}", put("1.bin", thing), EITHER, (), ("convert", "info"))
+    for name, word in {"NaN": b"\0\0\xc0\x7f", "infinite": b"\0\0\x80\x7f", "huge": b"\xff\xff\x7f\x7f"}.items():
+        content = word * (424 * 512)
+        yield from of(kind, f"depth all {name}", text("1.bin", content), EITHER, (), ("convert", "info"))
+        yield from of(kind, f"first depth all {name}", text("0.bin", content), REFUSED, ("rec",), ("convert",))
+
+
 def _archive(members: dict[str, bytes]) -> bytes:
     made = io.BytesIO()
     with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -93,4 +104,5 @@ def archives() -> Iterator[Case]:
 def cases() -> Iterator[Case]:
     yield from splats()
     yield from phones()
+    yield from dumps()
     yield from archives()
