@@ -61,6 +61,7 @@ RADIAL_LIMIT = Quantity("radial limit", "--radial-limit", "px", 10.0, 1e5)  # a 
 FRAMES = Quantity("number of frames", "--frames", "", 12, 10_000)
 REPLAY_SPEED = Quantity("speed of the replay", "replay:REC@SPEED", "times", 0.01, 1000.0)
 RECORDED = Quantity("number of frames", "--frames", "", 1, 10_000_000)  # 92 hours at 30 a second
+LOOKED_AT = Quantity("time to look at a source", "--seconds", "s", 0.1, 86_400.0)
 EVERY = Quantity("frames of which one is recorded", "--every", "", 1, 10_000)
 SEED = Quantity("seed", "--seed", "", 0, 2**63 - 1)
 

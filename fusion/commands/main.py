@@ -34,6 +34,7 @@ COMMANDS = {
     "evaluate": "the sensor bench: noise, offset, shares, steps and drift of still recordings",
     "explain": "where simulation and recording differ, which physics is missing, and the better model",
     "compare": "signed distances between a mesh and a reference",
+    "doctor": "what is plugged in, installed, missing; whether a camera gives what it should",
     "completion": "what a shell needs to complete commands and options with the Tab key",
 }
 

@@ -25,6 +25,7 @@ ARGUMENTS = {
     "evaluate": ["IN", "-o", "OUT"],
     "explain": ["IN", "--sensor", "kinect-v1", "-o", "OUT"],
     "compare": ["IN", "IN", "-o", "OUT"],
+    "doctor": ["--try", "replay:IN"],
     "completion": ["bash"],
 }
 READING = [name for name in COMMANDS if any("IN" in word for word in ARGUMENTS.get(name, ["IN"]))]
