@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import fusion
+from fusion import __version__
 from fusion.devices.kinect_v1.find import AUDIO, CAMERAS, MOTOR, VENDOR, all_devices
 from fusion.devices.source import Source
 from fusion.errors import DeviceError
@@ -98,7 +98,7 @@ class Tested:
 
 def look(devices: Iterable[Any] | None = None) -> Findings:
     """Look at what there is; `devices` of pyusb, None: all there are."""
-    versions = {"fusion": fusion.__version__, "python": platform.python_version(), "system": platform.platform()}
+    versions = {"fusion": __version__, "python": platform.python_version(), "system": platform.platform()}
     usb = ""
     try:
         seen = list(all_devices() if devices is None else devices)
