@@ -33,6 +33,7 @@ _PUBLIC = {
     "mesh.compare": "CompareSettings Comparison compare",
     "mesh.files": "read_mesh write_mesh",
     "mesh.mesh": "Mesh",
+    "repeatability.repeat": "Repeat RepeatSettings repeat",
     "sensor.file": "read_sensor write_sensor",
     "sensor.sensor": "Sensor",
     "calibration.depth.calibration": "DepthSettings calibrate_depth",

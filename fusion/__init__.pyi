@@ -39,6 +39,9 @@ from fusion.recording.open import open_recording as open_recording
 from fusion.recording.recording import Frame as Frame
 from fusion.recording.recording import Recording as Recording
 from fusion.recording.write import write_recording as write_recording
+from fusion.repeatability.repeat import Repeat as Repeat
+from fusion.repeatability.repeat import RepeatSettings as RepeatSettings
+from fusion.repeatability.repeat import repeat as repeat
 from fusion.scan.pipeline import scan_turntable as scan_turntable
 from fusion.scan.result import Scan as Scan
 from fusion.scan.settings import ScanSettings as ScanSettings

@@ -55,6 +55,8 @@ STEP = Quantity("turn between frames", "--step", "deg", 0.01, 180.0, signed=True
 CORNER = Quantity("corner of the box", "--box", "m", 0.0, FAR, signed=True)
 HOLES = Quantity("perimeter of holes to close", "fill_holes", "m", 0.0, FAR)
 MAX_DISTANCE = Quantity("largest distance", "--max-distance", "m", 1e-6, FAR)
+DIAMETER = Quantity("diameter of the spheres", "--diameter", "m", 1e-4, FAR)
+SPACING = Quantity("distance between the spheres", "--spacing", "m", 1e-4, FAR)
 WORKING_DISTANCE = Quantity("working distance", "--distance", "m", 0.01, 1000.0)
 DISTANCE_STD = Quantity("standard deviation of the distances", "--distance-std", "m", 0.0, 1.0)
 RADIAL_LIMIT = Quantity("radial limit", "--radial-limit", "px", 10.0, 1e5)  # a smaller disc tells no tilt of a wall

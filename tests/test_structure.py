@@ -15,8 +15,8 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 # each room may import from itself and from those before it
 ROOMS = [
     "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
-    "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "certainty", "simulation", "turntable",
-    "discrepancy", "results", "report", "reconstruction", "scan", "commands",
+    "repeatability", "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "certainty",
+    "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from fusion.commands.numbers import number
 from fusion.commands.results import add_output, made
+from fusion.errors import FusionError
 from fusion.progress import stage
 from fusion.quantity import MAX_DISTANCE
 
 if TYPE_CHECKING:
     from fusion.mesh.compare import Comparison
+    from fusion.repeatability.repeat import Repeat
 
 EXAMPLE = "fusion compare mesh.ply reference.stl -o out --scale"
 
@@ -20,7 +22,14 @@ EXAMPLE = "fusion compare mesh.ply reference.stl -o out --scale"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    add("mesh", type=Path, metavar="MESH", help="the scan: PLY, OBJ, STL, GLB, OFF, PCD, XYZ, ASC or E57")
+    add(
+        "mesh",
+        type=Path,
+        nargs="+",
+        metavar="MESH",
+        help="the scan: PLY, OBJ, STL, GLB, OFF, PCD, XYZ, ASC or E57; several scans of one object (or results of "
+        "fusion turntable): their mean against the reference is the bias, what they differ by the spread",
+    )
     add(
         "reference",
         type=Path,
@@ -55,11 +64,14 @@ def run(options: argparse.Namespace) -> None:
     from fusion.mesh.compare import CompareSettings, compare, write_comparison
     from fusion.mesh.files import read_mesh
     from fusion.mesh.seen import read_seen
+    from fusion.repeatability.bias import bias_and_spread
     from fusion.report.comparison import Circumstances, comparison_report
     from fusion.results.comparison import judge_comparison
 
     notes: list[str] = []
-    mesh, reference = read_mesh(options.mesh, notes), read_mesh(options.reference, notes)
+    repeated = _repeated(options, notes)
+    mesh = read_mesh(options.mesh[0], notes) if repeated is None else repeated.mean
+    reference = read_mesh(options.reference, notes)
     settings = CompareSettings(
         align=not options.no_align,
         scale=options.scale,
@@ -70,7 +82,7 @@ def run(options: argparse.Namespace) -> None:
     comparison = compare(mesh, reference, settings)
     notes += comparison.notes
     about = Circumstances(
-        title=f"{options.mesh.name} against {options.reference.name}",
+        title=f"{_name(options.mesh)} against {options.reference.name}",
         command="fusion " + " ".join(sys.argv[1:]),
         settings={
             "align": settings.align,
@@ -80,11 +92,13 @@ def run(options: argparse.Namespace) -> None:
             "samples": settings.samples,
             "unit": settings.unit,
         },
-        fingerprint={"mesh": str(options.mesh), "reference": str(options.reference)},
+        fingerprint={"mesh": " ".join(map(str, options.mesh)), "reference": str(options.reference)},
         warnings=[("warning", note) for note in notes],
     )
+    apart = None if repeated is None else bias_and_spread(comparison.accuracy["rms"], repeated)
+    more = {} if apart is None or repeated is None else {"repeat": apart.values(), "scans": repeated.offsets()}
     with options.claim.folder() as partial:
-        write_comparison(partial, comparison)
+        write_comparison(partial, comparison, more)
         if options.report:
             with stage("report"):
                 comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)
@@ -92,7 +106,7 @@ def run(options: argparse.Namespace) -> None:
     if options.json:
         print(
             json.dumps(
-                comparison.to_dict() | {"judgement": judgement.values()} | {"output": str(options.output)},
+                comparison.to_dict() | more | {"judgement": judgement.values(), "output": str(options.output)},
                 indent=1,
                 allow_nan=False,
             )
@@ -100,7 +114,25 @@ def run(options: argparse.Namespace) -> None:
         return
     if not options.quiet:
         sys.stderr.writelines(f"note: {note}\n" for note in notes)
-    print("\n".join([*judgement.lines(), *_lines(comparison), *made(options, "report", width=14)]))
+    said = [] if apart is None else [f"bias, spread  {apart.words()}"]
+    print("\n".join([*judgement.lines(), *_lines(comparison), *said, *made(options, "report", width=14)]))
+
+
+def _name(meshes: list[Path]) -> str:
+    return meshes[0].name if len(meshes) == 1 else f"the mean of {len(meshes)} scans"
+
+
+def _repeated(options: argparse.Namespace, notes: list[str]) -> "Repeat | None":
+    """Several scans beside each other; None where there is one."""
+    from fusion.repeatability.repeat import repeat
+    from fusion.repeatability.scans import read_scans
+
+    if len(options.mesh) == 1:
+        return None
+    if options.no_align:
+        do = "leave it out: several scans are laid on each other first"
+        raise FusionError("--no-align is for one mesh", "--no-align", f"{len(options.mesh)} scans", do=do)
+    return repeat([scan.mesh for scan in read_scans(options.mesh, notes)])
 
 
 def _lines(comparison: "Comparison") -> list[str]:

@@ -35,6 +35,7 @@ COMMANDS = {
     "explain": "where simulation and recording differ, which physics is missing, and the better model",
     "compare": "signed distances between a mesh and a reference",
     "doctor": "what is plugged in, installed, missing; whether a camera gives what it should",
+    "repeat": "several scans of one object: how far they spread, and where",
     "completion": "what a shell needs to complete commands and options with the Tab key",
 }
 

@@ -173,9 +173,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     )
 
 
-def write_comparison(folder: Path, comparison: Comparison) -> None:
-    """Write `comparison.json` and `distance.ply` (property `scalar_signed_distance` [m]) into a folder."""
-    text = json.dumps(comparison.to_dict(), indent=1, allow_nan=False) + "\n"
+def write_comparison(folder: Path, comparison: Comparison, more: dict[str, Any] | None = None) -> None:
+    """Write `comparison.json` (with more keys) and `distance.ply` (`scalar_signed_distance` [m]) into a folder."""
+    text = json.dumps(comparison.to_dict() | (more or {}), indent=1, allow_nan=False) + "\n"
     (Path(folder) / "comparison.json").write_text(text, encoding="utf-8")
     write_mesh(Path(folder) / "distance.ply", comparison.mesh)
 

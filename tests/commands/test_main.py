@@ -26,6 +26,7 @@ ARGUMENTS = {
     "explain": ["IN", "--sensor", "kinect-v1", "-o", "OUT"],
     "compare": ["IN", "IN", "-o", "OUT"],
     "doctor": ["--try", "replay:IN"],
+    "repeat": ["IN", "IN", "-o", "OUT"],
     "completion": ["bash"],
 }
 READING = [name for name in COMMANDS if any("IN" in word for word in ARGUMENTS.get(name, ["IN"]))]

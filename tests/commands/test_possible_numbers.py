@@ -13,6 +13,7 @@ TRACK = ["reconstruct", "no-such-recording", "-o", "out"]
 WALL = ["calibrate", "depth", "no-such-recording", "-o", "out"]
 BOARD = ["calibrate", "intrinsics", "no-such-recording", "--board", "no-such-file", "-o", "out"]
 COMPARE = ["compare", "no-such.ply", "no-such.stl", "-o", "out"]
+REPEAT = ["repeat", "no-such.ply", "no-such.stl", "-o", "out"]
 BENCH = ["evaluate", "no-such-recording", "-o", "out"]
 SIMULATE = ["simulate", "wall", "-o", "out"]
 
@@ -31,6 +32,8 @@ SIMULATE = ["simulate", "wall", "-o", "out"]
         (SIMULATE, "--seed", ("-1", "9" * 400)),
         (BOARD, "--distance", ("0", "nan", "inf", "-1")),
         (COMPARE, "--max-distance", ("0", "nan", "inf", "-1")),
+        (REPEAT, "--diameter", ("0", "nan", "inf", "-1")),
+        (REPEAT, "--spacing", ("0", "nan", "inf", "-1")),
         (["demo", "-o", "out"], "--frames", ("0", "-5", "11", "1000000000")),
         (["demo", "-o", "out"], "--seed", ("-1",)),
     ],

@@ -57,6 +57,7 @@ CASES = [
         "simulate", "--ideal IN/scan -o OUT --sensor kinect-v1", ("fusion.simulation.ideal.recording:sense_all", ENCODE)
     ),
     Case("compare", "IN/ball.ply IN/ball.ply -o OUT --no-report", (COMPARE,)),
+    Case("repeat", "IN/ball.ply IN/ball.ply -o OUT --no-report", ("fusion.repeatability.repeat:repeat",)),
     Case("evaluate", "IN/walls -o OUT --no-report", ("fusion.evaluation.evaluate:evaluate",)),
     Case(
         "reconstruct",

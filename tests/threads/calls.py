@@ -77,7 +77,10 @@ def meshes(given: Inputs, out: Path) -> Any:
 
 def alignments(given: Inputs, out: Path) -> Any:
     turned = fusion.Mesh(given.ball.vertices[:, [1, 2, 0]] * 1.01 + 1e-3, given.ball.faces)
-    return fusion.compare(turned, given.ball, fusion.CompareSettings(samples=500, scale=True))
+    settings = fusion.RepeatSettings(diameter=0.1)
+    repeated = fusion.repeat([given.ball, turned], settings)
+    said = repeated.mean, repeated.offsets(), repeated.to_dict()
+    return fusion.compare(turned, given.ball, fusion.CompareSettings(samples=500, scale=True)), said
 
 
 def sensors(given: Inputs, out: Path) -> Any:

@@ -23,6 +23,7 @@ CONVERT = {"convert": ["convert", "FILE", "out.ply"]}
 OTHERS = {
     "compare": ["compare", "FILE", "good.ply", "-o", "out", "--no-report"],
     "reference": ["compare", "good.ply", "FILE", "-o", "out", "--no-report"],
+    "repeat": ["repeat", "good.ply", "FILE", "-o", "out", "--no-report"],
     "simulate": [
         "simulate",
         "turntable",

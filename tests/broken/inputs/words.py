@@ -17,6 +17,7 @@ PATHS = {
     "turntable --mask": ["turntable", "turntable", *SCAN, "--voxel", "0.008", "--mask", "PATH"],
     "compare MESH": ["compare", "PATH", "good.ply", *SCAN],
     "compare REFERENCE": ["compare", "good.ply", "PATH", *SCAN],
+    "repeat SCAN": ["repeat", "PATH", "good.ply", *SCAN],
     "compare --seen": ["compare", "good.ply", "good.ply", *SCAN, "--seen", "PATH"],
     "intrinsics --board": ["calibrate", "intrinsics", "checkerboard", *SCAN, "--board", "PATH"],
     "depth --camera": ["calibrate", "depth", "wall", *SCAN, "--camera", "PATH"],

@@ -1,0 +1,151 @@
+"""Several scans of one object: how well they repeat."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import MeshError
+from fusion.mesh.knowable import SIGMA
+from fusion.mesh.mesh import Mesh
+from fusion.progress import stage
+from fusion.quantity import DIAMETER, SPACING
+from fusion.repeatability.features import Features, Stated, features_of
+from fusion.repeatability.numbers import (
+    Repeatability,
+    Reproducibility,
+    repeatability,
+    reproducibility,
+)
+from fusion.repeatability.spread import Spread, spread_of
+from fusion.repeatability.together import Together, lay_together
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RepeatSettings:
+    """How scans are compared with each other.
+
+    Attributes:
+        conditions: how many of the scans, in their order, belong to each condition (another day, camera, operator);
+            empty: all to one.
+        diameter, spacing: of a calibrated artefact's spheres [m], where they are known.
+        names: of the scans; empty: numbers.
+    """
+
+    conditions: tuple[int, ...] = ()
+    diameter: float | None = None
+    spacing: float | None = None
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        DIAMETER.check(self.diameter)
+        SPACING.check(self.spacing)
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """n scans of one object about their mean.
+
+    Attributes:
+        names: of the scans.
+        together: where each lies in the common frame.
+        spread: the mean surface and the offsets of each scan.
+        repeatability: under one condition; reproducibility: over several, None where there is one.
+        features: planes and spheres.
+        sigma: median of what the scans themselves claim [m], without what calibration shares; None where they do not.
+    """
+
+    names: tuple[str, ...]
+    together: Together
+    spread: Spread
+    repeatability: Repeatability
+    reproducibility: Reproducibility | None
+    features: Features = field(default_factory=Features)
+    sigma: float | None = None
+
+    @property
+    def mean(self) -> Mesh:
+        """The mean surface, with the scalars "spread" [m] and "scans"."""
+        return self.spread.mean
+
+    def offsets(self) -> list[dict[str, Any]]:
+        """Of each scan: mean and rms about the mean surface [m], share of the surface that it does not show."""
+        rows = []
+        for name, T, column, status in zip(
+            self.names, self.together.poses, self.spread.offsets.T, self.together.status, strict=True
+        ):
+            known = column[np.isfinite(column)]
+            mean, rms = (float(known.mean()), float(np.sqrt(np.mean(known**2)))) if len(known) else (None, None)
+            told = {"name": name, "alignment": status, "mean_m": mean, "rms_m": rms}
+            missing = float(1 - len(known) / max(len(column), 1))
+            rows.append(told | {"missing_share": missing, "T_common_scan": T.tolist()})
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """`repeat.json`."""
+        known = self.reproducibility
+        claimed = None if self.sigma is None else {
+            "median_m": self.sigma, "spread_over_sigma": self.repeatability.s / self.sigma
+        }  # fmt: skip
+        return {
+            "format": "fusion-repeat/1",
+            "scans": self.offsets(),
+            "repeatability": self.repeatability.values(),
+            "reproducibility": None if known is None else known.values(),
+            "vdi_2634": [quantity.values_dict() for quantity in self.features.quantities],
+            "sigma": claimed,
+        }
+
+    def __repr__(self) -> str:
+        said = f"s_r {1e3 * self.repeatability.s:.2f} mm"
+        return f"<Repeat: {len(self.names)} scans, {said}, {len(self.features.found)} planes and spheres>"
+
+
+def repeat(scans: Sequence[Mesh], settings: RepeatSettings | None = None) -> Repeat:
+    """Lay scans of one object on each other, none as the reference, and tell how they spread.
+
+    Raises:
+        MeshError: fewer than two scans, one without a surface, conditions that do not add up.
+
+    >>> ball = fusion.read_mesh("ball.ply")
+    >>> found = fusion.repeat([ball, fusion.Mesh(ball.vertices + 0.001, ball.faces)])
+    >>> found
+    <Repeat: 2 scans, s_r 0.00 mm, 1 planes and spheres>
+    """
+    settings = settings or RepeatSettings()
+    meshes = list(scans)
+    if len(meshes) < 2:
+        raise MeshError("too few scans to repeat", "scans", len(meshes), "two or more of one object")
+    condition = _conditions(settings, len(meshes))
+    together = lay_together(meshes)
+    with stage("measuring"):
+        spread = spread_of(meshes, together)
+        found = repeatability(spread.offsets, condition)
+        if not np.isfinite(found.s):
+            raise MeshError("the scans have no surface in common", "scans", "no place that two show", "one object")
+        stated = Stated(settings.diameter, settings.spacing)
+        features = features_of(spread.mean, meshes, together.poses, found.s, stated)
+    names = settings.names or tuple(f"scan {k}" for k in range(1, len(meshes) + 1))
+    return Repeat(
+        names, together, spread, found, reproducibility(spread.offsets, condition), features, _claimed(meshes)
+    )
+
+
+def _conditions(settings: RepeatSettings, count: int) -> NDArray[np.intp]:
+    sizes = settings.conditions or (count,)
+    if sum(sizes) != count or min(sizes) < 1:
+        found = " + ".join(map(str, sizes))
+        raise MeshError("the conditions do not add up", "conditions", found, f"numbers of scans, together {count}")
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def _claimed(meshes: list[Mesh]) -> float | None:
+    claims = [mesh.scalars[SIGMA] for mesh in meshes if SIGMA in mesh.scalars]
+    known = np.concatenate(claims) if len(claims) == len(meshes) else np.zeros(0)
+    known = known[np.isfinite(known)]
+    middle = float(np.median(known)) if len(known) else 0.0
+    return middle if middle > 0 else None
