@@ -45,6 +45,8 @@ def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None 
     copy_color_apart(recording, folder)
     gone = "mesh" in scene and not (folder / str(scene["mesh"])).exists()
     told = [f"the mesh of the scene is not there: {scene['mesh']}"] if gone else []
+    sure = unfit.pop("confidence", 0)
+    told += [f"confidence of single pixels has no place in it: left out of {sure} frames"] if sure else []
     told += [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
     tell(recording.path, (*recording.warnings, *told), notes)
 
@@ -68,7 +70,7 @@ def copy_scene_mesh(recording: Recording, folder: Path) -> dict[str, Any]:
 def _counted(recording: Recording, unfit: dict[str, int]) -> Iterator[Frame]:
     """The frames; into `unfit` goes how many images of each kind were left out of them."""
     for frame in each(recording, "converting"):
-        for name in frame.unfit:
+        for name in (*frame.unfit, *(["confidence"] if frame.noisier is not None else [])):
             unfit[name] = unfit.get(name, 0) + 1
         yield frame
 

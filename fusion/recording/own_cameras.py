@@ -55,6 +55,12 @@ def depth_in(depth: NDArray[np.float32], own: Camera, common: Camera) -> NDArray
     return np.where(smooth, even, nearest).astype(np.float32)
 
 
+def nearest_in(image: NDArray[np.float32], own: Camera, common: Camera) -> NDArray[np.float32]:
+    """An image (h, w) whose values are no lengths, in the pixels of the other camera: the nearest pixel counts."""
+    u, v = _seen_at(own, common)
+    return np.asarray(cv2.remap(image, u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE), np.float32)
+
+
 def color_in_pixels(image: NDArray[np.uint8], own: Camera, common: Camera) -> NDArray[np.uint8]:
     """The same for a colour image (h, w, 3); black where nothing was seen."""
     u, v = _seen_at(own, common)

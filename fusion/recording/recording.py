@@ -26,6 +26,8 @@ class Frame:
         color: (height, width, 3) uint8 RGB in the depth camera's pixels, or None.
         ir: (height, width) uint16 counts, or None.
         unfit: "color" or "ir" where there is such an image in other pixels than the depth camera's.
+        noisier: (height, width) float32, how many times the noise of a sure pixel the camera itself gives each one (its
+            confidence), 1 or more; None where it says nothing.
     """
 
     index: int
@@ -34,6 +36,7 @@ class Frame:
     color: NDArray[np.uint8] | None = None
     ir: NDArray[np.uint16] | None = None
     unfit: tuple[str, ...] = ()
+    noisier: NDArray[np.float32] | None = None
 
     def __repr__(self) -> str:
         height, width = self.depth.shape

@@ -11,7 +11,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.images import check_shape
-from fusion.recording.own_cameras import color_in_pixels, depth_in
+from fusion.recording.own_cameras import color_in_pixels, depth_in, nearest_in
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.streams import FrameStreams
 
@@ -34,6 +34,7 @@ class Source:
         counts: as `FrameStreams.counts`.
         ir: the infrared image (h, w) uint16 of a frame in the depth images' pixels, or None; raises RecordingError.
         has_ir: (n,) frames that have one; empty where none has.
+        noisier: as of a `Frame`, (h, w) in the depth images' pixels or None; raises RecordingError.
     """
 
     path: Path
@@ -46,6 +47,7 @@ class Source:
     counts: Callable[[int], NDArray[np.uint16]] | None = None
     ir: Callable[[int], NDArray[np.uint16] | None] | None = None
     has_ir: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
+    noisier: Callable[[int], NDArray[np.float32] | None] | None = None
 
     @property
     def apart(self) -> bool:
@@ -57,15 +59,17 @@ class Source:
         depth = self.depth(index)
         check_shape((depth.shape[0], depth.shape[1]), self.camera.shape, self.path)
         own = self.own.get(index)
+        noisier = None if self.noisier is None else self.noisier(index)
         if own is not None:
             depth = depth_in(depth, own, self.camera)
+            noisier = None if noisier is None else nearest_in(noisier, own, self.camera)
         color = None if self.apart or self.color is None else self.color(index)
         ir = None if self.ir is None else self.ir(index)
         if color is not None and color.shape[:2] != self.camera.shape:
-            return Frame(index, float(self.stamps[index]), depth, ir=ir, unfit=("color",))
+            return Frame(index, float(self.stamps[index]), depth, ir=ir, unfit=("color",), noisier=noisier)
         if color is not None and own is not None:
             color = color_in_pixels(color, own, self.camera)
-        return Frame(index, float(self.stamps[index]), depth, color, ir)
+        return Frame(index, float(self.stamps[index]), depth, color, ir, noisier=noisier)
 
     def color_apart(self, index: int) -> NDArray[np.uint8] | None:
         """The colour image of a frame in the pixels of `camera.color`. Raises RecordingError."""

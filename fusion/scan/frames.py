@@ -110,6 +110,7 @@ def load(
             depth=np.ascontiguousarray(frame.depth[window]),
             color=None,  # the finished mesh is coloured from the recording
             ir=None if frame.ir is None else np.ascontiguousarray(frame.ir[window]),
+            noisier=None if frame.noisier is None else np.ascontiguousarray(frame.noisier[window]),
         )
         prepared = prepare(cut, crop(camera, window), sensor, moments[index])
         if shown is not None:

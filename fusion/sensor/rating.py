@@ -35,7 +35,10 @@ def sigma_by_incidence(sensor: Sensor, view: View) -> Callable[[Image | None], I
     with np.errstate(invalid="ignore"):
         nothing = 0 * view.depth  # NaN where that is missing or infinite
     before = _spread(sensor.effects[:first], nothing, view)
-    return lambda incidence: _spread(sensor.effects[first:], before, replace(view, incidence=incidence))
+    factor, after = view.noisier, sensor.effects[first:]
+    if factor is not None:  # what the camera says of a pixel holds for tracking and fusion alike
+        return lambda incidence: factor * _spread(after, before, replace(view, incidence=incidence))
+    return lambda incidence: _spread(after, before, replace(view, incidence=incidence))
 
 
 def _spread(effects: tuple[Effect, ...], sigma: Image, view: View) -> Image:

@@ -77,6 +77,7 @@ class View:
         modulation: frequency of a time-of-flight sensor [Hz] at which effects of one phase are computed.
         frequencies: all its modulations [Hz]; empty when it has that one only.
         done: names of effects that the image holds already, because the renderer moved rays or surfaces.
+        noisier: (h, w) factor on the noise that the camera itself gives each pixel, 1 where it is sure.
         placed_by_images: the pose of the surface was found in images of this camera, by the stated rays.
     """
 
@@ -99,6 +100,7 @@ class View:
     frequencies: tuple[float, ...] = ()
     done: frozenset[str] = frozenset()
     placed_by_images: bool = False
+    noisier: Image | None = None
 
     @property
     def focal_baseline(self) -> float:

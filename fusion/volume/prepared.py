@@ -39,7 +39,7 @@ def prepare(
     depth = frame.depth.astype(np.float32)
     if max_depth is not None:
         depth[depth > max_depth] = np.nan
-    view = View(camera, depth, ir=frame.ir, moment=moment or Moment())
+    view = View(camera, depth, ir=frame.ir, moment=moment or Moment(), noisier=frame.noisier)
     sigma = sigma_by_incidence(sensor, view)
     surface = point_map(depth, camera, sigma(None))
     tilted = replace(view, incidence=surface.incidence)

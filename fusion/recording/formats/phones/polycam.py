@@ -24,11 +24,14 @@ from fusion.recording.camera_file import Centre, Focal, Size
 from fusion.recording.formats.phones.arkit import (
     COARSE,
     LIDAR,
+    UNKNOWN,
+    Confidence,
     camera_of,
+    confidence_of,
     depth_camera,
     from_arkit,
+    noisier,
     same_shape,
-    says_something,
     sure,
 )
 from fusion.recording.images import color_in, counts_in, grey_in, size_in
@@ -74,14 +77,14 @@ class Images:
         names: of the frames: microseconds.
         pictures: the folder of the colour images.
         shape: (height, width) of the depth images.
-        confident: what confidence says is used.
+        confident: what confidence is worth.
     """
 
     tree: Tree
     names: list[str]
     pictures: str
     shape: tuple[int, int]
-    confident: bool = True
+    confident: Confidence = UNKNOWN
 
     def counts(self, index: int) -> NDArray[np.uint16]:
         """(h, w) millimetres of a frame, 0 where missing. Raises RecordingError."""
@@ -90,7 +93,13 @@ class Images:
     def depth(self, index: int) -> NDArray[np.float32]:
         """(h, w) [m] of a frame, NaN where missing. Raises RecordingError."""
         depth = counts_to_metres(self.counts(index), DEPTH_SCALE)
-        return sure(depth, self.confidence(index) if self.confident else None)
+        return sure(depth, self.confidence(index) if self.confident.used else None)
+
+    def noisier(self, index: int) -> NDArray[np.float32] | None:
+        """As of a `Frame`. Raises RecordingError."""
+        if not self.confident.used or self.confident.middle == 1:
+            return None
+        return noisier(self.confidence(index), self.confident.middle)
 
     def confidence(self, index: int) -> NDArray[np.uint8] | None:
         """(h, w) 0, 127 or 255 (older: 0 to 2), or None where there is none. Raises RecordingError."""
@@ -139,8 +148,8 @@ def read(path: Path, camera: Camera | None) -> Recording:
     width, height = size_in(tree.read(first, "an image"), tree.where(first))
     pictures = "corrected_images" if corrected else "images"
     images = Images(tree, names, pictures, (height, width))
-    confident, warnings = says_something(images.confidence, len(names))
-    images = Images(tree, names, pictures, (height, width), confident)
+    images = replace(images, confident=confidence_of(images, len(names)))
+    warnings = list(images.confident.told)
     given = [_keyframe(tree, f"{KEYFRAMES}/{folder}/{name}.json") for name in names]
     own: dict[int, Camera] = {}
     if camera is None:
@@ -153,6 +162,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
         camera=camera,
         stamps=stamps,
         depth=images.depth,
+        noisier=images.noisier,
         color=images.color,
         has_color=np.array([tree.has(images.picture(i)) for i in range(len(names))]),
         own=own,

@@ -25,11 +25,14 @@ from fusion.recording.camera_file import Size, are_focal
 from fusion.recording.formats.phones.arkit import (
     COARSE,
     LIDAR,
+    UNKNOWN,
+    Confidence,
     camera_of,
+    confidence_of,
     depth_camera,
     from_arkit,
+    noisier,
     same_shape,
-    says_something,
     sure,
 )
 from fusion.recording.formats.phones.lzfse import unpack
@@ -68,13 +71,13 @@ class Images:
         tree: the archive.
         numbers: of the frames, as their files are named.
         shape: (height, width) of the depth images.
-        confident: what confidence says is used.
+        confident: what confidence is worth.
     """
 
     tree: Tree
     numbers: list[int]
     shape: tuple[int, int]
-    confident: bool = True
+    confident: Confidence = UNKNOWN
 
     def depth(self, index: int) -> NDArray[np.float32]:
         """(h, w) [m] of a frame, NaN where missing. Raises RecordingError."""
@@ -82,7 +85,13 @@ class Images:
         size = 4 * self.shape[0] * self.shape[1]
         data = unpack(self.tree.read(name, "a depth image"), size, self.tree.where(name))
         depth = np.frombuffer(data, "<f4").reshape(self.shape)
-        return sure(depth, self.confidence(index) if self.confident else None)
+        return sure(depth, self.confidence(index) if self.confident.used else None)
+
+    def noisier(self, index: int) -> NDArray[np.float32] | None:
+        """As of a `Frame`. Raises RecordingError."""
+        if not self.confident.used or self.confident.middle == 1:
+            return None
+        return noisier(self.confidence(index), self.confident.middle)
 
     def confidence(self, index: int) -> NDArray[np.uint8] | None:
         """(h, w) 0 to 2, or None where there is none. Raises RecordingError."""
@@ -121,8 +130,8 @@ def read(path: Path, camera: Camera | None) -> Recording:
         raise RecordingError("the recording is empty", path, "no frame with depth", "rgbd/0.depth and so on")
     shape = _depth_shape(given, tree, f"rgbd/{numbers[0]}.depth")
     images = Images(tree, numbers, shape)
-    confident, warnings = says_something(images.confidence, len(numbers))
-    images = Images(tree, numbers, shape, confident)
+    images = replace(images, confident=confidence_of(images, len(numbers)))
+    warnings = list(images.confident.told)
     own: dict[int, Camera] = {}
     if camera is None:
         camera, own, more = _cameras(given, content, images)
@@ -134,6 +143,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
         camera=camera,
         stamps=stamps,
         depth=images.depth,
+        noisier=images.noisier,
         color=images.color,
         has_color=np.array([tree.has(f"rgbd/{number}.jpg") for number in numbers]),
         own=own,

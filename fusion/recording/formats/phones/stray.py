@@ -22,10 +22,13 @@ from fusion.recording.camera_file import are_focal
 from fusion.recording.formats.phones.arkit import (
     COARSE,
     LIDAR,
+    UNKNOWN,
+    Confidence,
     camera_of,
+    confidence_of,
     depth_camera,
+    noisier,
     same_shape,
-    says_something,
     sure,
 )
 from fusion.recording.formats.phones.video import Video, open_video
@@ -48,7 +51,7 @@ class Images:
     folder: Path
     names: list[str]
     shape: tuple[int, int]
-    confident: bool = True
+    confident: Confidence = UNKNOWN
 
     def counts(self, index: int) -> NDArray[np.uint16]:
         """(h, w) millimetres of a frame, 0 where missing. Raises RecordingError."""
@@ -64,7 +67,13 @@ class Images:
     def depth(self, index: int) -> NDArray[np.float32]:
         """(h, w) [m] of a frame, NaN where missing. Raises RecordingError."""
         depth = counts_to_metres(self.counts(index), DEPTH_SCALE)
-        return sure(depth, self.confidence(index) if self.confident else None)
+        return sure(depth, self.confidence(index) if self.confident.used else None)
+
+    def noisier(self, index: int) -> NDArray[np.float32] | None:
+        """As of a `Frame`. Raises RecordingError."""
+        if not self.confident.used or self.confident.middle == 1:
+            return None
+        return noisier(self.confidence(index), self.confident.middle)
 
     def confidence(self, index: int) -> NDArray[np.uint8] | None:
         """(h, w) 0 to 2, or None where there is none. Raises RecordingError."""
@@ -87,8 +96,8 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         raise RecordingError("the recording is empty", folder, "no depth image", "depth/000000.png and so on")
     shape = _shape(folder / names[0])
     images = Images(folder, names, shape)
-    confident, warnings = says_something(images.confidence, len(names))
-    images = Images(folder, names, shape, confident)
+    images = replace(images, confident=confidence_of(images, len(names)))
+    warnings = list(images.confident.told)
     video, more = open_video(folder, "rgb.mp4")
     warnings += more
     camera = replace(camera or _camera(folder, shape, video), depth_scale=DEPTH_SCALE)
@@ -99,6 +108,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         camera=camera,
         stamps=stamps,
         depth=images.depth,
+        noisier=images.noisier,
         color=None if video is None else lambda index: video.image(frames[index]),
         has_color=np.array([video is not None and frame < video.frames for frame in frames]),
         counts=images.counts,
