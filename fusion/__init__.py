@@ -58,6 +58,11 @@ _PUBLIC = {
     "scan.pipeline": "scan_turntable",
     "scan.result": "Scan",
     "scan.settings": "ScanSettings",
+    "passes.one_pass": "Pass",
+    "passes.opened": "open_pass",
+    "passes.pipeline": "merge_passes",
+    "passes.result": "Merged",
+    "passes.settings": "MergeSettings",
 }
 _HOME = {name: f"fusion.{module}" for module, names in _PUBLIC.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_HOME)]

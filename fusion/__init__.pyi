@@ -28,6 +28,11 @@ from fusion.mesh.compare import compare as compare
 from fusion.mesh.files import read_mesh as read_mesh
 from fusion.mesh.files import write_mesh as write_mesh
 from fusion.mesh.mesh import Mesh as Mesh
+from fusion.passes.one_pass import Pass as Pass
+from fusion.passes.opened import open_pass as open_pass
+from fusion.passes.pipeline import merge_passes as merge_passes
+from fusion.passes.result import Merged as Merged
+from fusion.passes.settings import MergeSettings as MergeSettings
 from fusion.reconstruction.pipeline import reconstruct as reconstruct
 from fusion.reconstruction.result import Reconstruction as Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings as ReconstructSettings

@@ -19,7 +19,7 @@ NAMES = [name for name in fusion.__all__ if name != "__version__"]
 # whole scans and fits take seconds each
 SLOW = {
     "scan_turntable", "reconstruct", "calibrate_depth", "calibrate_noise", "calibrate_intrinsics", "read_board",
-    "explain", "evaluate",
+    "explain", "evaluate", "merge_passes", "open_pass",
 }  # fmt: skip
 
 
@@ -50,7 +50,12 @@ def small_data(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def more_data(small_data):
-    """`wall_0` to `wall_4`, `my_room` and `board` beside it."""
+    """`wall_0` to `wall_4`, `my_room`, `board` and `my_scan_turned_over` beside it."""
+    over = fusion.read_mesh(small_data / "my_scan" / "truth" / "mesh.ply")
+    vertices = over.vertices * [1, -1, -1] + [0, 0, over.vertices[:, 2].max()]  # turned about x
+    fusion.write_mesh(small_data / "over.ply", fusion.Mesh(vertices, over.faces, colors=over.colors))
+    settings = {"mesh": str(small_data / "over.ply"), "frames": 26, "turns": 26 * 15 / 360}
+    write(small_data / "my_scan_turned_over", "turntable", settings, fusion.Sensor(principle="itof"))
     sensor = fusion.read_sensor("kinect-v2-indoors")
     for i, distance in enumerate((0.6, 0.9, 1.2, 1.6, 2.0)):
         write(small_data / f"wall_{i}", "wall", {"distance_m": distance, "frames": 12}, sensor)

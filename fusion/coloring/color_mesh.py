@@ -4,6 +4,7 @@ The volume could fuse colours too, but it does not know what a later frame shows
 of a voxel, good and bad, and needs three times the memory. The mesh knows its rims.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -66,11 +67,19 @@ def color_mesh(mesh: Mesh, recording: Recording, trajectory: Trajectory) -> Colo
             or those of a colour camera beside it.
         trajectory: (frames) `T_world_camera` of the depth camera, NaN for frames without a pose.
     """
-    source = color_images(recording)
+    return color_from(mesh, [(recording, trajectory)])
+
+
+def color_from(mesh: Mesh, taken: Sequence[tuple[Recording, Trajectory]]) -> Colored:
+    """Colour a mesh from several recordings, each with the trajectory (frames) of its camera in the mesh's world."""
     plain = replace(mesh, colors=None)
-    if source is None or not len(mesh.faces):
+    sources = [(source, course) for one, course in taken if (source := color_images(one)) is not None]
+    if not sources or not len(mesh.faces):
         return Colored(plain)
-    best, images, lost = _looked_at(Surface(mesh), source, trajectory)
+    surface, best, images, lost = Surface(mesh), BestViews(len(mesh.vertices)), 0, 0
+    for source, course in sources:
+        used, failed = _looked_at((surface, best), source, course)
+        images, lost = images + used, lost + failed
     if not images:
         return Colored(plain, lost=lost)
     views = best.counts()
@@ -89,9 +98,9 @@ def color_mesh(mesh: Mesh, recording: Recording, trajectory: Trajectory) -> Colo
     )
 
 
-def _looked_at(surface: Surface, source: ColorImages, trajectory: Trajectory) -> tuple[BestViews, int, int]:
-    """What well spread images show of a surface, how many there were, and how many could not be used."""
-    best, images, lost = BestViews(surface.vertices.shape[1]), 0, 0
+def _looked_at(onto: tuple[Surface, BestViews], source: ColorImages, trajectory: Trajectory) -> tuple[int, int]:
+    """Add what well spread images show of a surface: how many there were, and how many could not be used."""
+    (surface, best), images, lost = onto, 0, 0
     most = max(ENOUGH, int(SHARE * len(trajectory)))
     for index in each(source.spread(trajectory, most), "colour"):
         try:
@@ -104,4 +113,4 @@ def _looked_at(surface: Surface, source: ColorImages, trajectory: Trajectory) ->
         shown = visible(surface, source.seen(image, source.T_world_color(trajectory.poses[index])))
         best.add(shown.index, shown.weight, image.sampled(shown.pixels))
         images += 1
-    return best, images, lost
+    return images, lost

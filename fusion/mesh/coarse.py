@@ -80,7 +80,7 @@ def _all(mesh: Side, reference: Side) -> Iterator[Similarity]:
         yield Similarity(turn, there - turn @ here)
     for turn in turns[:25]:  # partial scans pull the mean away, but less so the middle
         yield Similarity(turn, goal - turn @ middle)
-    yield from _by_features(mesh, reference)
+    yield from by_features(mesh, reference)
 
 
 def _principal(points: Array) -> Array:
@@ -98,7 +98,7 @@ def _cube_rotations() -> list[Array]:
     return found
 
 
-def _by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
+def by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
     """Poses by local shape (FPFH, fast global registration), for parts whose middles say little."""
     import open3d
 

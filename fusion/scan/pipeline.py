@@ -139,6 +139,7 @@ def _chosen(settings: ScanSettings, found: Attempt, how: tuple[Sensor, Told], vo
     asked = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
     return asked | {
         "sensor": sensor.name,
+        "sensor_assumed": settings.sensor is None,
         "correction": told.values(),
         "mask": None if settings.mask is None else str(settings.mask),
         "voxel_m": volume.settings.voxel,

@@ -105,6 +105,7 @@ class Scan:
             "frame": "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0",
             "axis_point": axis.point.tolist(),
             "axis_direction": axis.direction.tolist(),
+            "plate_seen": self.motion.plate is not None,
             "radius": float(axis.distance(np.zeros((1, 3)))[0][0]),
             "angles_rad": [None if np.isnan(a) else float(a) for a in self.motion.angles],
             "angles_std_rad": [None if np.isnan(a) else float(a) for a in self.motion.angle_std],

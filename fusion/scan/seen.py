@@ -50,10 +50,10 @@ def looked_through(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, 
         beyond = frame.surface.points[v, u, 2] - z
         shown[which[np.abs(beyond) <= near]] += 1
         through[which[beyond > near]] += 1
-    return _without_rims(through > shown, mesh.faces)
+    return without_rims(through > shown, mesh.faces)
 
 
-def _without_rims(marked: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[np.bool_]:
+def without_rims(marked: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Marked vertices (n,) without those of narrow strips: at a rim pixels show the object and what is behind it."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     inner = marked.copy()

@@ -20,6 +20,7 @@ ARGUMENTS = {
     "convert": ["IN", "OUT"],
     "reconstruct": ["IN", "-o", "OUT"],
     "turntable": ["IN", "-o", "OUT"],
+    "merge": ["IN", "IN2", "-o", "OUT"],
     "simulate": ["IN", "-o", "OUT"],
     "sensor": ["show", "IN"],
     "evaluate": ["IN", "-o", "OUT"],

@@ -149,6 +149,13 @@ def scans(given: Inputs, out: Path) -> Any:
     return found, found.facts, found.judgement, found.turntable()
 
 
+def merges(given: Inputs, out: Path) -> Any:
+    one = fusion.open_pass(given.place("turning"))
+    known = fusion.MergeSettings(transforms=np.tile(np.eye(4), (2, 1, 1)), voxel=0.008, truncation=0.03, color=False)
+    found = fusion.merge_passes([one, one], known)
+    return found.mesh, found.facts, found.judgement, found.merge()
+
+
 def depths(given: Inputs, out: Path) -> Any:
     return fusion.calibrate_depth(given.walls(3), fusion.DepthSettings())
 
@@ -172,4 +179,4 @@ LIGHT: list[Call] = [
     camera, poses, recordings, bags, sources, meshes, sensors, scenes, sensing, rooms, volumes, evaluations,
     reconstructions, noises,
 ]  # fmt: skip
-HEAVY: list[Call] = [alignments, scans, depths, lenses, explanations]
+HEAVY: list[Call] = [alignments, scans, merges, depths, lenses, explanations]

@@ -1,0 +1,7 @@
+HEAD = ""
+
+
+def judged(f): ...
+
+
+line = row = summary = judged
