@@ -1,8 +1,9 @@
 """Installs what the machine lacks where nobody has to be asked; else says the command to type, and ends with 1.
 
-    python3 -m tools.system_packages [--browser]      (in the project's folder, before there is an environment)
+    python3 -m tools.system_packages [--browser] [--usb]      (in the project's folder, before there is an environment)
 
-`--browser` also wants Chromium, which the slow tests of the report open.
+`--browser` also wants Chromium, which the slow tests of the report open; `--usb` what the emulated Kinect of the slow
+tests stands on (tests/devices/emulator), with libfreenect's programs as its foreign judge.
 """
 
 import importlib.util
@@ -15,6 +16,11 @@ from fusion.commands.system_libraries import install_command, missing_libraries,
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
+USB = {  # program: the packages that it and those beside it come with, all of Debian and Ubuntu
+    "umockdev-wrapper": ("umockdev", "gir1.2-umockdev-1.0", "python3-gi", "libusb-1.0-0"),
+    "freenect-camtest": ("libfreenect-bin",),
+}
+
 
 def main(arguments: list[str]) -> int:
     """Returns the exit status: 0 when nothing is missing any more."""
@@ -26,6 +32,9 @@ def main(arguments: list[str]) -> int:
     if "--browser" in arguments and not any(map(shutil.which, BROWSERS)):
         lacking.append("Chromium")
         packages.append("chromium")
+    if "--usb" in arguments:
+        lacking += [f"{program} (emulated USB)" for program in USB if not shutil.which(program)]
+        packages += [name for program, names in USB.items() if not shutil.which(program) for name in names]
     if not lacking:
         return 0
     if not shutil.which("apt-get"):
