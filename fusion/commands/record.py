@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
     played = "replay:REC (any recording at its own rate; REC@4 four times faster, REC@max as fast as can be)"
-    sources = f"kinect-v1[:SERIAL]; realsense[:SERIAL]; {played}"
+    sources = f"kinect-v1[:SERIAL]; realsense[:SERIAL]; orbbec[:SERIAL] (untried); {played}"
     add("source", metavar="SOURCE", help=sources)
     add_output(parser, "folder of the new recording; whole from its first frame on, whatever ends it", report=False)
     add("--frames", type=whole_number(RECORDED), metavar="N", help="end after N frames (default: at Ctrl-C)")

@@ -13,10 +13,11 @@ from fusion.recording.camera_presets import find_camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 
-KINDS = ("kinect-v1", "realsense", "replay:REC")
+KINDS = ("kinect-v1", "realsense", "orbbec", "replay:REC")
 # each takes a serial number ("": any), whether infrared is wanted, and a camera instead of its own
 CAMERAS = {
     "kinect-v1": "fusion.devices.kinect_v1.kinect:Kinect",
+    "orbbec": "fusion.devices.orbbec:open_orbbec",
     "realsense": "fusion.devices.realsense:open_realsense",
 }
 
@@ -25,9 +26,9 @@ def open_source(name: str, camera: Camera | Path | str | None = None, infrared: 
     """A source by its name; the device is looked for, and opened, now.
 
     Args:
-        name: `kinect-v1` is the only Kinect, `kinect-v1:SERIAL` one of several; so `realsense`. `replay:REC` plays a
-            recording of any format at its own rate, `replay:REC@4` four times faster, `replay:REC@max` as fast as it is
-            taken.
+        name: `kinect-v1` is the only Kinect, `kinect-v1:SERIAL` one of several; so `realsense`, `orbbec`. `replay:REC`
+            plays a recording of any format at its own rate, `replay:REC@4` four times faster, `replay:REC@max` as fast
+            as it is taken.
         camera: intrinsics that replace the source's own, as `open_recording` takes them.
         infrared: infrared pictures instead of colours, of a camera that sends one at a time.
 

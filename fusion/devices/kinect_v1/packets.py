@@ -7,6 +7,8 @@ HEADER = 12  # bytes: "RB", 0, flag, ?, sequence number, ?, ?, time stamp
 FIRST, MIDDLE, LAST = 1, 2, 5
 MOST_LOST = 5  # packets in a row that may be missing; beyond, the place in the frame is in doubt
 
+Packet = bytes | bytearray
+
 
 @dataclass(frozen=True)
 class StreamFormat:
@@ -87,7 +89,7 @@ class Assembler:
     _sequence: int = 0
     _ticks: int = 0
 
-    def feed(self, packets: Iterable[tuple[int, memoryview | bytes]]) -> None:
+    def feed(self, packets: Iterable[tuple[int, Packet]]) -> None:
         """Packets in their order, each with its USB status (0: well)."""
         for status, packet in packets:
             if status:
@@ -97,7 +99,7 @@ class Assembler:
             elif len(packet):
                 self.counts.alien += 1
 
-    def _one(self, packet: memoryview | bytes) -> None:
+    def _one(self, packet: Packet) -> None:
         self.counts.packets += 1
         flag, sequence, form = packet[3] - self.format.base, packet[5], self.format
         if self._place < 0:
