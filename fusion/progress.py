@@ -74,6 +74,7 @@ class _Run:
             self.listener.at(tuple(s.name for s in self.open), inner.done, inner.total)
 
 
+_timeless = False
 _run: ContextVar[_Run | None] = ContextVar("fusion.progress", default=None)
 
 
@@ -122,10 +123,21 @@ def note(text: str) -> None:
         run.listener.note(text)
 
 
+def leave_out_times() -> None:
+    """From now on this process makes results that are the same bits whenever it makes them: without times and dates."""
+    global _timeless
+    _timeless = True
+
+
+def timeless() -> bool:
+    """Whether results hold no times and dates."""
+    return _timeless
+
+
 def seconds() -> dict[str, float]:
     """Time so far [s] of each outermost stage in the order of their start, "other" last; empty where nobody follows."""
     run = _run.get()
-    if run is None:
+    if run is None or _timeless:
         return {}
     run.count()
     named = {name: value for name, value in run.seconds.items() if name != OTHER}

@@ -65,6 +65,9 @@ REPLAY_SPEED = Quantity("speed of the replay", "replay:REC@SPEED", "times", 0.01
 RECORDED = Quantity("number of frames", "--frames", "", 1, 10_000_000)  # 92 hours at 30 a second
 LOOKED_AT = Quantity("time to look at a source", "--seconds", "s", 0.1, 86_400.0)
 EVERY = Quantity("frames of which one is recorded", "--every", "", 1, 10_000)
+WORKERS = Quantity("number of workers", "--workers", "", 1, 1024)
+JOB_SECONDS = Quantity("time limit of a job", "--time-limit", "s", 0.1, 1e7)
+JOB_GIGABYTES = Quantity("memory limit of a job", "--memory-limit", "GB", 0.05, 1e5)
 SEED = Quantity("seed", "--seed", "", 0, 2**63 - 1)
 
 

@@ -16,7 +16,7 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 ROOMS = [
     "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
     "repeatability", "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "certainty",
-    "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes", "commands",
+    "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes", "batch", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",

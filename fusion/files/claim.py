@@ -99,9 +99,9 @@ def claimed(
         FusionError: `path` may not be replaced, or not be written.
     """
     path, place = Path(path), place_of(path)
-    _refuse_other_kind(path, place, folder)
+    refuse_other_kind(path, place, folder)
     for given in inputs:
-        _refuse_input(path, place, Path(given))
+        refuse_input(path, place, Path(given))
     with ExitStack() as stack:
         with told(path):
             sweep(place.parent)
@@ -114,7 +114,8 @@ def claimed(
         yield Claim(path, place, command, overwrite, at)
 
 
-def _refuse_other_kind(path: Path, place: Path, folder: bool) -> None:
+def refuse_other_kind(path: Path, place: Path, folder: bool) -> None:
+    """FusionError where a file stands for a folder, or the other way round."""
     if folder and place.exists() and not place.is_dir():
         found, do = "a file" if place.is_file() else "something that is no folder", "choose another name"
         raise FusionError("the output is not a folder", path, found, "a folder or a new name", do)
@@ -123,7 +124,8 @@ def _refuse_other_kind(path: Path, place: Path, folder: bool) -> None:
         raise FusionError("the output is not a file", path, found, "a file or a new name", do)
 
 
-def _refuse_input(path: Path, place: Path, given: Path) -> None:
+def refuse_input(path: Path, place: Path, given: Path) -> None:
+    """FusionError where an output is, lies in or holds what is read."""
     read = given.resolve()
     if place == read or read in place.parents or place in read.parents:
         where = "is" if place == read else "lies in" if read in place.parents else "holds"

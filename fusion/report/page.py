@@ -9,6 +9,7 @@ from pathlib import Path
 from string import Template
 
 from fusion.files.publish import atomic_file
+from fusion.progress import timeless
 from fusion.report.tables import folded, lights, settings_table, tiles
 from fusion.report.versions import versions
 from fusion.results.light import Light, worst_first
@@ -71,6 +72,7 @@ class Page:
         fingerprint: what identifies the input, name to value.
         command: the command line that made the page.
         script: trusted JavaScript put once at the head of the page.
+        dated: says when it was made.
     """
 
     title: str
@@ -84,6 +86,7 @@ class Page:
     fingerprint: Mapping[str, object] | None = None
     command: str = ""
     script: str = ""
+    dated: bool = True
 
 
 OPEN_WARNINGS = 8  # more would push the result itself off the first screen
@@ -112,7 +115,7 @@ $navigation
 <main>
 $body
 </main>
-<footer><p>Made by fusion $version on $date UTC. This page is complete in itself and loads nothing.</p></footer>
+<footer><p>Made by fusion $version$date. This page is complete in itself and loads nothing.</p></footer>
 </body>
 </html>
 """)
@@ -144,7 +147,7 @@ def render(page: Page) -> str:
         navigation=f'<nav aria-label="Sections">{links}</nav>' if len(present) > 2 else "",
         body=body,
         version=escape(versions()["fusion"]),
-        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M"),
+        date="" if timeless() or not page.dated else datetime.now(UTC).strftime(" on %Y-%m-%d %H:%M UTC"),
     )
 
 

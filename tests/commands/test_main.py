@@ -21,6 +21,7 @@ ARGUMENTS = {
     "reconstruct": ["IN", "-o", "OUT"],
     "turntable": ["IN", "-o", "OUT"],
     "merge": ["IN", "IN2", "-o", "OUT"],
+    "batch": ["IN", "-o", "OUT", "--", "evaluate", "{rec}", "-o", "{out}"],
     "simulate": ["IN", "-o", "OUT"],
     "sensor": ["show", "IN"],
     "evaluate": ["IN", "-o", "OUT"],
