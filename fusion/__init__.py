@@ -33,6 +33,7 @@ _PUBLIC = {
     "mesh.compare": "CompareSettings Comparison compare",
     "mesh.files": "read_mesh write_mesh",
     "mesh.mesh": "Mesh",
+    "printing.ready": "PrintSettings Printable print_ready",
     "repeatability.repeat": "Repeat RepeatSettings repeat",
     "sensor.file": "read_sensor write_sensor",
     "sensor.sensor": "Sensor",

@@ -33,6 +33,9 @@ from fusion.passes.opened import open_pass as open_pass
 from fusion.passes.pipeline import merge_passes as merge_passes
 from fusion.passes.result import Merged as Merged
 from fusion.passes.settings import MergeSettings as MergeSettings
+from fusion.printing.ready import Printable as Printable
+from fusion.printing.ready import PrintSettings as PrintSettings
+from fusion.printing.ready import print_ready as print_ready
 from fusion.reconstruction.pipeline import reconstruct as reconstruct
 from fusion.reconstruction.result import Reconstruction as Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings as ReconstructSettings

@@ -68,6 +68,9 @@ EVERY = Quantity("frames of which one is recorded", "--every", "", 1, 10_000)
 WORKERS = Quantity("number of workers", "--workers", "", 1, 1024)
 JOB_SECONDS = Quantity("time limit of a job", "--time-limit", "s", 0.1, 1e7)
 JOB_GIGABYTES = Quantity("memory limit of a job", "--memory-limit", "GB", 0.05, 1e5)
+TRIANGLES = Quantity("number of triangles", "--triangles", "", 100, 100_000_000)
+SMOOTH = Quantity("number of steps of smoothing", "--smooth", "", 0, 1000)
+WALL = Quantity("thinnest wall", "--thin", "m", 1e-5, 1.0)
 SEED = Quantity("seed", "--seed", "", 0, 2**63 - 1)
 
 

@@ -15,8 +15,9 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 # each room may import from itself and from those before it
 ROOMS = [
     "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
-    "repeatability", "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "certainty",
-    "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes", "batch", "commands",
+    "printing", "repeatability", "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "certainty",
+    "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes", "batch",
+    "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",

@@ -4,11 +4,12 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
+from fusion.commands.printing import add_printing, asked, check_printing, printable
 from fusion.commands.results import add_topic
 from fusion.errors import FusionError
 
 WRITTEN = ("native", "tum", "open3d", "nerfstudio", "mcap")
-EXAMPLE = "fusion convert chess/seq-01 my_scan --camera 7scenes"
+EXAMPLE = "fusion convert out/cup/mesh.ply cup.stl --watertight --triangles 100000"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unit", choices=("m", "cm", "mm", "inch"), help="of the STL file, IN or OUT, which says none (default: mm)"
     )
+    add_printing(parser)
     add_topic(parser)
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")
 
@@ -64,6 +66,7 @@ def check(options: argparse.Namespace) -> None:
     if options.unit is not None and (options.recorded or endings.count(".stl") != 1):
         found, expected = " to ".join(endings), "a mesh to or from .stl; others are metres"
         raise FusionError("--unit is for an STL file", options.input, found, expected, "leave it out")
+    check_printing(options, options.recorded)
     if not options.recorded:
         check_written(options.output)
     elif options.output.suffix.lower() in FORMATS and not options.output.is_dir():
@@ -99,8 +102,11 @@ def run(options: argparse.Namespace) -> None:
         source, target = options.input.suffix.lower(), options.output.suffix.lower()
         unit = options.unit or STL_UNIT
         mesh = read_mesh(options.input)
-        if source != target:
-            mesh = for_file(from_file(mesh, source, unit), target, unit)
+        wanted = asked(options)
+        if source != target or wanted is not None:
+            mesh = from_file(mesh, source, unit)
+            mesh = mesh if wanted is None else printable(mesh, wanted, options)
+            mesh = for_file(mesh, target, unit)
         with options.claim.file() as partial:
             write_mesh(partial, mesh)
         # a wrong unit shows itself by it

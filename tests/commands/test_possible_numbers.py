@@ -13,6 +13,7 @@ TRACK = ["reconstruct", "no-such-recording", "-o", "out"]
 WALL = ["calibrate", "depth", "no-such-recording", "-o", "out"]
 BOARD = ["calibrate", "intrinsics", "no-such-recording", "--board", "no-such-file", "-o", "out"]
 COMPARE = ["compare", "no-such.ply", "no-such.stl", "-o", "out"]
+PRINT = ["convert", "no-such.ply", "out.stl"]
 REPEAT = ["repeat", "no-such.ply", "no-such.stl", "-o", "out"]
 BENCH = ["evaluate", "no-such-recording", "-o", "out"]
 SIMULATE = ["simulate", "wall", "-o", "out"]
@@ -32,6 +33,9 @@ SIMULATE = ["simulate", "wall", "-o", "out"]
         (SIMULATE, "--seed", ("-1", "9" * 400)),
         (BOARD, "--distance", ("0", "nan", "inf", "-1")),
         (COMPARE, "--max-distance", ("0", "nan", "inf", "-1")),
+        (PRINT, "--triangles", ("0", "-5", "99")),
+        (PRINT, "--smooth", ("-1", "5000")),
+        ([*PRINT, "--watertight"], "--thin", ("0", "nan", "inf", "-1")),
         (REPEAT, "--diameter", ("0", "nan", "inf", "-1")),
         (REPEAT, "--spacing", ("0", "nan", "inf", "-1")),
         (["demo", "-o", "out"], "--frames", ("0", "-5", "11", "1000000000")),

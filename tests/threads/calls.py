@@ -80,6 +80,8 @@ def alignments(given: Inputs, out: Path) -> Any:
     settings = fusion.RepeatSettings(diameter=0.1)
     repeated = fusion.repeat([given.ball, turned], settings)
     said = repeated.mean, repeated.offsets(), repeated.to_dict()
+    printed = fusion.print_ready(given.ball, fusion.PrintSettings(triangles=400, smooth=1))
+    said = said, printed.mesh, printed.values(), printed.lines()
     return fusion.compare(turned, given.ball, fusion.CompareSettings(samples=500, scale=True)), said
 
 

@@ -37,6 +37,8 @@ NUMERIC: dict[str, tuple[list[str], tuple[str, ...]]] = {
     "turntable --voxel": (["turntable", "turntable", *SCAN, "--voxel"], ()),
     "turntable --step": (["turntable", "turntable", *SCAN, "--voxel", "0.008", "--step"], ("-1",)),
     "compare --max-distance": (["compare", "good.ply", "good.ply", *SCAN, "--max-distance"], ("inf", "1e300")),
+    "convert --triangles": (["convert", "good.ply", "out.ply", "--triangles"], ("1_0", "\u0663")),
+    "convert --smooth": (["convert", "good.ply", "out.ply", "--smooth"], ("0", "1_0", "\u0663")),
     "repeat --diameter": (["repeat", "good.ply", "good.ply", *SCAN, "--diameter"], ()),
     "simulate --seed": (
         ["simulate", "wall", "-o", "out", "--set", "frames=1", "--camera", "camera.json", "--seed"],

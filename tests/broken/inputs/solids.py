@@ -36,6 +36,7 @@ OTHERS = {
         "-o",
         "out",
     ],
+    "to print": ["convert", "FILE", "out.ply", "--watertight", "--triangles", "400"],
     "to glb": ["convert", "FILE", "out.glb"],
 }
 
