@@ -71,5 +71,6 @@ def test_every_method_of_the_public_classes_is_called():
 # what calls give, and the error: no calls of their own
 RESULTS = {
     "__version__", "Comparison", "DenseField", "Description", "Explanation", "FusionError", "Merged", "Pass",
-    "Reconstruction", "Recorded", "RecordSettings", "Recording", "Scan", "Simulation", "Source", "SourceFrame",
+    "Printable", "Reconstruction", "Recorded", "RecordSettings", "Recording", "Scan", "Simulation", "Source",
+    "SourceFrame",
 }  # fmt: skip
