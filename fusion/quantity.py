@@ -71,6 +71,7 @@ JOB_GIGABYTES = Quantity("memory limit of a job", "--memory-limit", "GB", 0.05, 
 TRIANGLES = Quantity("number of triangles", "--triangles", "", 100, 100_000_000)
 SMOOTH = Quantity("number of steps of smoothing", "--smooth", "", 0, 1000)
 WALL = Quantity("thinnest wall", "--thin", "m", 1e-5, 1.0)
+PORT = Quantity("port", "--port", "", 1, 65535)
 SEED = Quantity("seed", "--seed", "", 0, 2**63 - 1)
 
 

@@ -17,7 +17,7 @@ ROOMS = [
     "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
     "printing", "repeatability", "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "certainty",
     "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes", "batch",
-    "commands",
+    "live", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",

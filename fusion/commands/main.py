@@ -24,6 +24,7 @@ from fusion.files.trust import trust
 COMMANDS = {
     "demo": "the whole main job on an object that the program makes itself",
     "record": "from a camera, or from a recording played back, frame by frame into a new recording",
+    "live": "the same while the object is seen growing; then a result as of `fusion turntable`",
     "info": "what is in a recording, and what looks wrong with it",
     "convert": "between recording formats, and between mesh formats",
     "reconstruct": "correct, track, integrate: a recording becomes a mesh",

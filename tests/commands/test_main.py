@@ -16,6 +16,7 @@ ARGUMENTS = {
     "demo": ["-o", "OUT"],
     "info": ["IN"],
     "record": ["replay:IN", "-o", "OUT"],
+    "live": ["replay:IN", "-o", "OUT", "--no-view"],
     "calibrate": ["intrinsics", "IN", "--board", "IN", "-o", "OUT"],
     "convert": ["IN", "OUT"],
     "reconstruct": ["IN", "-o", "OUT"],

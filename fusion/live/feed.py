@@ -1,0 +1,74 @@
+"""A source between camera and recorder that lets the view look on: the view gets what it can take, the recorder all."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Self
+
+from fusion.devices.source import Description, Source, SourceFrame
+
+WAITING = 45  # frames that may wait for the view: what comes while the object is looked for (1.5 s at 30 a second)
+
+
+class Feed:
+    """A source like the one it is made of, with a pause; the frames that are handed over are also offered to a view.
+
+    While it is paused, frames are taken from the camera and thrown away, so that it runs on.
+    """
+
+    def __init__(self, source: Source, paused: bool = False) -> None:
+        self.source, self.paused = source, paused
+        self.offered: deque[tuple[SourceFrame, float]] = deque()
+        self.ready = threading.Condition()
+        self.dropped = self.recorded = self.lost = 0
+        self.over = False
+
+    def describe(self) -> Description:
+        """As the source."""
+        return self.source.describe()
+
+    def start(self) -> None:
+        """As the source."""
+        self.source.start()
+
+    def stop(self) -> None:
+        """As the source."""
+        self.source.stop()
+
+    def frames(self) -> Iterator[SourceFrame]:
+        """As the source, without those of a pause."""
+        try:
+            for frame in self.source.frames():
+                self.lost += frame.missed
+                if self.paused:
+                    continue
+                self.recorded += 1
+                self._offer(frame)
+                yield frame
+        finally:
+            with self.ready:
+                self.over = True
+                self.ready.notify_all()
+
+    def take(self) -> tuple[SourceFrame, float] | None:
+        """The oldest frame offered and when it came [s, monotonic], waiting for it; None when none will come."""
+        with self.ready:
+            self.ready.wait_for(lambda: self.offered or self.over)
+            return self.offered.popleft() if self.offered else None
+
+    def _offer(self, frame: SourceFrame) -> None:
+        with self.ready:
+            self.offered.append((frame, time.monotonic()))
+            if len(self.offered) > WAITING:  # the view is late: it goes on with the newer ones
+                self.offered.popleft()
+                self.dropped += 1
+            self.ready.notify_all()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.stop()

@@ -1,0 +1,150 @@
+"""The model of a live scan: each frame is placed against it, then fused into it."""
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.devices.source import SourceFrame
+from fusion.errors import FusionError
+from fusion.geometry.camera import Camera
+from fusion.geometry.depth import PointMap
+from fusion.geometry.pose import Array
+from fusion.live.looking import Looking
+from fusion.live.state import Surface
+from fusion.live.turned import Turned
+from fusion.sensor.presets import default_sensor
+from fusion.sensor.window import of_window
+from fusion.tracking.tracker import Tracked, Tracker
+from fusion.turntable.views import crop, usable
+from fusion.volume.forecast import choose_truncation, choose_voxel
+from fusion.volume.prepared import NOISIEST, Prepared, fuse, prepare
+from fusion.volume.volume import Volume, VolumeSettings
+
+COARSER = 1.5  # voxels of the view beside those of the result: it is looked at, not kept (guess)
+KEPT, EVERY = 8, 15  # copies of the model to go back to, and frames between them
+SHOWN = 30_000  # points handed to a view
+WEAK = 0.8  # of the usual share of points that fit, below which tracking is weak (guess)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A frame in the model.
+
+    Attributes:
+        tracked: where, or why not.
+        weak: fewer points fit than usual, or they leave a motion open.
+        distance: median depth of the object [m].
+    """
+
+    tracked: Tracked
+    weak: bool
+    distance: float
+
+
+class Grower:
+    """Takes frames, oldest first; one thread at a time."""
+
+    def __init__(self, camera: Camera) -> None:
+        self.camera, self.sensor = camera, default_sensor(camera)
+        self.looking, self.turned = Looking(camera, self.sensor), Turned()
+        self.volume: Volume | None = None
+        self.tracker = Tracker(self._model)
+        self.count = 0
+        self._seen_by = camera
+        self._shares: deque[float] = deque(maxlen=100)
+        self._copies: deque[tuple[int, Volume, float]] = deque(maxlen=KEPT)
+
+    @property
+    def found(self) -> bool:
+        """What turns is known."""
+        return self.looking.region is not None
+
+    def take(self, frame: SourceFrame) -> Placed:
+        """Place and fuse a frame of which the region is known."""
+        prepared = self._prepared(frame)
+        distance = float(np.nanmedian(prepared.depth)) if np.isfinite(prepared.depth).any() else np.nan
+        if self.volume is None and np.isfinite(distance):
+            voxel = COARSER * choose_voxel(distance, self.camera)
+            sigma = float(np.nanmedian(prepared.surface.sigma))
+            self.volume = Volume(VolumeSettings(voxel, choose_truncation(voxel, sigma)))
+        camera = prepared.surface.camera
+        self._seen_by = camera.halved() if self.camera.width > 400 else camera
+        tracked = self.tracker.place(prepared.surface)
+        if tracked.ok and self.volume is not None:
+            self._grown(prepared, tracked)
+        usual = float(np.median(self._shares)) if self._shares else 1.0
+        weak = bool(tracked.unconstrained) or tracked.inlier_share < WEAK * usual
+        return Placed(tracked, weak, distance)
+
+    def undo(self, frames: int) -> float | None:
+        """Take the last frames out of the model, a few more where no copy is kept; the stamp after which all went."""
+        goal = self.count - frames
+        while self._copies and self._copies[-1][0] > goal and len(self._copies) > 1:
+            self._copies.pop()
+        if not self._copies:
+            return None
+        count, volume, stamp = self._copies[-1]
+        self.volume = _copy(volume)
+        del self.tracker.past[count:]
+        self.count = count
+        return stamp
+
+    def surface(self) -> Surface | None:
+        """The surface so far, thinned, with how sure each point is."""
+        if self.volume is None or not self.count:
+            return None
+        points = self.volume.surface().vertices
+        points = points[:: max(1, len(points) // SHOWN)]
+        if not len(points):
+            return None
+        weight = self.volume.sample(np.asarray(points, float))[2]
+        # weights count in pixels of the noise limit, see `fusing_weight`
+        limit = NOISIEST * self.volume.settings.truncation
+        sigma = limit / np.sqrt(np.maximum(weight, 1e-6))
+        return Surface(points.astype(np.float32), sigma.astype(np.float32))
+
+    def _grown(self, prepared: Prepared, tracked: Tracked) -> None:
+        assert self.volume is not None
+        fuse(self.volume, prepared, tracked.T_world_camera)
+        self.turned.placed(tracked.T_world_camera)
+        self.count += 1
+        if np.isfinite(tracked.inlier_share):
+            self._shares.append(tracked.inlier_share)
+        if self.count % EVERY == 1:
+            self._copies.append((self.count, _copy(self.volume), prepared.frame.timestamp))
+
+    def _prepared(self, frame: SourceFrame) -> Prepared:
+        region = self.looking.region
+        if region is None:
+            raise FusionError("what turns is not known yet")
+        window = region.window(self.camera)
+        cut = replace(
+            frame, depth=np.ascontiguousarray(frame.depth[window]), color=None, ir=None, raw=None, noisier=None
+        )
+        sensor = of_window(self.sensor, self.camera.shape, window)
+        prepared = prepare(cut, crop(self.camera, window), sensor)
+        region = region.cut(window)
+        surface, used = prepared.surface, usable(prepared.surface, region)
+        return replace(
+            prepared,
+            depth=_only(prepared.depth, region.holds(surface.points)),
+            surface=replace(surface, normals=_only(surface.normals, used[..., None])),
+        )
+
+    def _model(self, T_world_camera: Array) -> PointMap:
+        assert self.volume is not None
+        seen = self.volume.raycast(self._seen_by, T_world_camera)
+        # the noise of the model is small against that of a frame: many frames made it
+        return PointMap(self._seen_by, seen.points, seen.normals, np.zeros_like(seen.depth))
+
+
+def _only(values: NDArray[np.float32], where: NDArray[np.bool_]) -> NDArray[np.float32]:
+    return np.where(where, values, np.float32(np.nan))
+
+
+def _copy(volume: Volume) -> Volume:
+    made = Volume(volume.settings)
+    made.add(volume)
+    return made

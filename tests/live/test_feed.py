@@ -1,0 +1,76 @@
+"""What lies between camera and recorder: the recorder gets every frame, whatever becomes of the view."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fusion.devices.source import Description, SourceFrame
+from fusion.geometry.camera import Camera
+from fusion.live.feed import WAITING, Feed
+from fusion.live.state import SECTORS, LiveState
+from fusion.live.struck import strike
+from fusion.live.turned import Turned
+
+CAMERA = Camera(32, 24, fx=30.0, fy=30.0, cx=15.5, cy=11.5)
+
+
+class Steady:
+    """A source of so many empty frames."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+    def describe(self) -> Description:
+        return Description("steady", CAMERA)
+
+    def frames(self):
+        for k in range(self.count):
+            yield SourceFrame(k, k / 30, np.ones(CAMERA.shape, np.float32), missed=int(k == 5))
+
+    def start(self) -> None:
+        pass
+
+    def stop(self) -> None:
+        pass
+
+
+def test_a_view_that_takes_nothing_costs_the_recorder_nothing():
+    feed = Feed(Steady(200))
+    assert [frame.index for frame in feed.frames()] == list(range(200))
+    assert (feed.recorded, feed.lost, feed.dropped) == (200, 1, 200 - WAITING)
+    taken = [feed.take() for _ in range(WAITING)]
+    assert [one[0].index for one in taken] == list(range(200 - WAITING, 200))
+    assert feed.take() is None
+
+
+def test_frames_of_a_pause_are_in_neither():
+    feed = Feed(Steady(10), paused=True)
+    assert list(feed.frames()) == []
+    assert feed.take() is None
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_turns_add_up_past_a_whole_one_and_fill_the_ring(sign):
+    turned = Turned()
+    for degrees in range(0, 401, 4):
+        T = np.eye(4)
+        T[:3, :3] = Rotation.from_rotvec(sign * np.deg2rad(degrees) * np.array([0.1, 0.9, -0.3]) / 0.954).as_matrix()
+        turned.placed(T)
+    # the axis above has a length of 0.9539: its turns are as much shorter
+    assert np.rad2deg(turned.angle) == pytest.approx(400 * 0.9539 / 0.954, abs=0.1)
+    assert turned.seen.sum() == SECTORS
+
+
+def test_frames_that_were_taken_back_leave_the_lists_and_nothing_else(tmp_path):
+    (tmp_path / "depth.txt").write_text("# depth\n" + "".join(f"{k / 10:.6f} depth/{k}.png\n" for k in range(10)))
+    (tmp_path / "rgb.txt").write_text("# color\n0.300000 rgb/3.png\n0.800000 rgb/8.png\n")
+    assert strike(tmp_path, [(0.2, 0.6)]) == 3
+    kept = [line.split()[1] for line in (tmp_path / "depth.txt").read_text().splitlines()[1:]]
+    assert kept == [f"depth/{k}.png" for k in (0, 1, 2, 6, 7, 8, 9)]
+    assert (tmp_path / "rgb.txt").read_text() == "# color\n0.800000 rgb/8.png\n"
+    assert "rgb/3.png" in (tmp_path / "undone.txt").read_text()
+
+
+def test_a_line_says_why_tracking_is_not_good():
+    assert "tracking lost: nothing turns yet" in LiveState().line()
+    assert "tracking good;" in LiveState(tracking="good", reason="").line()
