@@ -121,7 +121,8 @@ def test_the_names_are_those_of_the_real_library():
         "StreamProfileList": "get_default_video_stream_profile",
         "VideoStreamProfile": "get_intrinsic get_distortion get_fps get_extrinsic_to",
         "FrameSet": "get_depth_frame get_color_frame",
-        "DepthFrame": "get_height get_width get_data get_depth_scale get_timestamp_us get_system_timestamp_us get_index",
+        "DepthFrame": "get_height get_width get_data get_depth_scale get_timestamp_us get_system_timestamp_us "
+        "get_index",
         "OBFormat": "MJPG RGB BGR YUYV UYVY",
         "OBSensorType": "DEPTH_SENSOR COLOR_SENSOR",
         "OBFrameAggregateOutputMode": "ANY_SITUATION",
