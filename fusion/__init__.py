@@ -45,6 +45,8 @@ _PUBLIC = {
     "volume.dense": "DenseField",
     "volume.settings": "VolumeSettings",
     "volume.volume": "Volume",
+    "simulation.exporting.compare": "SensorComparison compare_sensors",
+    "simulation.exporting.export": "Export export_sensor",
     "simulation.ideal.frame": "IdealFrame",
     "simulation.ideal.sense": "sense sense_all",
     "simulation.scene_file": "read_scene",

@@ -56,6 +56,10 @@ from fusion.scan.settings import ScanSettings as ScanSettings
 from fusion.sensor.file import read_sensor as read_sensor
 from fusion.sensor.file import write_sensor as write_sensor
 from fusion.sensor.sensor import Sensor as Sensor
+from fusion.simulation.exporting.compare import SensorComparison as SensorComparison
+from fusion.simulation.exporting.compare import compare_sensors as compare_sensors
+from fusion.simulation.exporting.export import Export as Export
+from fusion.simulation.exporting.export import export_sensor as export_sensor
 from fusion.simulation.ideal.frame import IdealFrame as IdealFrame
 from fusion.simulation.ideal.sense import sense as sense
 from fusion.simulation.ideal.sense import sense_all as sense_all

@@ -32,7 +32,7 @@ COMMANDS = {
     "merge": "several passes of one object, turned over between them, become one",
     "batch": "a command over many recordings: a row, a folder and a picture for each",
     "simulate": "a recording as a sensor would have made it; the same seed, the same bits",
-    "sensor": "a sensor model as a table with units, intervals and sources; the models known by name",
+    "sensor": "a sensor model as a table with units and sources, for other simulators, or beside another one",
     "calibrate": "camera, depth or noise from recordings of boards and walls",
     "evaluate": "the sensor bench: noise, offset, shares, steps and drift of still recordings",
     "explain": "where simulation and recording differ, which physics is missing, and the better model",

@@ -1,11 +1,13 @@
-"""`fusion sensor`: a sensor model as a table with units, intervals and sources."""
+"""`fusion sensor`: a sensor model as a table, for other simulators, or beside another one."""
 
 import argparse
 import json
 import shutil
 import textwrap
+from pathlib import Path
 from typing import Any
 
+from fusion.commands.sensor_export import run_compare, run_export
 from fusion.errors import FusionError
 
 EXAMPLE = "fusion sensor show kinect-v1"
@@ -15,19 +17,45 @@ NARROWEST, WIDEST = 80, 120
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    add("action", choices=("show", "list"), help="show one model, or list those known by name")
-    add("sensor", nargs="?", metavar="S", help="sensor.json or a preset's name, for show")
+    actions = "show one model, list those known by name, export one for another simulator, or compare two"
+    add("action", choices=("show", "list", "export", "compare"), help=actions)
+    add("sensor", nargs="?", metavar="S", help="sensor.json or a preset's name")
+    add("other", nargs="?", metavar="B", help="compare: another sensor, or a recording in which nothing moves")
+    add("--to", metavar="NAME", help="export: isaac, mujoco, gazebo, blenderproc or habitat")
+    add(
+        "--camera",
+        metavar="FILE",
+        help="export, compare: camera.json or a preset's name; default: the sensor's usual one",
+    )
+    add("-o", "--output", type=Path, metavar="OUT", help="export: the file; compare: a folder for a page with pictures")
+    add("--overwrite", action="store_true", help="replace an earlier result in OUT")
     add("--json", action="store_true", help="print one JSON object")
 
 
+def check(options: argparse.Namespace) -> None:
+    """What OUT is depends on the action. Raises FusionError where there is none."""
+    options.folder = options.action == "compare"
+    if options.output is not None and options.action in ("show", "list"):
+        do = "leave it out"
+        raise FusionError("nothing is written", "-o", options.output, "export or compare", do)
+
+
 def run(options: argparse.Namespace) -> None:
-    """Print the model, or the names."""
+    """Print the model or the names; export or compare."""
     if options.action == "list":
         _list(options.json)
         return
     if options.sensor is None:
         do = "see fusion sensor list"
-        raise FusionError("no sensor given", "fusion sensor show", expected="a sensor.json or a preset's name", do=do)
+        raise FusionError(
+            "no sensor given", f"fusion sensor {options.action}", expected="a sensor.json or a preset's name", do=do
+        )
+    if options.action == "export":
+        run_export(options)
+        return
+    if options.action == "compare":
+        run_compare(options)
+        return
     from fusion.sensor.description import description
     from fusion.sensor.file import read_sensor
 

@@ -102,7 +102,16 @@ def sensing(given: Inputs, out: Path) -> Any:
     """Perfect depth through a sensor."""
     ideal = fusion.IdealFrame(given.depth, reflectance=0.5)
     one = fusion.sense(ideal, CAMERA, given.sensor, given.seed)
-    return one, [*fusion.sense_all([ideal, given.depth], CAMERA, given.sensor, given.seed)]
+    made = fusion.export_sensor(given.sensor, "isaac", CAMERA)
+    beside = fusion.compare_sensors(given.sensor, fusion.Sensor(), CAMERA)
+    return (
+        one,
+        made.parameters,
+        made.loss,
+        beside,
+        beside.to_dict(),
+        [*fusion.sense_all([ideal, given.depth], CAMERA, given.sensor, given.seed)],
+    )
 
 
 def scenes(given: Inputs, out: Path) -> Any:

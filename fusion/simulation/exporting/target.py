@@ -1,0 +1,78 @@
+"""Target: another simulator's depth camera, its law of errors, and the parameters that it takes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.sensor.sensor import Sensor
+
+Floats = NDArray[np.floating]
+Parameters = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the own model says of a frontal wall, over the image, at several depths.
+
+    Attributes:
+        depths: (n,) [m].
+        at: (n, walls) [m] where the walls around each depth stand.
+        bias, sigma: (n, walls x pixels) [m] of the mean and of the spread of repeated frames, wall after wall; NaN
+            where nothing is measured.
+    """
+
+    depths: Floats
+    at: Floats
+    bias: Floats
+    sigma: Floats
+
+    @property
+    def mean_bias(self) -> Floats:
+        """(n,) [m] over the image; NaN where nothing is measured."""
+        return _mean(self.bias)
+
+    @property
+    def rms_sigma(self) -> Floats:
+        """(n,) [m] over the image; NaN where nothing is measured."""
+        return np.sqrt(_mean(self.sigma**2))
+
+
+@dataclass(frozen=True)
+class Target:
+    """Another simulator.
+
+    Attributes:
+        name: as `--to` takes it.
+        formula: its law, one line.
+        source: where it is published.
+        fit: the parameters that come nearest to what a sensor states.
+        moments: (parameters, depth) to the mean error and the spread [m] of its law.
+        text: (camera, parameters, comment lines) to the content of the file.
+        carried: effects that its law knows, as far as its form allows.
+        own: errors that it makes besides, whatever is exported; "" none.
+    """
+
+    name: str
+    formula: str
+    source: str
+    fit: Callable[[Sensor, Camera, Stated], Parameters]
+    moments: Callable[[Parameters, Floats], tuple[Floats, Floats]]
+    text: Callable[[Camera, Parameters, list[str]], str]
+    carried: tuple[str, ...] = ()
+    own: str = ""
+
+
+def weighted(known: Floats, values: Floats, weights: Floats) -> float:
+    """The factor k for which k * values comes nearest to `known` (n,), NaN left out; 0 where nothing is known."""
+    good = np.isfinite(known) & np.isfinite(values) & (weights > 0)
+    size = (weights * values**2)[good].sum()
+    return float((weights * known * values)[good].sum() / size) if size > 0 else 0.0
+
+
+def _mean(values: Floats) -> Floats:
+    count = np.isfinite(values).sum(axis=1)
+    total = np.nansum(values, axis=1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
