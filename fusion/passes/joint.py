@@ -18,8 +18,9 @@ from fusion.passes.sides import Side
 Array = NDArray[np.float64]
 POINTS = 7000  # of each pass
 ROUNDS = 12
-FOOT, UNSEEN = 0.5, 0.008  # percentile of heights that is the foot; [m] above the plate where it is not the foot
-STANDING = 30.0  # points that the foot on the plate counts for (guess)
+FOOT = (0.1, 0.5, 2.0)  # percentiles of heights: the lowest, the foot, and what a flat foot still holds (guess)
+FLAT, UNSEEN = 0.001, 0.005  # [m] spread of a flat foot; height above the plate at which it is not the foot (guess)
+STANDING = 1500.0  # points of a surface that the foot on the plate counts for: as surely known as a face of it (guess)
 LOOSE = 0.02  # the same share below which colour is asked too (guess)
 WEAK = 1e-3  # share of the largest stiffness below which a direction is not held by the surfaces: it stays (guess)
 
@@ -55,15 +56,17 @@ def refined(sides: Sequence[Side], T: Array) -> Array:
 def _stand(system: tuple[Array, Array], on: tuple[Side, Array], points: Array, which: tuple[slice, slice]) -> None:
     """The lowest of a pass's surface, points (n, 3) in the common frame, stands on the plate of another pass.
 
-    It counts as a few points only: it tells how high an object lies of which the passes share no more than the sides.
+    It tells how high an object lies of which the passes share hardly more than the sides. A flat foot lies on the
+    plate; of another one the lowest point may be unseen, or rounded by the sensor: it may only not be below.
     """
     side, T = on
     height = pose.transform(pose.inverse(T), points)[:, 2]
-    lowest = float(np.percentile(height, FOOT))
-    if not side.plate or lowest > UNSEEN:  # what it stands on was not seen by the other pass
+    least, lowest, above = np.percentile(height, FOOT)
+    flat = above - least < FLAT
+    if not side.plate or lowest > UNSEEN or not (flat or lowest < 0):  # what it stands on was not seen by the other
         return
     at, normal = points[height <= lowest].mean(axis=0), T[:3, 2]
-    off = float(height[height <= lowest].mean())
+    off = float(np.median(height[height <= above])) if flat else lowest
     J = np.concatenate([np.cross(at, normal), normal])
     A, b = STANDING * np.outer(J, J), STANDING * off * J
     for one, sign in zip(which, (1, -1), strict=True):

@@ -18,6 +18,7 @@ from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 CELL = 2.0  # voxels
+MARGIN = 0.25  # of the object's size around it in which nothing else is fused; what is farther away may clear space
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ def cut(frame: Prepared, T_object_camera: Array, T: Array, near: Near, floor: fl
     points = frame.surface.points.reshape(-1, 3).astype(float)
     own = pose.transform(T_object_camera, points)
     there = pose.transform(T, own)
-    inside = ((there >= near.low) & (there <= near.high)).all(axis=1)
+    # what lies beside the volume would reach into it by the truncation, which is less than the margin
+    margin = MARGIN * (near.high - near.low).max()
+    inside = ((there >= near.low - margin) & (there <= near.high + margin)).all(axis=1)
     taken = inside & ~(near.holds(there) & (own[:, 2] > floor))
     return replace(frame, depth=np.where(taken.reshape(frame.depth.shape), np.float32(np.nan), frame.depth))

@@ -78,8 +78,12 @@ def test_what_the_surfaces_do_not_hold_is_said_and_stands_on_the_plate():
     ways = loose(first, second, np.eye(4))
     np.testing.assert_allclose(np.abs(ways[0]), [0, 0, 0, 0, 0, 1], atol=0.02)
     assert len(loose(*[side(*boxes([0.10, 0.14, 0.06]))] * 2, np.eye(4))) == 0  # a whole box holds all ways
-    T = refined([first, second], np.array([np.eye(4), pose.pose(np.eye(3), [0, 0, 0.004])]))
+    foot = upright | (normals[:, 2] < -0.5)  # which the other pass has seen
+    raised = np.array([np.eye(4), pose.pose(np.eye(3), [0, 0, 0.004])])
+    T = refined([first, side(points[foot], normals[foot])], raised)
     np.testing.assert_allclose(T[1][:3, 3], [0, 0, 0], atol=3e-4)
+    T = refined([first, second], raised)  # no foot was seen: it stays
+    np.testing.assert_allclose(T[1][:3, 3], raised[1, :3, 3], atol=3e-4)
 
 
 def test_a_surface_where_a_pass_looked_through_is_told():
