@@ -47,8 +47,8 @@ def _a_recording(path: Path) -> None:
 def _other_result(path: Path) -> None:
     """What another command's result looks like, by the marker that results carry."""
     path.mkdir()
-    (path / "repeat.json").write_text("{}", encoding="ascii")
-    marker = {"command": "repeat", "fusion": "0.1.0", "files": ["repeat.json"]}
+    (path / "another.json").write_text("{}", encoding="ascii")
+    marker = {"command": "another", "fusion": "0.1.0", "files": ["another.json"]}
     bases.write_json(path / ".fusion.json", marker)
 
 

@@ -155,7 +155,7 @@ def cases() -> Iterator[Case]:
         for case in over_file("mesh", name, content, CONVERT, expected=expected, out="out.ply", look=finite):
             yield case.as_quick() if name in QUICK else case
         command, words = rest[number % len(rest)]  # the others in turn: each reads by the same readers
-        out = words[-1] if command == "to glb" else "out"
+        out = words[2] if command in ("to glb", "to print") else "out"
         good = (
             expected
             if command in ("to glb", "simulate") and expected is REFUSED
