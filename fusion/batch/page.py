@@ -69,7 +69,11 @@ def _table(home: Path, rows: Sequence[Row], columns: Sequence[str]) -> str:
     style = (
         "<style>.batch-filters{display:flex;flex-wrap:wrap;gap:1em;align-items:center}#batch thead th{cursor:pointer}"
         "#batch img{display:block;max-width:96px;max-height:64px}#batch td,#batch th{vertical-align:middle}"
-        "#batch .reason{white-space:normal;min-width:18em}</style>"
+        "#batch th,#batch td{white-space:nowrap;word-break:normal;overflow-wrap:normal;text-align:left}"
+        "#batch .number{text-align:right}#batch .reason{white-space:normal;min-width:18em}"
+        ".batch-ok{color:#00785a}.batch-warning{color:#8a5a00;font-weight:bold}.batch-bad{color:#b04400;font-weight:bold}"
+        "@media(prefers-color-scheme:dark){.batch-ok{color:#4fd1a5}.batch-warning{color:#f0b64a}.batch-bad{color:#ff8a50}}"
+        "</style>"
     )
     return (
         f'{style}<div class="scroll"><table id="batch"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
@@ -89,7 +93,7 @@ def _row(home: Path, row: Row, columns: Sequence[str]) -> str:
     level = LIGHTS[row.light]
     return (
         f'<tr data-light="{escape(row.light)}"><td>{image}</td><th scope="row">{link}</th>'
-        f'<td class="light {level}">{escape(row.light)}</td><td>{escape(row.status)}</td>{cells}'
+        f'<td class="batch-{level}">{escape(row.light)}</td><td>{escape(row.status)}</td>{cells}'
         f'<td class="reason">{escape(row.reason)}</td></tr>'
     )
 
