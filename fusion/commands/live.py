@@ -1,15 +1,20 @@
 """`fusion live`: an object on a turntable is recorded, seen growing, and becomes a result when it is done."""
 
 import argparse
+import importlib.util
 import json
+from typing import TYPE_CHECKING
 
 from fusion.commands import turntable
 from fusion.commands.numbers import number, whole_number
 from fusion.commands.results import add_output, made
 from fusion.commands.screen import took
 from fusion.commands.shown import shown_sensor
-from fusion.progress import seconds
+from fusion.progress import note, seconds
 from fusion.quantity import PORT, RECORDED, VOXEL
+
+if TYPE_CHECKING:
+    from fusion.live.session import Shown
 
 EXAMPLE = "fusion live kinect-v1 -o out"
 
@@ -63,7 +68,7 @@ def run(options: argparse.Namespace) -> None:
         raise failed
     with options.claim.folder() as partial:
         turntable.fill(partial, recording, scan, page=options.report)
-    view = {"placed": watch.state.tracked, "lost": watch.state.untracked, "late": watch.state.dropped}
+    view = {"placed": watch.tracked, "lost": watch.untracked, "late": watch.feed.dropped}
     told = {"recording": str(beside), "recorded": done.frames, "missed": done.missed, "view": view}
     numbers = turntable.summary(scan) | told | {"seconds": seconds()}
     if options.json:
@@ -75,6 +80,16 @@ def run(options: argparse.Namespace) -> None:
         raise failed
 
 
-def _shown(options: argparse.Namespace):
-    """The page, or None where it is not wanted or cannot be had."""
-    return
+def _shown(options: argparse.Namespace) -> "Shown | None":
+    """The page, or None where it is not wanted; where viser is not installed, a line that says what would help."""
+    if options.no_view:
+        return None
+    if importlib.util.find_spec("viser") is None:
+        note('no page: viser is not installed (pip install "fusion-scan[live]"); this line of text is the view')
+        return None
+    from functools import partial
+
+    from fusion.live.page import page
+
+    note(f"the page: http://127.0.0.1:{options.port}")
+    return partial(page, options.port)

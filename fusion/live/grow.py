@@ -17,7 +17,7 @@ from fusion.live.turned import Turned
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.window import of_window
 from fusion.tracking.tracker import Tracked, Tracker
-from fusion.turntable.views import crop, usable
+from fusion.turntable.views import Region, crop, usable
 from fusion.volume.forecast import choose_truncation, choose_voxel
 from fusion.volume.prepared import NOISIEST, Prepared, fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings
@@ -25,6 +25,8 @@ from fusion.volume.volume import Volume, VolumeSettings
 COARSER = 1.5  # voxels of the view beside those of the result: it is looked at, not kept (guess)
 KEPT, EVERY = 8, 15  # copies of the model to go back to, and frames between them
 SHOWN = 30_000  # points handed to a view
+# frames lost in a row after which a model of so few frames is given up (guesses: a third of a second, and one)
+PATIENCE, BARELY = 10, 30
 WEAK = 0.8  # of the usual share of points that fit, below which tracking is weak (guess)
 
 
@@ -74,6 +76,8 @@ class Grower:
         tracked = self.tracker.place(prepared.surface)
         if tracked.ok and self.volume is not None:
             self._grown(prepared, tracked)
+        if not tracked.ok and self.tracker.lost > PATIENCE and self.count < BARELY:
+            self._begin_anew()
         usual = float(np.median(self._shares)) if self._shares else 1.0
         weak = bool(tracked.unconstrained) or tracked.inlier_share < WEAK * usual
         return Placed(tracked, weak, distance)
@@ -103,7 +107,13 @@ class Grower:
         # weights count in pixels of the noise limit, see `fusing_weight`
         limit = NOISIEST * self.volume.settings.truncation
         sigma = limit / np.sqrt(np.maximum(weight, 1e-6))
-        return Surface(points.astype(np.float32), sigma.astype(np.float32))
+        seen = sigma < limit  # else a single grazing look: a speck in the air
+        return Surface(points[seen].astype(np.float32), sigma[seen].astype(np.float32))
+
+    def _begin_anew(self) -> None:
+        """A model of what was known of the object too early shows too little of it to find the rest."""
+        self.volume, self.tracker, self.turned, self.count = None, Tracker(self._model), Turned(), 0
+        self._copies.clear()
 
     def _grown(self, prepared: Prepared, tracked: Tracked) -> None:
         assert self.volume is not None
@@ -129,7 +139,7 @@ class Grower:
         surface, used = prepared.surface, usable(prepared.surface, region)
         return replace(
             prepared,
-            depth=_only(prepared.depth, region.holds(surface.points)),
+            depth=_only(prepared.depth, _turning(surface, region)),
             surface=replace(surface, normals=_only(surface.normals, used[..., None])),
         )
 
@@ -138,6 +148,16 @@ class Grower:
         seen = self.volume.raycast(self._seen_by, T_world_camera)
         # the noise of the model is small against that of a frame: many frames made it
         return PointMap(self._seen_by, seen.points, seen.normals, np.zeros_like(seen.depth))
+
+
+def _turning(surface: PointMap, region: Region) -> NDArray[np.bool_]:
+    """(h, w) pixels that show what turns: in its box, before what stands behind, and not always the same."""
+    inside = region.holds(surface.points)
+    if region.still is not None:
+        inside &= ~region.still
+    if region.wall is not None:
+        inside &= ~(surface.points[..., 2] >= region.wall)
+    return inside
 
 
 def _only(values: NDArray[np.float32], where: NDArray[np.bool_]) -> NDArray[np.float32]:

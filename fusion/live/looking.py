@@ -10,8 +10,8 @@ from fusion.turntable.turning.moving import find_moving
 from fusion.turntable.views import Region
 
 BETWEEN = 0.25  # [s] between two frames that are compared: what turns has moved by then
-FEWEST, MOST = 6, 24  # of them: as few as `find_moving` takes; more tell nothing new and cost time
-MARGIN = 0.03  # [m] around what has moved so far: the rest of the object lies beside it (guess)
+FEWEST, MOST = 8, 24  # of them: `find_moving` takes from 6; more tell nothing new and cost time
+MARGIN = 0.015  # [m] around what has moved, as around what turns in a whole recording
 AGAIN = 2.0  # [s] between two looks once it was found
 LONGEST = 40.0  # [s] after which all of it has shown (guess: the slowest common table takes that long for a turn)
 
@@ -43,12 +43,7 @@ class Looking:
             found = find_moving(np.stack(self._samples), self.camera, self._sigma)
         except TrackingError:
             return
-        region = Region(found.low, found.high, wall=found.wall).grown(MARGIN)
-        if self.region is None:
-            self.region = region
-            return
-        low, high = np.minimum(region.low, self.region.low), np.maximum(region.high, self.region.high)
-        self.region = Region(low, high, wall=region.wall)
+        self.region = Region(found.low, found.high, wall=found.wall).grown(MARGIN)
 
     def _sigma(self, z: NDArray[np.float32]) -> NDArray[np.float32]:
         return np.asarray(self.sensor.sigma(z, None, self.camera), np.float32)

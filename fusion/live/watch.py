@@ -40,7 +40,7 @@ class Watch:
         self.error: Exception | None = None
         self._undo = 0
         self._told = self._surfaced = self._surface_took = 0.0
-        self._tracked = self._untracked = 0
+        self.tracked = self.untracked = 0
         self._begun = time.monotonic()
         self._late: deque[float] = deque(maxlen=300)
         self.behind: list[float] = []  # of every frame placed [s]
@@ -84,8 +84,8 @@ class Watch:
                 self.undone.append((after, frame.timestamp))
         placed = self.grower.take(frame)
         now = time.monotonic()
-        self._tracked += placed.tracked.ok
-        self._untracked += not placed.tracked.ok
+        self.tracked += placed.tracked.ok
+        self.untracked += not placed.tracked.ok
         if placed.tracked.ok:
             self._times.append(now)
             self._late.append(now - came)
@@ -111,8 +111,8 @@ class Watch:
             phase="paused" if self.feed.paused else "looking" if placed is None else "scanning",
             recorded=self.feed.recorded,
             lost=self.feed.lost,
-            tracked=self._tracked,
-            untracked=self._untracked,
+            tracked=self.tracked,
+            untracked=self.untracked,
             dropped=self.feed.dropped,
             rate=(len(self._times) - 1) / span if span > 0 else 0.0,
             behind=float(np.median(self._late)) if self._late else 0.0,

@@ -1,0 +1,133 @@
+"""One page in the browser on which a live scan is seen growing, made by viser; it looks on and holds nothing up.
+
+A thread of its own takes the newest state ten times a second at most and hands viser what has changed. What the page
+needs is small or replaced by name, so that the server does not grow. Buttons only set what others look at.
+"""
+
+import io
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import DeviceError
+from fusion.files.extra import extra
+from fusion.live.feed import Feed
+from fusion.live.panel import panel
+from fusion.live.state import LiveState, Surface
+from fusion.live.watch import Watch
+
+HERE = "127.0.0.1"  # this machine alone
+OFTEN = 0.1  # [s] between two updates
+PICTURES = 5  # updates between two pictures: they are the largest part of what is sent
+# [m] colours of how sure a point is: green at the first, red from the second on (guess: what a print shows or not)
+SURE, UNSURE = 0.0003, 0.002
+UNDONE = 30  # frames that one press takes back: a second
+
+
+class Page:
+    """The server and what stands on its page. Raises DeviceError: viser is not installed, or the port is taken."""
+
+    def __init__(self, port: int) -> None:
+        viser = extra("viser", "live", "the page of a live scan", f"port {port}", DeviceError)
+        _refuse_taken(port)
+        with redirect_stdout(io.StringIO()):  # it greets; what is printed here belongs to the result
+            self.server: Any = viser.ViserServer(host=HERE, port=port, verbose=False)
+        gui = self.server.gui
+        gui.configure_theme(control_layout="collapsible", control_width="medium", show_logo=False, dark_mode=True)
+        gui.set_panel_label("fusion live")
+        self._told = gui.add_html(panel(LiveState()))
+        self.start, self.pause = gui.add_button("Start"), gui.add_button("Pause")
+        self.undo, self.finish = gui.add_button(f"Undo {UNDONE} frames"), gui.add_button("Finish")
+        self.tilt = gui.add_slider("Tilt [deg]", -30, 30, 1, 0)
+        black = np.zeros((24, 32, 3), np.uint8)
+        self._color = gui.add_image(black, label="colour", format="jpeg")
+        self._depth = gui.add_image(black, label="depth", format="jpeg")
+        self.server.scene.set_up_direction("-y")
+        self._shown: Surface | None = None
+        self._count = 0
+
+    def show(self, state: LiveState) -> None:
+        """Hand viser what has changed."""
+        self._told.content = panel(state)
+        if state.surface is not None and state.surface is not self._shown:
+            first, self._shown = self._shown is None, state.surface
+            points = state.surface.points
+            middle = points.mean(axis=0)
+            colors = colors_of(state.surface.sigma)
+            self.server.scene.add_point_cloud("/surface", points - middle, colors, point_size=0.0015)
+            if first:
+                self._look(float(np.linalg.norm(points - middle, axis=1).max()))
+        if self._count % PICTURES == 0:
+            if state.color is not None:
+                self._color.image = state.color
+            if state.depth is not None:
+                self._depth.image = state.depth
+        self._count += 1
+
+    def stop(self) -> None:
+        """Close it."""
+        self.server.stop()
+
+    def _look(self, radius: float) -> None:
+        """From where the camera stands, near enough to see the object."""
+        self.server.initial_camera.position = (0.0, -radius, -3.0 * radius)
+        self.server.initial_camera.look_at = (0.0, 0.0, 0.0)
+        for client in self.server.get_clients().values():
+            client.camera.position = (0.0, -radius, -3.0 * radius)
+            client.camera.look_at = (0.0, 0.0, 0.0)
+
+
+@contextmanager
+def page(port: int, feed: Feed, watch: Watch) -> Iterator[None]:
+    """The page, while the block runs; no browser need look, and one that goes is not missed."""
+    made, over = Page(port), threading.Event()
+    made.start.on_click(lambda _: setattr(feed, "paused", False))
+    made.pause.on_click(lambda _: setattr(feed, "paused", True))
+    made.undo.on_click(lambda _: watch.undo(UNDONE))
+    made.finish.on_click(lambda _: feed.stop())
+    motor = getattr(feed.source, "motor", None)
+    made.tilt.disabled = motor is None
+
+    def show() -> None:
+        before: LiveState | None = None
+        while not over.wait(OFTEN):
+            state = watch.state
+            if state is not before:
+                made.show(state)
+                before = state
+
+    @made.tilt.on_update
+    def _(_event: Any) -> None:
+        if motor is not None:
+            motor().tilt(float(made.tilt.value))
+
+    thread = threading.Thread(target=show, daemon=True, name="fusion-page")
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+        made.stop()
+
+
+def colors_of(sigma: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """(n, 3) green where a point is sure, red where it is not, between them by the logarithm of sigma (n,) [m]."""
+    share = np.clip(np.log(np.maximum(sigma, 1e-9) / SURE) / np.log(UNSURE / SURE), 0, 1)
+    red, green = np.minimum(1, 2 * share), np.minimum(1, 2 - 2 * share)
+    return (255 * np.stack([red, green, np.full_like(share, 0.25)], axis=1)).astype(np.uint8)
+
+
+def _refuse_taken(port: int) -> None:
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind((HERE, port))
+        except OSError as error:
+            do = "pass another --port, or --no-view"
+            raise DeviceError("the page's port cannot be had", f"port {port}", error.strerror or "", do=do) from error
