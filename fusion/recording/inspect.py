@@ -12,6 +12,7 @@ from fusion.recording.checks.depth_values import check_depth_values, range_m, sh
 from fusion.recording.checks.files import check_files
 from fusion.recording.checks.intrinsics import check_intrinsics
 from fusion.recording.checks.poses import check_poses
+from fusion.recording.checks.processed import check_processed
 from fusion.recording.checks.range_or_z import check_range_or_z
 from fusion.recording.checks.resolution import note_resolution
 from fusion.recording.checks.stamps import check_stamps, frames_per_second
@@ -27,6 +28,7 @@ CHECKS: tuple[Check, ...] = (
     check_files,
     check_stamps,
     check_depth_values,
+    check_processed,
     check_intrinsics,
     note_resolution,
     check_range_or_z,

@@ -68,6 +68,15 @@ def test_scene_is_where_it_stands(recording):
         assert np.nanmean(off[edges] > 1e-3) < 0.02  # not a pixel of the box's outline lies elsewhere
 
 
+def test_a_radius_of_nothing_is_the_usual_one():
+    """The maker's own files state 0 for the colour camera."""
+    stated = json.loads(json.dumps(TOLD["calibration"]))
+    for camera in stated["CalibrationInformation"]["Cameras"]:
+        camera["MetricRadius"] = 0
+    known = cameras_of(Content(stated, "here", error=RecordingError), SMALL, (1280, 720))
+    assert known.radius == 1.7 and known.color is not None
+
+
 def test_half_a_pixel_would_be_seen(recording):
     shifted = recording.camera.rays().astype(float) + 0.5 / recording.camera.fx
     off = np.abs(recording[0].depth - box_scene.depth(shifted, 0))

@@ -47,7 +47,7 @@ class OneCamera(Struct, frozen=True):
     location: str = field(name="Location")
     intrinsics: Intrinsics = field(name="Intrinsics")
     place: Place = field(name="Rt")
-    radius: Annotated[float, Meta(gt=0)] = field(name="MetricRadius", default=1.7)
+    radius: Annotated[float, Meta(ge=0)] = field(name="MetricRadius", default=0.0)
 
 
 class Information(Struct, frozen=True):
@@ -60,6 +60,9 @@ class CalibrationFile(Struct, frozen=True):
     """`calibration.json`."""
 
     information: Information = field(name="CalibrationInformation")
+
+
+USUAL_RADIUS = 1.7  # where the file says 0 or nothing, as the maker's library takes it
 
 
 @dataclass(frozen=True)
@@ -90,11 +93,12 @@ def cameras_of(content: Content, size: tuple[int, int], color_size: tuple[int, i
     side, begin = MODES[size]
     depth = found[DEPTH]
     camera = _camera(depth, size, (side, side), begin, content)
+    radius = depth.radius or USUAL_RADIUS
     if color_size is None or COLOR not in found:
-        return Calibration(camera, depth.radius, None, np.eye(4))
+        return Calibration(camera, radius, None, np.eye(4))
     color = found[COLOR]
     T = _place(color, content) @ inverse(_place(depth, content))
-    return Calibration(camera, depth.radius, _color(color, color_size, content), T)
+    return Calibration(camera, radius, _color(color, color_size, content), T)
 
 
 def _color(one: OneCamera, size: tuple[int, int], content: Content) -> Camera:

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """RVL, the lossless packing of depth that some recorders use.
 
 A. D. Wilson, Fast Lossless Depth Image Compression, 2017.
@@ -9,7 +10,13 @@ are: how many zeros, how many others, and of these the difference to the one bef
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import I32
+from fusion.compute.language import func, kernel, ti
+from fusion.compute.start import start
+
 LONGEST = 7  # nibbles of a value: twenty-one bits, more than any count of pixels that a limit lets through
+WHOLE, ENDED, ENDLESS, BEYOND = range(4)
+SAID = {ENDED: "that end at", ENDLESS: "with a value that does not end at", BEYOND: "that lead beyond"}
 
 
 def unpack_rvl(data: bytes, width: int, height: int) -> NDArray[np.uint16]:
@@ -19,44 +26,47 @@ def unpack_rvl(data: bytes, width: int, height: int) -> NDArray[np.uint16]:
         ValueError: the data end before the pixels do, or lead beyond them.
     """
     pixels = width * height
-    values = _values(data)
-    counts = np.zeros(pixels, np.uint16)
-    filled: list[NDArray[np.int64]] = []
-    places: list[tuple[int, int]] = []
-    at = pixel = 0
-    while pixel < pixels:
-        if at + 2 > len(values):
-            raise ValueError(f"RVL data that end at pixel {pixel} of {pixels}")
-        zeros, others = int(values[at]), int(values[at + 1])
-        at += 2
-        pixel += zeros
-        if pixel + others > pixels or at + others > len(values) or zeros + others == 0:
-            raise ValueError(f"RVL data that lead beyond pixel {pixel} of {pixels}")
-        filled.append(values[at : at + others])
-        places.append((pixel, others))
-        at += others
-        pixel += others
-    if filled:
-        steps = np.concatenate(filled)
-        depths = np.cumsum((steps >> 1) ^ -(steps & 1))
-        begin = 0
-        for pixel, others in places:
-            counts[pixel : pixel + others] = depths[begin : begin + others].astype(np.uint16)
-            begin += others
-    return counts.reshape(height, width)
+    words = np.frombuffer(data, "<i4", len(data) // 4).astype(np.int32)
+    counts, told = np.zeros(pixels, np.int32), np.zeros(2, np.int32)
+    if not pixels:
+        return counts.astype(np.uint16).reshape(height, width)
+    start()
+    _unpack(words if len(words) else np.zeros(1, np.int32), 8 * len(words), pixels, counts, told)
+    if told[0] != WHOLE:
+        raise ValueError(f"RVL data {SAID[int(told[0])]} pixel {told[1]} of {pixels}")
+    return counts.astype(np.uint16).reshape(height, width)
 
 
-def _values(data: bytes) -> NDArray[np.int64]:
-    """All values of the stream, one after the other."""
-    words = np.frombuffer(data, "<u4", len(data) // 4)
-    shifts = np.arange(28, -4, -4, dtype=np.uint32)
-    nibbles = ((words[:, None] >> shifts) & 15).astype(np.int64).reshape(-1)
-    ends = np.flatnonzero((nibbles & 8) == 0)
-    if not len(ends):
-        return np.zeros(0, np.int64)
-    starts = np.concatenate([[0], ends[:-1] + 1])
-    if (ends - starts).max() >= LONGEST:
-        raise ValueError("RVL data with a value that does not end")
-    nibbles = nibbles[: ends[-1] + 1]
-    order = np.arange(len(nibbles)) - np.repeat(starts, ends - starts + 1)
-    return np.asarray(np.add.reduceat((nibbles & 7) << (3 * order), starts), np.int64)
+@func
+def _value(words: ti.template(), nibbles: ti.i32, at: ti.i32):
+    """The value that begins at a nibble, where the next one begins, and whether it is whole."""
+    value, shift, more, told = 0, 0, True, WHOLE
+    while more:
+        if at >= nibbles or shift >= 3 * LONGEST:
+            told, more = ti.select(at >= nibbles, ENDED, ENDLESS), False
+        else:
+            nibble = (words[at >> 3] >> (28 - 4 * (at & 7))) & 15
+            value, shift, at, more = value | ((nibble & 7) << shift), shift + 3, at + 1, nibble > 7
+    return value, at, told
+
+
+@kernel
+def _unpack(words: I32, nibbles: ti.i32, pixels: ti.i32, counts: I32, told: I32):
+    """Fill `counts` (pixels,); told: what went wrong, and at which pixel."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        at, pixel, depth, wrong = 0, 0, 0, WHOLE
+        while pixel < pixels and wrong == WHOLE:
+            zeros, behind, first = _value(words, nibbles, at)
+            others, begin, second = _value(words, nibbles, behind)
+            wrong, at = ti.max(first, second), begin
+            if wrong == WHOLE and (pixel + zeros + others > pixels or zeros + others == 0):
+                wrong = BEYOND
+            if wrong == WHOLE:
+                pixel += zeros
+                while others > 0 and wrong == WHOLE:
+                    step, after, whole = _value(words, nibbles, at)
+                    depth += (step >> 1) ^ -(step & 1)
+                    counts[pixel] = depth & 65535
+                    pixel, others, at, wrong = pixel + 1, others - 1, after, whole
+        told[0], told[1] = wrong, pixel
