@@ -1,5 +1,6 @@
 """The page of `fusion sensor compare`: two sides over depth, and as each would see a step."""
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +70,7 @@ def step(model: Sensor, camera: Camera) -> Figure:
         ax.grid(False)
         shown = ax.imshow(error, cmap=DIVERGING, vmin=-limit, vmax=limit, interpolation="nearest")
         figure.colorbar(shown, ax=ax, label="error [mm]")
-        svg = to_svg(figure, f"step-{abs(hash(model.name)) % 10_000}", photos=True)
+        svg = to_svg(figure, f"step-{zlib.crc32(repr(model).encode()):08x}", photos=True)
     lost = float(np.isnan(error).mean())
     title = f"{model.name}: {100 * lost:.1f} % of the pixels have no value"
     caption = f"Error of one frame; walls at {NEAR:g} m (left) and {FAR:g} m (right), of half the reflectance of white."
