@@ -3,8 +3,8 @@
     python tools/ideal_frames.py [--frames 12] [--seed 1] [--json FILE]
 
 Two-sample test for each of 20 pairs of scene and sensor. One sample is the simulator's own frames, which see sub-pixel
-edges, hidden surfaces and true normals; the other its ideal frames sent through `fusion.sense`, which sees depth and the
-reflectance that the ideal IR image tells. Every frame has a seed of its own, so frames are independent. A frame becomes
+edges, hidden surfaces and true normals; the other its ideal frames sent through `fusion.sense`, which sees depth and
+the reflectance that the ideal IR image tells. Every frame has a seed of its own, so frames are independent. A frame becomes
 the mean error, the spread and the missing share of 48 tiles; the statistic is the sum over these of the squared
 difference of the two samples' means over its variance; p is its place among relabelled samples (permutation test).
 """
@@ -13,6 +13,7 @@ import argparse
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ from fusion.simulation.ideal.slopes import facing_of
 from fusion.simulation.scenes import built_in
 from fusion.simulation.simulate import Simulation, simulate
 
-SCENES = {
+SCENES: dict[str, dict[str, Any]] = {
     "wall": {"distance_m": 1.2, "frames": 1},
     "target": {"frames": 1},
     "step": {"frames": 1},
