@@ -4,8 +4,8 @@
 
 Two-sample test for each of 20 pairs of scene and sensor. One sample is the simulator's own frames, which see sub-pixel
 edges, hidden surfaces and true normals; the other its ideal frames sent through `fusion.sense`, which sees depth and
-the reflectance that the ideal IR image tells. Every frame has a seed of its own, so frames are independent. A frame becomes
-the mean error, the spread and the missing share of 48 tiles; the statistic is the sum over these of the squared
+the reflectance that the ideal IR image tells. Every frame has a seed of its own, so frames are independent. A frame
+becomes the mean error, the spread and the missing share of 48 tiles; the statistic is the sum over these of the squared
 difference of the two samples' means over its variance; p is its place among relabelled samples (permutation test).
 """
 
