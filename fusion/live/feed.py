@@ -10,6 +10,7 @@ from typing import Self
 from fusion.devices.source import Description, Source, SourceFrame
 
 WAITING = 45  # frames that may wait for the view: what comes while the object is looked for (1.5 s at 30 a second)
+FEW = 4  # once the view keeps up: what is shown is then no older (0.13 s at 30 a second)
 
 
 class Feed:
@@ -24,6 +25,7 @@ class Feed:
         self.ready = threading.Condition()
         self.dropped = self.recorded = self.lost = 0
         self.over = False
+        self.room = WAITING  # frames that may wait now
 
     def describe(self) -> Description:
         """As the source."""
@@ -61,7 +63,7 @@ class Feed:
     def _offer(self, frame: SourceFrame) -> None:
         with self.ready:
             self.offered.append((frame, time.monotonic()))
-            if len(self.offered) > WAITING:  # the view is late: it goes on with the newer ones
+            while len(self.offered) > self.room:  # the view is late: it goes on with the newer ones
                 self.offered.popleft()
                 self.dropped += 1
             self.ready.notify_all()

@@ -9,11 +9,11 @@ from fusion.sensor.sensor import Sensor
 from fusion.turntable.turning.moving import find_moving
 from fusion.turntable.views import Region
 
-BETWEEN = 0.25  # [s] between two frames that are compared: what turns has moved by then
+BETWEEN = 0.1  # [s] between two frames that are compared
 FEWEST, MOST = 8, 24  # of them: `find_moving` takes from 6; more tell nothing new and cost time
 MARGIN = 0.015  # [m] around what has moved, as around what turns in a whole recording
-AGAIN = 2.0  # [s] between two looks once it was found
-LONGEST = 40.0  # [s] after which all of it has shown (guess: the slowest common table takes that long for a turn)
+AGAIN = 1.5  # it is looked again when so many times as many were shown: a look takes half a second (measured)
+LONGEST = 60.0  # [s] after which all of it has shown (guess: a slow table takes so long for a turn)
 
 
 class Looking:
@@ -23,19 +23,21 @@ class Looking:
         self.camera, self.sensor = camera, sensor
         self.region: Region | None = None
         self._samples: list[NDArray[np.float32]] = []
-        self._first = self._last = self._looked = -np.inf
+        self._first: float | None = None
+        self._last, self._count, self._next = -np.inf, 0, FEWEST
 
-    def see(self, timestamp: float, depth: NDArray[np.float32]) -> None:
-        """One frame [s, m]."""
-        if timestamp - self._last < BETWEEN or (timestamp - self._first > LONGEST > 0 and np.isfinite(self._first)):
+    def see(self, now: float, depth: NDArray[np.float32]) -> None:
+        """One frame: when it came [s] and its depth [m]."""
+        self._first = now if self._first is None else self._first
+        if now - self._last < BETWEEN or (self.region is not None and now - self._first > LONGEST):
             return
-        self._first = timestamp if not np.isfinite(self._first) else self._first
-        self._last = timestamp
+        self._last = now
         self._samples.append(depth)
+        self._count += 1
         if len(self._samples) > MOST:  # every second one goes, so that they still reach back to the first
             self._samples = self._samples[::2]
-        if len(self._samples) >= FEWEST and (self.region is None or timestamp - self._looked > AGAIN):
-            self._looked = timestamp
+        if self._count >= self._next:
+            self._next = int(np.ceil(AGAIN * self._count))
             self._look()
 
     def _look(self) -> None:

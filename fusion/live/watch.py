@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.devices.source import SourceFrame
-from fusion.live.feed import Feed
+from fusion.live.feed import FEW, Feed
 from fusion.live.grow import Grower, Placed
 from fusion.live.state import LiveState
 
@@ -65,11 +65,12 @@ class Watch:
             waiting: deque[tuple[SourceFrame, float]] = deque(maxlen=45)
             while (taken := self.feed.take()) is not None:
                 frame = taken[0]
-                self.grower.looking.see(frame.timestamp, frame.depth)
+                self.grower.looking.see(taken[1], frame.depth)
                 waiting.append(taken)
                 if self.grower.found:
                     while waiting:
                         self._place(*waiting.popleft())
+                    self.feed.room = FEW
                 else:
                     self._tell(frame, None)
         except Exception as error:  # the recording goes on
