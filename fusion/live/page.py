@@ -49,19 +49,19 @@ class Page:
         self._depth = gui.add_image(black, label="depth", format="jpeg")
         self.server.scene.set_up_direction("-y")
         self._shown: Surface | None = None
-        self._count = 0
+        self._count, self._radius = 0, 0.0
 
     def show(self, state: LiveState) -> None:
         """Hand viser what has changed."""
         self._told.content = panel(state)
         if state.surface is not None and state.surface is not self._shown:
-            first, self._shown = self._shown is None, state.surface
-            points = state.surface.points
-            middle = points.mean(axis=0)
-            colors = colors_of(state.surface.sigma)
+            self._shown, points = state.surface, state.surface.points
+            middle, colors = points.mean(axis=0), colors_of(state.surface.sigma)
             self.server.scene.add_point_cloud("/surface", points - middle, colors, point_size=0.0015)
-            if first:
-                self._look(float(np.linalg.norm(points - middle, axis=1).max()))
+            radius = float(np.linalg.norm(points - middle, axis=1).max())
+            if radius > 1.5 * self._radius:  # not at each growth: a person may have turned it meanwhile
+                self._radius = radius
+                self._look(radius)
         if self._count % PICTURES == 0:
             if state.color is not None:
                 self._color.image = state.color
