@@ -86,7 +86,7 @@ def _before_after(report: MergeReport, around: list[Side]) -> Figure:
     said = report.facts.shape.openings()
     alt = f"Each pass where it lies in the merge, and the merged mesh: {said}."
     caption = "All passes in the frame of the first. Dark: the inside, seen through what a pass could not see."
-    return mesh_views(rows, around, Figure(f"The merged mesh is {said}", "beforeafter", alt, caption))
+    return mesh_views(rows, around, Figure(f"The merged mesh: {said}", "beforeafter", alt, caption))
 
 
 def _scale(apart: NDArray) -> Scale:
