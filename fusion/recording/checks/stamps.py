@@ -29,7 +29,7 @@ def check_stamps(sample: Sample) -> list[Finding]:
     if not findings:
         text = f"in order, {rate:.2f} frames a second" if rate else "in order"
         findings.append(Finding("stamps", "ok", text))
-    return findings
+    return findings + _without_color(sample)
 
 
 def frames_per_second(stamps: np.ndarray) -> float | None:
@@ -63,3 +63,12 @@ def _unmatched(sample: Sample) -> list[Finding]:
             do = f"put the stamps of {name} on the clock of depth.txt" if severity == "warning" else ""
             findings.append(Finding("stamps", severity, seen, do))
     return findings
+
+
+def _without_color(sample: Sample) -> list[Finding]:
+    """Frames without a colour image, in a recording that has such images."""
+    has = sample.recording.has_color
+    if has is None or not has.any() or has.all():
+        return []
+    # no alarm: colour of another clock, or taken less often, is usual
+    return [Finding("stamps", "ok", f"{int((~has).sum())} of {len(has)} frames have no colour image")]
