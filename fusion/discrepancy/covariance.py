@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpstrf
 
 Matrix = NDArray[np.float64]
 
@@ -10,6 +11,7 @@ BOWS_M = (0.1, 0.4, 1.2)
 # of the image width, over which an error changes that recordings have for themselves: guess, a spot to half the image
 DRIFTS = (0.15, 0.5)
 SMOOTH = 2.0  # squares over which it changes at least: what changes faster is each square's own
+SLIGHT = 0.02  # of a shape's variance: how far each point may stay from it where only its size is asked
 FAINT = 1e-3  # of the largest direction of such a field: what is left out is no hundredth of it
 
 
@@ -42,6 +44,14 @@ def bow(points: Matrix, others: Matrix, sigma_m: float) -> Matrix:
     return np.asarray(sigma_m**2 * np.mean([np.exp(-0.5 * apart / length**2) for length in BOWS_M], axis=0))
 
 
+def bowing(points: Matrix) -> Matrix:
+    """(n, k) columns of which the products sum up to `bow` of unit size among surface points (n, 3) [m]."""
+    lower, order, rank, _ = dpstrf(bow(points, points, 1.0), tol=SLIGHT, lower=1)
+    out = np.zeros((len(points), rank))
+    out[order - 1] = np.tril(lower)[:, :rank]
+    return out
+
+
 def drifting(at: Matrix, side: float, width: float) -> Matrix:
     """(n, k) columns of which the products sum up to the covariance of a smooth field of unit spread.
 
@@ -50,9 +60,10 @@ def drifting(at: Matrix, side: float, width: float) -> Matrix:
         side, width: of the squares and of the image [px].
     """
     places, number = np.unique(at, axis=0, return_inverse=True)
-    apart = ((places[:, None] - places[None]) ** 2).sum(axis=-1)
+    apart = np.sqrt(3.0 * ((places[:, None] - places[None]) ** 2).sum(axis=-1))
     lengths = [max(share * width, SMOOTH * side) for share in DRIFTS]
-    field = np.mean([np.exp(-0.5 * apart / length**2) for length in lengths], axis=0)
+    # Matern, 3/2: once differentiable, as what nobody knows should be; Gaussian bells would foresee all of its bends
+    field = np.mean([(1.0 + apart / length) * np.exp(-apart / length) for length in lengths], axis=0)
     values, vectors = np.linalg.eigh(field)
     kept = values > FAINT * values[-1]
     return np.asarray((vectors[:, kept] * np.sqrt(values[kept]))[number.ravel()])

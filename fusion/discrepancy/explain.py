@@ -12,19 +12,20 @@ from fusion.discrepancy.channels.channels import Channels, channels_of
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.copies import Prints, refuse_copies
 from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.held_out import before_and_after, held_out_of
+from fusion.discrepancy.held_out import before_and_after
 from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
+from fusion.discrepancy.loose import Loose
+from fusion.discrepancy.mean import Seen, beside_setting, explained_mean
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.deviations import with_deviations
-from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
+from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.observations import Observations, observe
-from fusion.discrepancy.scatter import Loose, loose_of
+from fusion.discrepancy.scatter import loose_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
-from fusion.discrepancy.unknown.in_place import explains_more, is_asked
-from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
-from fusion.discrepancy.unknown.unrestricted import Found, Group, covariates, explained, groups_of
+from fusion.discrepancy.unknown.unknown import Unknown
+from fusion.discrepancy.unknown.unrestricted import Found, Group, covariates, groups_of
 from fusion.errors import FusionError
 from fusion.progress import each, stage
 from fusion.recording.recording import Recording
@@ -32,9 +33,7 @@ from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
 
-UNKNOWN_GAIN = 40.0  # beyond what the columns cost: below, it may be chance
-# of all that could be explained: a leftover of less is the form of a named effect, of more: the names are not right
-UNKNOWN_SHARE = 0.3
+TURNS = 4  # in which sizes of errors are found: what is rough hides what is smooth until it is known
 
 
 @dataclass(frozen=True)
@@ -53,6 +52,7 @@ class Explanation:
         candidates: all forms that change anything here, under the given model.
         held_out: chi2 per degree of freedom and rms [m] of held-out frames, before and after; NaN without such frames.
         beyond: what is left and no entry of the catalogue explains, established or not; None when it is little.
+        posterior: probability that laws are missing in the mean, and not only poses or targets worse than stated.
     """
 
     looks: tuple[Look, ...]
@@ -66,6 +66,7 @@ class Explanation:
     candidates: tuple[Candidate, ...]
     held_out: dict[str, float]
     beyond: Unknown | None = None
+    posterior: float = 1.0
 
     def __repr__(self) -> str:
         found = dict.fromkeys(step.effect.name for step in self.named.steps)
@@ -149,85 +150,34 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
         gauge = gauge_of(before)  # whatever the likely poses are
         looks = at_likely_poses(looks, before, gauge)
         before, gauge, groups, candidates = _gauged(before.seen_again(looks), gauge)
+        if before.loose.pose > 1.0:  # their errors are larger than was taken for likely
+            looks = at_likely_poses(looks, before, gauge)
+            before = before.seen_again(looks)
     with stage("naming"):
-        white, nothing = gauge.whiten(before.residual), np.zeros((len(before.residual), 0))
-        possible = explained(white, groups, nothing)
-        named = name_effects(looks, before, gauge, candidates)
-        held = held_out_of(looks, sensor, before)
-        if named.steps and held.contradicts(named.sensor, _due(named, white)):
-            named = unconfirmed(named, before, white)
-        named, beyond, left = _completed(named, (before, gauge, white), possible, candidates, groups)
-        if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
-            beyond = beyond.unconfirmed
+        seen = Seen(tuple(looks), before, gauge, tuple(groups), tuple(candidates))
+        mean = beside_setting(explained_mean(seen, sensor), sensor)
     with stage("noise"):
-        channels = _channels(named, beyond, looks)
+        channels = _channels(mean.named, mean.beyond, looks)
     with stage("judging by frames held out"):
-        held_out = before_and_after(held, sensor, _extended(named, beyond))
+        held_out = before_and_after(mean.held, sensor, _extended(mean.named, mean.beyond))
+    seen = mean.seen
     return Explanation(
-        tuple(looks), before, gauge, white, named, channels, possible, left, tuple(candidates), held_out, beyond
-    )
-
-
-def _completed(
-    named: Named,
-    seen: tuple[Observations, Gauge, Vector],
-    possible: Found,
-    candidates: list[Candidate],
-    groups: list[Group],
-) -> tuple[Named, Unknown | None, Found]:
-    """The names that hold, the form of what no effect explains, and what is left.
-
-    Args:
-        named: effects that were added.
-        seen: observations, gauge, and the white residual before.
-        possible: what could be explained at all.
-        candidates, groups: all forms.
-    """
-    before, gauge, white = seen
-    beyond = None
-    left = explained(named.white, groups, np.zeros((len(white), 0)))
-    if is_asked(named):  # whether one formula stands behind the names
-        formula = unknown_of(white, (before, gauge), possible, candidates, groups)
-        if explains_more(formula.law, named, white):
-            named, beyond, left = unconfirmed(named, before, white), formula, possible
-    if named.steps and _is_much(left, named, possible):
-        # the names explain too little of what could be explained: they are the nearest, not the right ones
-        named, left = unconfirmed(named, before, white), possible
-    if beyond is None and _is_much(left, named, possible):
-        beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
-    return named, beyond, left
+        seen.looks, seen.observations, seen.gauge, seen.white, mean.named, channels, mean.possible, mean.left,
+        seen.candidates, held_out, mean.beyond, mean.posterior
+    )  # fmt: skip
 
 
 def _gauged(before: Observations, gauge: Gauge) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:
     """The gauge, and all that is measured in it; with the tiles' own scatter and the recordings' drift, if any."""
-    for turn in range(3):
+    for turn in range(TURNS):
         gauge = gauge_of(before) if turn else gauge
         groups, candidates = groups_of(before, gauge), candidates_of(before, gauge)
         # what is rough hides what is smooth until it is known
         loose = loose_of(before, gauge, candidates, groups)
         if loose == Loose():
             break
-        scatter, drift = np.hypot(before.scatter, loose.scatter), np.hypot(before.drift, loose.drift)
-        uneven = loose.uneven or before.uneven
-        before = replace(before, scatter=float(scatter), drift=float(drift), uneven=uneven)
+        before = replace(before, loose=before.loose.with_more(loose))
     return before, gauge, groups, candidates
-
-
-def _due(named: Named, white: Vector) -> float:
-    """Gain of which frames that took no part must show a share; 0 with a region: its edge is known to a look only."""
-    if any(step.candidate.where for step in named.steps):
-        return 0.0
-    return float(white @ white - named.white @ named.white)
-
-
-def _is_much(left: Found, named: Named, possible: Found) -> bool:
-    """True when what is left is no chance, and no mere matter of the form of a named effect."""
-    whole = max(possible.gain, _gain(named) + left.gain)
-    return left.gain > UNKNOWN_GAIN and left.gain > UNKNOWN_SHARE * whole
-
-
-def _gain(named: Named) -> float:
-    return sum(step.gain for step in named.steps)
 
 
 def _extended(named: Named, beyond: Unknown | None) -> Sensor:

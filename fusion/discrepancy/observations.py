@@ -1,7 +1,7 @@
 """Observations: what recordings show beyond the prediction of scene and sensor: tiles in native units."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from fusion.discrepancy.look import Look
+from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.tiles import SIDE_PX, Tiling, tiling
 from fusion.discrepancy.views import views_of
 from fusion.sensor.effect import Effect
@@ -76,16 +77,12 @@ class Observations:
     Attributes:
         sensor: the model that predicted.
         patches: one per look.
-        scatter: standard deviation [native unit] of an error that every tile has for itself.
-        drift: the same of a smooth error of the image that every recording has for itself.
-        uneven: variance of both in recording 0, 1, ... over the usual one; empty where they are even.
+        loose: sizes of errors that no law follows.
     """
 
     sensor: Sensor
     patches: tuple[Patch, ...]
-    scatter: float = 0.0
-    drift: float = 0.0
-    uneven: tuple[float, ...] = ()
+    loose: Loose = field(default_factory=Loose)
 
     @cached_property
     def residual(self) -> NDArray[np.float64]:
@@ -140,13 +137,14 @@ class Observations:
         return replace(self, patches=tuple(replace(p, look=k) for p, k in zip(self.patches, looks, strict=True)))
 
     def as_loose_as(self, others: "Observations") -> "Observations":
-        """The same with the scatter and the drift that others of these recordings have."""
-        return replace(self, scatter=others.scatter, drift=others.drift, uneven=others.uneven)
+        """The same with what follows no law in others of these recordings."""
+        return replace(self, loose=others.loose)
 
     @property
     def looseness(self) -> NDArray[np.float64]:
         """(n,) by how much scatter and drift are larger in the recording of each tile than usual."""
-        return np.sqrt(self.uneven)[self.place] if self.uneven else np.ones(len(self.place))
+        uneven = self.loose.uneven
+        return np.sqrt(uneven)[self.place] if uneven else np.ones(len(self.place))
 
 
 def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:

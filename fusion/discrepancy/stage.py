@@ -30,7 +30,7 @@ class Stage:
         place: 0, 1, ... in the order given.
         caster: the mesh, ready to be seen; in the world frame. None where a simulation stands for it.
         sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis.
-        mesh_sigma_m: how far the real surface may be from the mesh.
+        mesh_sigma_m: how far the real surface may be from the mesh; None where nobody said.
         shape: fingerprint of the mesh file: recordings of one target share its errors.
         table: the turntable on which everything stands; None where nothing turns.
         simulated: the simulation of the recording and the sensor model that goes with it; None where there is a mesh.
@@ -43,7 +43,7 @@ class Stage:
     caster: RayCaster | None
     sigma_m: float
     sigma_rad: float
-    mesh_sigma_m: float
+    mesh_sigma_m: float | None
     shape: str = ""
     table: Table | None = None
     simulated: tuple[Match, Sensor] | None = None
@@ -79,7 +79,7 @@ def stage_of(recording: Recording, place: int) -> Stage:
         caster,
         _or(poses.sigma_m, NOMINAL[0]),
         _or(poses.sigma_rad, NOMINAL[1]),
-        _or(scene.mesh_sigma_m, RECONSTRUCTED_M if reconstructed else 0.0),
+        RECONSTRUCTED_M if scene.mesh_sigma_m is None and reconstructed else scene.mesh_sigma_m,
         sha256(mesh.read_bytes()).hexdigest(),
         table_of(recording),
         placed_by_images=poses.from_ == "images",

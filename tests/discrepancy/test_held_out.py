@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.explain import _due
 from fusion.discrepancy.held_out import held_out_of
+from fusion.discrepancy.mean import _due
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.where import Bound
 

@@ -56,6 +56,6 @@ def test_the_scene_file_says_where_the_mesh_is_from(tmp_path):
     own = stage(mesh_from="reconstruction")
     assert own.reconstructed and own.mesh_sigma_m == RECONSTRUCTED_M
     assert stage(mesh_from="reconstruction", mesh_sigma_m=0.001).mesh_sigma_m == 0.001
-    assert not stage().reconstructed and stage().mesh_sigma_m == 0.0
+    assert not stage().reconstructed and stage().mesh_sigma_m is None
     with pytest.raises(RecordingError, match="mesh_from"):
         stage(mesh_from="scanner")

@@ -58,7 +58,7 @@ def beyond_of(effect):
     white, groups = gauge.whiten(before.residual), groups_of(before, gauge)
     left = explained(white, groups, np.zeros((len(white), 0)))
     beyond = unknown_of(white, (before, gauge), left, candidates_of(before, gauge), groups)
-    return SimpleNamespace(looks=looks, before=before, gauge=gauge, white=white, beyond=beyond)
+    return SimpleNamespace(looks=looks, before=before, gauge=gauge, white=white, beyond=beyond, posterior=1.0)
 
 
 def test_one_recording_alone_establishes_no_unknown_law(found):

@@ -69,7 +69,7 @@ def _look(setup: Setup, sensor: Sensor, like: Sequence[Look], casters: dict[int,
         setup.place,
         float(np.median([look.stage.sigma_m for look in like])),
         float(np.median([look.stage.sigma_rad for look in like])),
-        float(np.median([look.stage.mesh_sigma_m for look in like])),
+        float(np.median([look.stage.mesh_sigma_m or 0.0 for look in like])),
     )
     return Look(cast(Stage, stage), tuple(range(FRAMES)), view, view.depth, zero, full, setup.pose)
 

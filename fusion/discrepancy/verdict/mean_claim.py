@@ -36,6 +36,7 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str
             "heldout_gain": sum(step.held_out for step in steps) / before,
             "false_alarm_probability": first.probability,
             "visible_share": found.gauge.visible(first.candidate.columns @ first.weights),
+            "posterior": found.posterior,
         },
         "indistinguishable_from": [*alike, *together],
         **({"only_together": list(together)} if together else {}),

@@ -13,7 +13,7 @@ def unexplained_of(found: Explanation) -> dict[str, Any]:
     seen = found.compared
     after = seen.after
     white, metres, place = seen.white[1], seen.metres[1], after.place
-    loose = (after.scatter**2 + after.drift**2) * after.looseness**2 * depth_per_native(seen.before) ** 2
+    loose = (after.loose.scatter**2 + after.loose.drift**2) * after.looseness**2 * depth_per_native(seen.before) ** 2
     left: dict[str, float] = {}
     for number, name in recording_names(seen.before).items():
         own = place == number

@@ -32,6 +32,7 @@ def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> dict[st
             "heldout_gain": law.held_out / before,
             "false_alarm_probability": law.probability,
             "visible_share": found.gauge.visible(law.native),
+            "posterior": found.posterior,
         },
         "indistinguishable_from": [],
         "record_next": _next(law.variables),

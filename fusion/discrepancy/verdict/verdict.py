@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from fusion.discrepancy.compared import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.extrapolation import extrapolated
 from fusion.discrepancy.identifiability import visibilities
@@ -12,6 +13,7 @@ from fusion.discrepancy.planning.plan import Plans
 from fusion.discrepancy.verdict.channel_claims import channel_claim
 from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
+from fusion.discrepancy.verdict.nuisances import nuisances_of
 from fusion.discrepancy.verdict.record_next import planned_next, shown_next
 from fusion.discrepancy.verdict.reference import reference_of
 from fusion.discrepancy.verdict.unexplained import unexplained_of
@@ -40,15 +42,16 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     limits, invisible = limits_of(found, visible, named)
     flight = found.before.patches[0].view.time_of_flight
     reference = reference_of(found.before, found.gauge, found.candidates)
+    unexplained = unexplained_of(found)
     verdict: dict[str, Any] = {
         "format": FORMAT,
-        "nothing_missing": not missing,
+        "nothing_missing": not missing and unexplained["chi2_per_dof"] <= NOISE_ALONE,
         "missing": missing,
         "fit": {
             "heldout": {key: _number(value) for key, value in found.held_out.items()},
             "extrapolation": [beyond.entry() for beyond in extrapolated(found)],
-            "scatter": {"value": found.before.scatter, "unit": "m" if flight else "px"},
-            "drift": {"value": found.before.drift, "unit": "m" if flight else "px"},
+            "scatter": {"value": found.before.loose.scatter, "unit": "m" if flight else "px"},
+            "drift": {"value": found.before.loose.drift, "unit": "m" if flight else "px"},
             "frames_fitted": sum(len(look.frames) for look in found.looks),
             "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
         },
@@ -57,7 +60,8 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         "invisible": invisible,
         "identifiability": [entry.entry() for entry in visible],
         "would_show": shown_next(invisible, plans),
-        "unexplained": unexplained_of(found),
+        "unexplained": unexplained,
+        "nuisances": nuisances_of(found),
         **({"reference": reference} if reference else {}),
     }
     return {**verdict, "headline": sentence(verdict)}

@@ -9,6 +9,7 @@ from fusion.sensor.quantity import shown
 
 CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
 AT_CHANCE = 0.1  # a probability from which on it is told as so many of 100
+WORSE = 1.5  # times the stated errors of poses, from which on a person wants to hear of it
 FOLLOWED = 3  # recordings that are told by name
 
 Entry = dict[str, Any]
@@ -108,8 +109,22 @@ def _odds(entry: Entry) -> float:
     return float(entry["evidence"]["false_alarm_probability"])
 
 
+def _setting(nuisances: dict[str, Any]) -> str:
+    """How much worse than stated poses and targets are, as the end of a clause; empty where they are as stated."""
+    said = []
+    if nuisances["pose_factor"] >= WORSE:
+        times = f"{nuisances['pose_factor']:.2g} times"
+        said.append(f"poses are about {times} worse than stated, or the camera file is wrong")
+    if nuisances["shape_rms_m"] > 0:
+        said.append(f"targets leave their mesh by about {_mm(nuisances['shape_rms_m'])}, though no tolerance is stated")
+    return "".join(f", {one}" for one in said)
+
+
 def _left(verdict: dict[str, Any]) -> str:
-    left = verdict["unexplained"]
+    return _unexplained(verdict["unexplained"]) + _setting(verdict["nuisances"])
+
+
+def _unexplained(left: dict[str, Any]) -> str:
     if left["rms_m"] <= 0:
         return "what is left is noise"
     worst, every = left["recordings"][:FOLLOWED], len(left["recordings"])

@@ -1,0 +1,176 @@
+"""Mean: which laws the mean depth of recordings establishes, beside a setting that is only worse than stated."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.compared import NOISE_ALONE
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.held_out import HeldOut, held_out_of
+from fusion.discrepancy.likely_pose import at_likely_poses
+from fusion.discrepancy.look import Look
+from fusion.discrepancy.naming.candidates import Candidate, candidates_of
+from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
+from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, without_laws
+from fusion.discrepancy.unknown.in_place import explains_more, is_asked
+from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
+from fusion.discrepancy.unknown.unrestricted import Found, Group, explained, groups_of
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+
+
+UNKNOWN_GAIN = 40.0  # beyond what the columns cost: below, it may be chance
+# of all that could be explained: a leftover of less is the form of a named effect, of more: the names are not right
+UNKNOWN_SHARE = 0.3
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What was measured, and all forms it is asked for, in the units of one gauge."""
+
+    looks: tuple[Look, ...]
+    observations: Observations
+    gauge: Gauge
+    groups: tuple[Group, ...]
+    candidates: tuple[Candidate, ...]
+
+    @cached_property
+    def white(self) -> Vector:
+        """(n,) residual before, in units of the gauge."""
+        return self.gauge.whiten(self.observations.residual)
+
+
+@dataclass(frozen=True)
+class Mean:
+    """What the mean depth says: names, a law without one, what is left, and frames that took no part.
+
+    Attributes:
+        posterior: probability that laws are missing, beside a setting that is only worse than stated.
+    """
+
+    seen: Seen
+    named: Named
+    beyond: Unknown | None
+    possible: Found
+    left: Found
+    held: HeldOut
+    posterior: float = 1.0
+
+    @property
+    def claims(self) -> bool:
+        """True when a law is established."""
+        return bool(self.named.steps) or (self.beyond is not None and self.beyond.law.replicated)
+
+    @property
+    def gain(self) -> float:
+        """Drop of the chi2 by all laws, less the price of their freedom."""
+        whole = float(self.seen.white @ self.seen.white - self.named.white @ self.named.white)
+        beyond = self.beyond.law.score if self.beyond is not None and self.beyond.law.replicated else 0.0
+        return whole - sum(step.price for step in self.named.steps) + beyond
+
+    @property
+    def misfit(self) -> float:
+        """Chi2 per tile of what all that is established leaves: near 1 where the model foresees the recordings."""
+        established = self.beyond is not None and self.beyond.law.replicated
+        left = self.named.white - (self.beyond.law.footprint if self.beyond is not None and established else 0.0)
+        return float(left @ left / len(left))
+
+    @property
+    def unconfirmed(self) -> "Mean":
+        """The same with nothing established."""
+        named = unconfirmed(self.named, self.seen.observations, self.seen.white) if self.named.steps else self.named
+        return replace(self, named=named, beyond=self.beyond and self.beyond.unconfirmed)
+
+
+def explained_mean(seen: Seen, sensor: Sensor) -> Mean:
+    """Names and laws of the mean depth that the recordings establish in the units of one gauge."""
+    before, gauge, white = seen.observations, seen.gauge, seen.white
+    groups, candidates = list(seen.groups), list(seen.candidates)
+    possible = explained(white, groups, np.zeros((len(white), 0)))
+    named = name_effects(seen.looks, before, gauge, candidates)
+    held = held_out_of(seen.looks, sensor, before)
+    if named.steps and held.contradicts(named.sensor, _due(named, white)):
+        named = unconfirmed(named, before, white)
+    named, beyond, left = _completed(named, (before, gauge, white), possible, candidates, groups)
+    if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
+        beyond = beyond.unconfirmed
+    return Mean(seen, named, beyond, possible, left, held)
+
+
+def beside_setting(mean: Mean, sensor: Sensor) -> Mean:
+    """The same beside what it competes with: nothing is missing, and poses or targets are worse than stated.
+
+    Where that is likelier its sizes hold, and laws are asked for again in their units. Nothing is established by a
+    model that does not foresee what it was fitted to.
+    """
+    if not mean.claims:
+        return mean
+    if mean.misfit > NOISE_ALONE:
+        return mean.unconfirmed
+    seen = mean.seen
+    laws, setting = with_laws(seen.observations, seen.gauge, mean.gain), without_laws(seen.observations, seen.gauge)
+    sure = posterior(laws, setting)
+    if sure >= LEAST_POSTERIOR:
+        return replace(mean, posterior=sure)
+    if sure > 1.0 - LEAST_POSTERIOR:
+        return replace(mean.unconfirmed, posterior=sure)
+    looks = tuple(at_likely_poses(seen.looks, setting.observations, setting.gauge))
+    before = setting.observations.seen_again(looks)
+    groups, candidates = groups_of(before, setting.gauge), candidates_of(before, setting.gauge)
+    again = explained_mean(Seen(looks, before, setting.gauge, tuple(groups), tuple(candidates)), sensor)
+    if not again.claims or again.misfit > NOISE_ALONE:
+        return replace(again.unconfirmed, posterior=sure)
+    laws = with_laws(before, setting.gauge, again.gain)
+    both = posterior(laws, replace(setting, cost=with_laws(before, setting.gauge, 0.0).cost))
+    return replace(again if both >= LEAST_POSTERIOR else again.unconfirmed, posterior=both)
+
+
+def _completed(
+    named: Named,
+    seen: tuple[Observations, Gauge, Vector],
+    possible: Found,
+    candidates: list[Candidate],
+    groups: list[Group],
+) -> tuple[Named, Unknown | None, Found]:
+    """The names that hold, the form of what no effect explains, and what is left.
+
+    Args:
+        named: effects that were added.
+        seen: observations, gauge, and the white residual before.
+        possible: what could be explained at all.
+        candidates, groups: all forms.
+    """
+    before, gauge, white = seen
+    beyond = None
+    left = explained(named.white, groups, np.zeros((len(white), 0)))
+    if is_asked(named):  # whether one formula stands behind the names
+        formula = unknown_of(white, (before, gauge), possible, candidates, groups)
+        if explains_more(formula.law, named, white):
+            named, beyond, left = unconfirmed(named, before, white), formula, possible
+    if named.steps and _is_much(left, named, possible):
+        # the names explain too little of what could be explained: they are the nearest, not the right ones
+        named, left = unconfirmed(named, before, white), possible
+    if beyond is None and _is_much(left, named, possible):
+        beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
+    return named, beyond, left
+
+
+def _due(named: Named, white: Vector) -> float:
+    """Gain of which frames that took no part must show a share; 0 with a region: its edge is known to a look only."""
+    if any(step.candidate.where for step in named.steps):
+        return 0.0
+    return float(white @ white - named.white @ named.white)
+
+
+def _is_much(left: Found, named: Named, possible: Found) -> bool:
+    """True when what is left is no chance, and no mere matter of the form of a named effect."""
+    whole = max(possible.gain, _gain(named) + left.gain)
+    return left.gain > UNKNOWN_GAIN and left.gain > UNKNOWN_SHARE * whole
+
+
+def _gain(named: Named) -> float:
+    return sum(step.gain for step in named.steps)

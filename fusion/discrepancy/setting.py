@@ -1,0 +1,59 @@
+"""Setting: what the recordings say when no law is missing, and poses or targets are only worse than was stated."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fusion.discrepancy.gauge import Gauge, drift_columns, gauge_of, pose_columns, shape_columns
+from fusion.discrepancy.loose import Loose
+from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.sizes import sizes_of
+
+USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plasterboard bows by 1 to 3 mm over 2 m
+LEAST_POSTERIOR = 0.95  # from which on a claim is established
+
+
+@dataclass(frozen=True)
+class Explained:
+    """One way to explain the recordings.
+
+    Attributes:
+        observations, gauge: with the sizes of errors that go with it.
+        cost: -2 log of the marginal likelihood: misfit, volume of what could have been, and price of its laws.
+    """
+
+    observations: Observations
+    gauge: Gauge
+    cost: float
+
+
+def with_laws(observations: Observations, gauge: Gauge, gain: float) -> Explained:
+    """The recordings as laws explain them: `gain` is their drop of the chi2 less what their freedom costs."""
+    return Explained(observations, gauge, _cost(observations, gauge) - gain)
+
+
+def without_laws(observations: Observations, gauge: Gauge) -> Explained:
+    """The likeliest setting in which nothing is missing: sizes of pose errors, shapes and drifts as all tiles say."""
+    white = gauge.whiten(observations.residual)
+    parts = [np.column_stack(pose_columns(observations)), drift_columns(observations), shape_columns(observations)]
+    found = sizes_of(white, [gauge.whiten(columns) for columns in parts], len(white))
+    more, drift, shape = found.variances
+    alone = len(np.unique(observations.place)) < 2  # a drift of one recording could be any law
+    loose = Loose(0.0, 0.0 if alone else float(np.sqrt(drift)), (), float(np.sqrt(1.0 + more)), float(np.sqrt(shape)))
+    if loose == Loose():
+        return Explained(observations, gauge, _cost(observations, gauge))
+    looser = replace(observations, loose=observations.loose.with_more(loose))
+    own = gauge_of(looser)
+    return Explained(looser, own, _cost(looser, own))
+
+
+def posterior(laws: Explained, setting: Explained) -> float:
+    """Probability that laws are missing and not only the setting is worse than stated, at even odds before."""
+    return float(1.0 / (1.0 + np.exp(np.clip(0.5 * (laws.cost - setting.cost), -700, 700))))
+
+
+def _cost(observations: Observations, gauge: Gauge) -> float:
+    white, loose = gauge.whiten(observations.residual), observations.loose
+    # what was stated, and what is usual where nothing was, is likelier: a factor of e, a millimetre
+    before = float(np.log(loose.pose)) ** 2 + (loose.shape / USUAL_SHAPE_M) ** 2
+    return float(white @ white) + 2 * float(np.log(np.diag(gauge.root)).sum()) + before

@@ -1,0 +1,15 @@
+"""Nuisances: how much worse than stated the setting of the recordings is, as the verdict tells it."""
+
+from typing import Any
+
+import numpy as np
+
+from fusion.discrepancy.compared import depth_per_native
+from fusion.discrepancy.explain import Explanation
+
+
+def nuisances_of(found: Explanation) -> dict[str, Any]:
+    """Sizes that were found beside what was stated: factor on the errors of poses; shape and drift as depth [m]."""
+    loose = found.before.loose
+    drift = loose.drift * float(np.sqrt(np.mean(depth_per_native(found.before) ** 2)))
+    return {"pose_factor": loose.pose, "shape_rms_m": loose.shape, "drift_rms_m": drift}

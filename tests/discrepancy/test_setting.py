@@ -1,0 +1,99 @@
+"""Poses and targets that are worse than stated: their sizes are found, and nothing of it is taken for a law."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_walls import WALLS, looks_at, loose_in, sensor_of
+from scipy.ndimage import gaussian_filter
+
+from fusion.discrepancy.explain import explained_looks
+from fusion.discrepancy.gauge import gauge_of, shape_columns
+from fusion.discrepancy.observations import observe
+from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, without_laws
+from fusion.discrepancy.sizes import sizes_of
+from fusion.sensor.effects.readout.depth_scale import DepthScale
+
+WORSE = 8.0
+BOW_M = 0.0012
+
+
+def worse_posed(sensor, seed):
+    """Looks whose poses are off by `WORSE` times what is stated of them."""
+    looks = looks_at(sensor, seed, off=WORSE)
+    return [replace(k, stage=SimpleNamespace(**{**vars(k.stage), "sigma_m": 0.001, "sigma_rad": 0.001})) for k in looks]
+
+
+def bowed(seed, said=None):
+    """Looks at walls that are each bowed in its own way, of which nothing is said."""
+    rng, out = np.random.default_rng([seed, 5]), []
+    for k, look in enumerate(looks_at(sensor_of("itof"), seed)):
+        field = gaussian_filter(rng.standard_normal(look.mean.shape), 30.0, mode="nearest")
+        stage = SimpleNamespace(**{**vars(look.stage), "mesh_sigma_m": said, "shape": f"wall {k}"})
+        out.append(replace(look, mean=look.mean + BOW_M * field / field.std(), stage=stage))
+    return out
+
+
+def test_the_factor_on_stated_poses_is_found():
+    # eight walls tell three directions of each pose: 24 numbers, less what laws reach
+    assert WORSE / 2 < loose_in(worse_posed(sensor_of("itof"), 1)).pose < 2 * WORSE
+    assert loose_in(looks_at(sensor_of("itof"), 1)).pose == 1.0
+    assert loose_in(looks_at(sensor_of("itof", DepthScale(scale=0.01)), 1)).pose == 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_poses_worse_than_stated_are_no_law(seed):
+    found = explained_looks(worse_posed(sensor_of("itof"), seed), sensor_of("itof"))
+    assert not found.named.steps and not found.unknown
+    assert found.before.loose.pose > WORSE / 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_bows_of_which_nothing_is_said_are_no_law(seed):
+    found = explained_looks(bowed(seed), sensor_of("itof"))
+    assert not found.named.steps and not found.unknown
+
+
+@pytest.mark.slow
+def test_a_law_is_named_though_poses_are_worse_than_stated():
+    looks = worse_posed(sensor_of("itof", DepthScale(scale=0.05)), 1)
+    found = explained_looks(looks, sensor_of("itof"))
+    assert [step.effect.name for step in found.named.steps] == ["depth_scale"]
+    assert found.posterior >= LEAST_POSTERIOR
+
+
+def test_a_setting_competes_with_laws():
+    observations = observe(sensor_of("itof"), worse_posed(sensor_of("itof"), 2))
+    gauge = gauge_of(observations)
+    setting = without_laws(observations, gauge)
+    assert setting.observations.loose.pose > WORSE / 2
+    assert posterior(with_laws(observations, gauge, 50.0), setting) < 1e-6
+    assert posterior(setting, setting) == pytest.approx(0.5)
+
+
+def test_shapes_that_were_stated_have_no_free_size():
+    said = observe(sensor_of("itof"), bowed(1, said=0.001))
+    assert shape_columns(said).shape[1] == 0
+    unsaid = observe(sensor_of("itof"), bowed(1))
+    assert shape_columns(unsaid).shape[1] > len(WALLS)
+
+
+def test_sizes_are_found_together():
+    rng = np.random.default_rng(3)
+    first, second = rng.standard_normal((600, 40)), rng.standard_normal((600, 60))
+    white = 1.2 * rng.standard_normal(600) + first @ rng.normal(0, 2.0, 40) + second @ rng.normal(0, 0.3, 60)
+    found = sizes_of(white, [first, second, np.zeros((600, 0))], 600)
+    # 40 and 60 draws tell a variance to 22 and 18 %
+    assert found.variances[0] == pytest.approx(4.0, rel=0.6)
+    assert found.variances[1] == pytest.approx(0.09, rel=0.6)
+    assert found.variances[2] == 0.0
+    assert found.noise == pytest.approx(1.44, rel=0.25)
+
+
+def test_a_size_that_is_not_asked_for_stays_zero():
+    rng = np.random.default_rng(4)
+    found = sizes_of(rng.standard_normal(500), [rng.standard_normal((500, 30))], 500)
+    assert found.variances == (0.0,)
