@@ -107,8 +107,11 @@ def compared(found: "Explanation") -> Compared:
 
 
 def recording_names(observations: Observations) -> dict[int, str]:
-    """Folder name of each recording by its number."""
-    return {patch.look.place: patch.look.stage.recording.path.name for patch in observations.patches}
+    """Folder name of each recording by its number; of a placement that was recorded again all of them."""
+    names: dict[int, dict[str, None]] = {}
+    for patch in observations.patches:
+        names.setdefault(patch.look.place, {})[patch.look.stage.recording.path.name] = None
+    return {place: " + ".join(own) for place, own in names.items()}
 
 
 def depth_per_native(observations: Observations) -> Vector:

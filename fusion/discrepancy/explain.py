@@ -21,6 +21,7 @@ from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.placements import joined
 from fusion.discrepancy.scatter import loose_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
@@ -132,7 +133,7 @@ def explain(
         prints.append((recording.path, frozenset().union(*(look.prints for look in seen))))
         refuse_copies(prints)
         looks += seen
-    return explained_looks(looks, sensor)
+    return explained_looks(joined(looks), sensor)
 
 
 def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:

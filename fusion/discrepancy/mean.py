@@ -73,11 +73,12 @@ class Mean:
         return whole - sum(step.price for step in self.named.steps) + beyond
 
     @property
-    def misfit(self) -> float:
-        """Chi2 per tile of what all that is established leaves: near 1 where the model foresees the recordings."""
+    def foresees(self) -> bool:
+        """True where the model with all that is established leaves noise, or little of what there was beyond noise."""
         established = self.beyond is not None and self.beyond.law.replicated
         left = self.named.white - (self.beyond.law.footprint if self.beyond is not None and established else 0.0)
-        return float(left @ left / len(left))
+        before, after = (float(white @ white / len(white)) for white in (self.seen.white, left))
+        return after <= NOISE_ALONE or after - 1.0 <= UNKNOWN_SHARE * (before - 1.0)
 
     @property
     def unconfirmed(self) -> "Mean":
@@ -109,7 +110,7 @@ def beside_setting(mean: Mean, sensor: Sensor) -> Mean:
     """
     if not mean.claims:
         return mean
-    if mean.misfit > NOISE_ALONE:
+    if not mean.foresees:
         return mean.unconfirmed
     seen = mean.seen
     laws, setting = with_laws(seen.observations, seen.gauge, mean.gain), without_laws(seen.observations, seen.gauge)
@@ -122,7 +123,7 @@ def beside_setting(mean: Mean, sensor: Sensor) -> Mean:
     before = setting.observations.seen_again(looks)
     groups, candidates = groups_of(before, setting.gauge), candidates_of(before, setting.gauge)
     again = explained_mean(Seen(looks, before, setting.gauge, tuple(groups), tuple(candidates)), sensor)
-    if not again.claims or again.misfit > NOISE_ALONE:
+    if not again.claims or not again.foresees:
         return replace(again.unconfirmed, posterior=sure)
     laws = with_laws(before, setting.gauge, again.gain)
     both = posterior(laws, replace(setting, cost=with_laws(before, setting.gauge, 0.0).cost))

@@ -10,6 +10,7 @@ from scipy.ndimage import binary_dilation
 
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.loose import Loose
+from fusion.discrepancy.outliers import foreign
 from fusion.discrepancy.tiles import SIDE_PX, Tiling, tiling
 from fusion.discrepancy.views import views_of
 from fusion.sensor.effect import Effect
@@ -168,7 +169,7 @@ def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:
     with np.errstate(all="ignore"):
         native = view.stretch if view.time_of_flight else -view.focal_baseline / mean**2
     usable = np.isfinite(mean) & np.isfinite(look.mean) & (look.count >= max(1, len(look.frames) - 1))
-    usable &= interior(view)
+    usable &= interior(view) & ~foreign(look.mean, mean)
     return Patch(look, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
 
 

@@ -62,16 +62,17 @@ def _seen_in(bounds: tuple[Bound, ...], found: Explanation) -> tuple[list[str] |
     """Recordings with anything in a region, and the frames where these are the same in each; None for all."""
     looks: dict[int, list[tuple[int, ...]]] = {}
     whole: dict[int, list[tuple[int, ...]]] = {}
-    names: dict[int, str] = {}
+    names: dict[int, dict[str, None]] = {}
     for patch in found.before.patches:
         look = patch.look
         whole.setdefault(look.place, []).append(look.frames)
-        names[look.place] = getattr(getattr(look.stage, "recording", None), "path", None) or f"{look.place}"
+        path = getattr(getattr(look.stage, "recording", None), "path", None)
+        names.setdefault(look.place, {})[path.name if path else f"{look.place}"] = None
         if np.any(inside(bounds, patch.depth, patch.view) & (patch.tiles.label >= 0)):
             looks.setdefault(look.place, []).append(look.frames)
     spans = {(min(map(min, own)), max(map(max, own))) for own in looks.values()}
     all_spans = {(min(map(min, own)), max(map(max, own))) for place, own in whole.items() if place in looks}
-    recordings = None if len(looks) == len(whole) else [getattr(names[p], "name", names[p]) for p in sorted(looks)]
+    recordings = None if len(looks) == len(whole) else [name for p in sorted(looks) for name in names[p]]
     frames = list(spans.pop()) if len(spans) == 1 and spans != all_spans else None
     return recordings, frames
 

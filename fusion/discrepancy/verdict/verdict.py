@@ -9,6 +9,8 @@ from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.extrapolation import extrapolated
 from fusion.discrepancy.identifiability import visibilities
 from fusion.discrepancy.naming.judged import Step
+from fusion.discrepancy.outliers import outliers_of
+from fusion.discrepancy.placements import repeats_of
 from fusion.discrepancy.planning.plan import Plans
 from fusion.discrepancy.verdict.channel_claims import channel_claim
 from fusion.discrepancy.verdict.limits import limits_of
@@ -62,6 +64,8 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         "would_show": shown_next(invisible, plans),
         "unexplained": unexplained,
         "nuisances": nuisances_of(found),
+        "outliers": outliers_of(found.before),
+        "repeats": repeats_of(found.looks),
         **({"reference": reference} if reference else {}),
     }
     return {**verdict, "headline": sentence(verdict)}

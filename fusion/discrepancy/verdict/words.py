@@ -120,8 +120,17 @@ def _setting(nuisances: dict[str, Any]) -> str:
     return "".join(f", {one}" for one in said)
 
 
+def _outlying(outliers: list[dict[str, Any]]) -> str:
+    """Recordings that show something that is not in their mesh, as the end of a clause."""
+    names = [entry["recording"] for entry in outliers]
+    more = f" and {len(names) - FOLLOWED} more" if len(names) > FOLLOWED else ""
+    told = f"{', '.join(names[:FOLLOWED])}{more}"
+    return f", something that is not in the mesh is left out of {told}" if names else ""
+
+
 def _left(verdict: dict[str, Any]) -> str:
-    return _unexplained(verdict["unexplained"]) + _setting(verdict["nuisances"])
+    left = _unexplained(verdict["unexplained"])
+    return left + _setting(verdict["nuisances"]) + _outlying(verdict["outliers"])
 
 
 def _unexplained(left: dict[str, Any]) -> str:

@@ -1,0 +1,64 @@
+"""Recordings of one placement are one measurement: found by what they share, not by their folders."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_walls import FRAMES, look_at, sensor_of
+
+from fusion.discrepancy.placements import joined, repeats_of
+
+WALL = (1.4, -30, 15)
+NOISE_M = 0.002
+
+
+@dataclass(frozen=True)
+class Stage:
+    """As much of a stage as placements ask for."""
+
+    place: int
+    shape: str
+    recording: object
+    sigma_m: float = 0.001
+    sigma_rad: float = 0.001
+    mesh_sigma_m: float = 0.0
+
+
+def recorded(place: int, frozen, seed: int):
+    """A look at one wall, whose surface as it was seen has an error that stands still."""
+    rng = np.random.default_rng([seed, place])
+    look = look_at(sensor_of("itof"), place, WALL, seed)
+    frames = look.view.depth + frozen + rng.normal(0, NOISE_M, (FRAMES, *look.mean.shape))
+    stage = Stage(place, f"wall {place}", SimpleNamespace(path=Path(f"rec_{place:02d}")))
+    return replace(look, stage=stage, mean=frames.mean(axis=0), std=frames.std(axis=0, ddof=1))
+
+
+def speckle(seed: int, size: float = 0.003):
+    return np.random.default_rng(seed).normal(0, size, (80, 112))
+
+
+def test_a_scene_recorded_again_is_one_placement():
+    looks = joined([recorded(0, speckle(1), 5), recorded(1, speckle(2), 5), recorded(2, speckle(1), 6)])
+    assert [look.place for look in looks] == [0, 1, 0]
+    assert looks[2].stage.shape == "wall 0"
+    assert repeats_of(looks) == [["rec_00", "rec_02"]]
+
+
+@pytest.mark.parametrize("moved", [0.0005, -0.001])
+def test_a_camera_put_up_again_is_another_placement(moved):
+    looks = [recorded(0, speckle(1), 5), recorded(1, speckle(1) + moved, 6)]
+    assert joined(looks) == looks and not repeats_of(looks)
+
+
+def test_another_stated_pose_is_another_placement():
+    T = np.eye(4)
+    T[0, 3] = 1e-4
+    looks = [recorded(0, speckle(1), 5), replace(recorded(1, speckle(1), 6), T_world_camera=T)]
+    assert [look.place for look in joined(looks)] == [0, 1]
+
+
+def test_series_are_left_alone():
+    looks = [recorded(0, speckle(1), 5), recorded(0, speckle(1), 6), recorded(1, speckle(1), 7)]
+    assert [look.place for look in joined(looks)] == [0, 0, 1]
