@@ -10,6 +10,7 @@ from fusion.sensor.quantity import shown
 CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
 AT_CHANCE = 0.1  # a probability from which on it is told as so many of 100
 WORSE = 1.5  # times the stated errors of poses, from which on a person wants to hear of it
+CALM = 0.5  # chi2 per tile below which residuals are too small to be true (guess)
 FOLLOWED = 3  # recordings that are told by name
 
 Entry = dict[str, Any]
@@ -134,6 +135,11 @@ def _left(verdict: dict[str, Any]) -> str:
 
 
 def _unexplained(left: dict[str, Any]) -> str:
+    if left["chi2_per_dof"] < CALM:
+        return (
+            f"what is left is smaller than what noise and tolerances allow (chi2 {left['chi2_per_dof']:.2g}): they are "
+            "stated too large, or the frames differ for another reason than noise"
+        )
     if left["rms_m"] <= 0:
         return "what is left is noise"
     worst, every = left["recordings"][:FOLLOWED], len(left["recordings"])
