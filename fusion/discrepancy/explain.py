@@ -16,8 +16,8 @@ from fusion.discrepancy.held_out import before_and_after
 from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.loose import Loose
-from fusion.discrepancy.mean import Seen, beside_setting, explained_mean
-from fusion.discrepancy.naming.candidates import Candidate, candidates_of
+from fusion.discrepancy.mean import Seen, beside_setting, explained_mean, likeliest
+from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.observations import Observations, observe
@@ -26,7 +26,7 @@ from fusion.discrepancy.scatter import loose_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown
-from fusion.discrepancy.unknown.unrestricted import Found, Group, covariates, groups_of
+from fusion.discrepancy.unknown.unrestricted import Found, covariates
 from fusion.errors import FusionError
 from fusion.progress import each, stage
 from fusion.recording.recording import Recording
@@ -150,15 +150,11 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     with stage("trying every effect"):
         gauge = gauge_of(before)  # whatever the likely poses are
         looks = at_likely_poses(looks, before, gauge)
-        before, gauge, groups, candidates = _gauged(before.seen_again(looks), gauge)
-        if before.loose.pose > 1.0:  # their errors are larger than was taken for likely
-            looks = at_likely_poses(looks, before, gauge)
-            before = before.seen_again(looks)
+        ways = _gauged(Seen.of(looks, before.seen_again(looks), gauge_of(before)))
     with stage("naming"):
-        seen = Seen(tuple(looks), before, gauge, tuple(groups), tuple(candidates))
-        mean = beside_setting(explained_mean(seen, sensor), sensor)
+        mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), sensor)
     with stage("noise"):
-        channels = _channels(mean.named, mean.beyond, looks)
+        channels = _channels(mean.named, mean.beyond, mean.seen.looks)
     with stage("judging by frames held out"):
         held_out = before_and_after(mean.held, sensor, _extended(mean.named, mean.beyond))
     seen = mean.seen
@@ -168,17 +164,22 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     )  # fmt: skip
 
 
-def _gauged(before: Observations, gauge: Gauge) -> tuple[Observations, Gauge, list[Group], list[Candidate]]:
-    """The gauge, and all that is measured in it; with the tiles' own scatter and the recordings' drift, if any."""
-    for turn in range(TURNS):
-        gauge = gauge_of(before) if turn else gauge
-        groups, candidates = groups_of(before, gauge), candidates_of(before, gauge)
+def _gauged(stated: Seen) -> list[Seen]:
+    """The recordings with errors as stated; and, where they show others that no law follows, with these as well."""
+    seen = stated
+    for _ in range(TURNS):
         # what is rough hides what is smooth until it is known
-        loose = loose_of(before, gauge, candidates, groups)
+        loose = loose_of(seen.observations, seen.gauge, seen.candidates, seen.groups)
         if loose == Loose():
             break
-        before = replace(before, loose=before.loose.with_more(loose))
-    return before, gauge, groups, candidates
+        before = replace(seen.observations, loose=seen.observations.loose.with_more(loose))
+        seen = Seen.of(seen.looks, before, gauge_of(before))
+    if seen is stated:
+        return [stated]
+    if seen.observations.loose.pose > 1.0:  # their errors are larger than was taken for likely
+        looks = tuple(at_likely_poses(seen.looks, seen.observations, seen.gauge))
+        seen = replace(seen, looks=looks, observations=seen.observations.seen_again(looks))
+    return [stated, seen]
 
 
 def _extended(named: Named, beyond: Unknown | None) -> Sensor:

@@ -1,5 +1,6 @@
 """Mean: which laws the mean depth of recordings establishes, beside a setting that is only worse than stated."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -37,6 +38,12 @@ class Seen:
     gauge: Gauge
     groups: tuple[Group, ...]
     candidates: tuple[Candidate, ...]
+
+    @classmethod
+    def of(cls, looks: Sequence[Look], observations: Observations, gauge: Gauge) -> "Seen":
+        """All forms in the units of a gauge."""
+        groups, candidates = groups_of(observations, gauge), candidates_of(observations, gauge)
+        return cls(tuple(looks), observations, gauge, tuple(groups), tuple(candidates))
 
     @cached_property
     def white(self) -> Vector:
@@ -102,6 +109,15 @@ def explained_mean(seen: Seen, sensor: Sensor) -> Mean:
     return Mean(seen, named, beyond, possible, left, held)
 
 
+def likeliest(ways: Sequence[Mean]) -> Mean:
+    """Of the same recordings with errors of several sizes the one that laws and errors together explain best."""
+    if len(ways) == 1:
+        return ways[0]
+    seen = [(mean.seen.observations, mean.seen.gauge, mean.gain if mean.claims else 0.0) for mean in ways]
+    costs = [with_laws(*one).cost for one in seen]
+    return ways[int(np.argmin(costs))]
+
+
 def beside_setting(mean: Mean, sensor: Sensor) -> Mean:
     """The same beside what it competes with: nothing is missing, and poses or targets are worse than stated.
 
@@ -119,10 +135,9 @@ def beside_setting(mean: Mean, sensor: Sensor) -> Mean:
         return replace(mean, posterior=sure)
     if sure > 1.0 - LEAST_POSTERIOR:
         return replace(mean.unconfirmed, posterior=sure)
-    looks = tuple(at_likely_poses(seen.looks, setting.observations, setting.gauge))
+    looks = at_likely_poses(seen.looks, setting.observations, setting.gauge)
     before = setting.observations.seen_again(looks)
-    groups, candidates = groups_of(before, setting.gauge), candidates_of(before, setting.gauge)
-    again = explained_mean(Seen(looks, before, setting.gauge, tuple(groups), tuple(candidates)), sensor)
+    again = explained_mean(Seen.of(looks, before, setting.gauge), sensor)
     if not again.claims or not again.foresees:
         return replace(again.unconfirmed, posterior=sure)
     laws = with_laws(before, setting.gauge, again.gain)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fusion.discrepancy.gauge import Gauge, drift_columns, gauge_of, pose_columns, shape_columns
+from fusion.discrepancy.gauge import Gauge, gauge_of, pose_columns, shape_columns
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.sizes import sizes_of
@@ -33,13 +33,14 @@ def with_laws(observations: Observations, gauge: Gauge, gain: float) -> Explaine
 
 
 def without_laws(observations: Observations, gauge: Gauge) -> Explained:
-    """The likeliest setting in which nothing is missing: sizes of pose errors, shapes and drifts as all tiles say."""
+    """The likeliest setting in which nothing is missing: sizes of errors of poses and of shapes as all tiles say.
+
+    Drifts are no part of it: they are what nobody understands, and would follow any law.
+    """
     white = gauge.whiten(observations.residual)
-    parts = [np.column_stack(pose_columns(observations)), drift_columns(observations), shape_columns(observations)]
-    found = sizes_of(white, [gauge.whiten(columns) for columns in parts], len(white))
-    more, drift, shape = found.variances
-    alone = len(np.unique(observations.place)) < 2  # a drift of one recording could be any law
-    loose = Loose(0.0, 0.0 if alone else float(np.sqrt(drift)), (), float(np.sqrt(1.0 + more)), float(np.sqrt(shape)))
+    parts = [np.column_stack(pose_columns(observations)), shape_columns(observations)]
+    more, shape = sizes_of(white, [gauge.whiten(columns) for columns in parts], len(white)).variances
+    loose = Loose(pose=float(np.sqrt(1.0 + more)), shape=float(np.sqrt(shape)))
     if loose == Loose():
         return Explained(observations, gauge, _cost(observations, gauge))
     looser = replace(observations, loose=observations.loose.with_more(loose))
