@@ -53,7 +53,7 @@ def written(path: Path, kind: str, count: int, size: tuple[int, int], lengths: t
 def written_packed(path: Path, codec: str) -> Path:
     """A bag of large frames, each packed by itself, with a fiftieth of the pixels missing."""
     clean = np.rint(box_scene.depth(box_scene.rays(*LARGE, *LARGE_LENGTHS)) * 1000)
-    images = []
+    images: list[bytes] = []
     for image in noisy(clean, 4, np.uint16):
         if codec == "png":
             images.append(bytes(12) + cv2.imencode(".png", image)[1].tobytes())
@@ -72,7 +72,7 @@ def written_packed(path: Path, codec: str) -> Path:
 def noisy(clean: np.ndarray, count: int, kind: type) -> list[np.ndarray]:
     """Images with noise of 2 counts, a fiftieth of the pixels missing."""
     rng = np.random.default_rng(1)
-    images = [(clean + rng.normal(0, 2, clean.shape)).astype(kind) for _ in range(count)]
+    images: list[np.ndarray] = [(clean + rng.normal(0, 2, clean.shape)).astype(kind) for _ in range(count)]
     return [np.where(rng.random(clean.shape) < 0.02, 0, image).astype(kind) for image in images]
 
 
