@@ -9,7 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parent / "kinect_v1"))
 from fake_usb import FakeDevice
-from made_up import MadeUp
+from made_up_kinect import MadeUp
 
 from fusion.commands.main import main
 from fusion.devices import doctor

@@ -21,7 +21,7 @@ from fusion.recording.open import open_recording
 from fusion.recording.write import write_recording
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from made_up import CAMERA, MadeUp, frame
+from made_up_kinect import CAMERA, MadeUp, frame
 
 HERE = str(Path(__file__).resolve().parent)
 
@@ -135,7 +135,7 @@ def test_a_line_is_written_whole_or_not_at_all(tmp_path):
 RECORDER = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from made_up import MadeUp
+from made_up_kinect import MadeUp
 from fusion.devices import open as opening
 opening.open_source = lambda name, camera=None, infrared=False: MadeUp(100_000, 0.001)
 from fusion.commands.console import run

@@ -64,8 +64,9 @@ def judged(folder: Path) -> Judged:
             shutil.rmtree(scan, ignore_errors=True)
             ran = fusion("turntable", folder / f"pass_{number}", "-o", scan, "--no-report")
             if ran.status:
-                nothing = [float("nan")] * 5
-                return Judged(folder.name, what, truth["refused"], ran.status, ran.last, *nothing, ran.seconds)
+                no = float("nan")
+                said = truth["refused"], ran.status, ran.last
+                return Judged(folder.name, what, *said, no, no, no, no, no, ran.seconds)
     T_true = true_transform(folder)
     _write_transforms(folder / "truth" / "transforms.json", T_true)
     ran = fusion("merge", *scans, "-o", folder / "merged", "--overwrite", "--no-report")
@@ -106,7 +107,7 @@ def _scan_of(folder: Path, number: int) -> Array:
     T = np.eye(4)
     T[:3, :3] = Rotation.from_matrix(between[:, :3, :3]).mean().as_matrix()
     # the turn that is left over is about the object, not about the origin of its frame
-    middle = np.asarray(trimesh.load(folder / "truth" / "object.ply", process=False).bounds, float).mean(axis=0)  # type: ignore[union-attr]
+    middle = np.asarray(trimesh.load(folder / "truth" / "object.ply", process=False).bounds, float).mean(axis=0)
     T[:3, 3] = (between[:, :3, :3] @ middle + between[:, :3, 3]).mean(axis=0) - T[:3, :3] @ middle
     return T
 

@@ -18,7 +18,7 @@ FRAMES = 16  # one after the other, whose differences at distances of 1 to 8 fra
 LAGS = (1, 2, 6, 8)
 SMOOTH = 15  # [px] what the differences of two frames have in common over so many pixels is motion, and no noise
 STILL = 0.05  # of the depth: a pixel that spans more has seen two surfaces
-FEWEST = 2000  # pixels that show noise alone
+FEWEST = 2000  # pixels that show noise alone, or a rim
 TRIANGULATING = ("structured_light", "active_stereo")
 ALIKE = 0.3  # correlation of neighbours; 0.00 raw, 0.4 to 0.6 behind a filter of 3 x 3 or 5 x 5 pixels
 FILLED, JUMP, JUMPS = 0.999, 0.05, 0.002  # valid share inside the image; a rim, of the depth; share of pixels at rims
@@ -34,14 +34,15 @@ def _filled(sample: Sample) -> list[Finding]:
     """Cameras that triangulate see one side of each rim not at all."""
     if sample.recording.camera.principle not in TRIANGULATING or not sample.depths:
         return []
-    full = []
+    rims = inner = 0
     for depth in sample.depths.values():
         h, w = depth.shape
         inside = depth[h // 10 : h - h // 10, w // 10 : w - w // 10]
         if not inside.size or np.isfinite(inside).mean() < FILLED:
             return []
-        full.append(np.mean(np.abs(np.diff(inside, axis=1)) > JUMP * inside[:, 1:]))
-    if np.mean(full) < JUMPS:
+        rims += np.count_nonzero(np.abs(np.diff(inside, axis=1)) > JUMP * inside[:, 1:])
+        inner += inside.size
+    if rims < max(JUMPS * inner, FEWEST):
         return []
     seen = "no depth is missing beside any rim, where such a camera sees nothing: holes were filled"
     return [Finding("processing", "warning", seen, DO)]
