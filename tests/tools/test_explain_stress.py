@@ -88,7 +88,13 @@ def test_what_is_not_spoiled_comes_back_as_it_was(case, tmp_path):
     one = case.recordings[1]
     write(one, tmp_path / one.name)
     again = read(tmp_path / one.name)
-    assert np.allclose(again.depth, one.depth, atol=1e-9)  # a multiple of the old counts: whole numbers stay whole
+    assert np.allclose(again.depth, one.depth, atol=1e-9)
+    assert again.camera == one.camera  # finer counts would say that depth comes in steps of several
+    bent = replace(one, depth=one.depth + 0.0003)
+    write(bent, tmp_path / "bent")
+    fine = read(tmp_path / "bent")
+    assert fine.camera["depth_scale"] % one.camera["depth_scale"] == 0
+    assert np.allclose(fine.depth, bent.depth, atol=0.51 / fine.camera["depth_scale"])
     assert np.allclose(again.poses, one.poses, atol=1e-7)
     assert (again.scene, again.mesh, again.log) == (one.scene, one.mesh, one.log)
     assert again.infrared[0][0] == one.infrared[0][0]
@@ -243,6 +249,12 @@ QUIET = Ran(0, "", 1.0)
 def test_scores_are_strict(case, missing, names, said, outcome):
     base = Base("made", case, missing)
     assert score(said, QUIET, base, Spoiled(case, "spoil", Told("spoil"), names)).outcome == outcome
+
+
+def test_what_is_only_indicated_is_silent_and_yet_told(case):
+    one = Spoiled(case, "3 px", Told("camera file"), ("principal_point",))
+    found = score(verdict(indicated=[claim("principal_point")]), QUIET, Base("made", case), one)
+    assert (found.outcome, found.told, found.how) == ("silent", True, ("indicated",))
 
 
 def test_a_region_that_is_true_is_no_fault(case):

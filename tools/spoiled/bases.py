@@ -40,7 +40,8 @@ class Base:
 def base_of(kind: str, number: int, seed: int, folder: Path) -> Base:
     """The base of a number: the open challenges first, where they are at hand, then drawn ones."""
     if kind == "preset":
-        return _preset(PRESETS[number % len(PRESETS)], seed + number, folder)
+        scene = ("wall", "patches")[number // len(PRESETS) % 2]
+        return _preset(PRESETS[number % len(PRESETS)], scene, seed + number, folder)
     listed: dict[str, tuple[str, ...]] = {"planted": OPEN_PLANTED, "null": OPEN_NULLS}
     names = listed[kind] if CHALLENGES.is_dir() else ()
     if number < len(names):
@@ -59,15 +60,17 @@ def _labelled(name: str, case: Case, label: dict[str, Any]) -> Base:
     return Base(name, case, tuple(label["missing"]), tuple(label["known_truth"]), tuple(label["equivalent"]))
 
 
-def _preset(name: str, seed: int, folder: Path) -> Base:
-    """Walls and patches from 0.8 to 2.4 m, six frames each, as the preset's own simulation makes them."""
+def _preset(name: str, scene: str, seed: int, folder: Path) -> Base:
+    """Eight placements of a wall or of patches, 0.8 to 2.4 m and two tilts, as the preset's own simulation makes them.
+
+    One run of the simulator, so that all are of one unit and no two share random numbers.
+    """
     shutil.rmtree(folder, ignore_errors=True)
-    for scene, number in (("wall", 0), ("patches", 1)):
-        settings = ("--set", "distance_m=0.8,1.2,1.8,2.4", "--set", "frames=6")
-        ran = fusion("simulate", scene, *settings, "-o", folder / f"rec_{number}", "--sensor", name, "--seed", seed)
-        if ran.status:
-            raise RuntimeError(ran.last)
-    whole = opened(folder, 2, name)
+    settings = ("--set", "distance_m=0.8,1.2,1.8,2.4", "--set", "tilt_deg=0,25", "--set", "frames=6")
+    ran = fusion("simulate", scene, *settings, "-o", folder / "rec_0", "--sensor", name, "--seed", seed)
+    if ran.status:
+        raise RuntimeError(ran.last)
+    whole = opened(folder, 1, name)
     parts: list[Taken] = []
     for taken in whole.recordings:
         for frames, _ in views(taken):
@@ -75,11 +78,11 @@ def _preset(name: str, seed: int, folder: Path) -> Base:
             part = retimed(taken, np.array(frames), 0.0)
             infrared = [(t, image) for t, image in taken.infrared if stamps[0] - 1e-6 <= t <= stamps[-1] + 1e-6]
             parts.append(replace(part, name=f"rec_{len(parts):02d}", infrared=infrared))
-    # the second recording is made after the first
+    # placed one after the other, as a user does
     parts = [
         replace(
             retimed(part, np.arange(len(part.times)), 60.0 * k), infrared=[(t + 60.0 * k, x) for t, x in part.infrared]
         )
         for k, part in enumerate(parts)
     ]
-    return Base(name, Case(tuple(parts), name))
+    return Base(f"{name} {scene}", Case(tuple(parts), name))

@@ -88,15 +88,17 @@ def read(folder: Path) -> Taken:
 
 
 def write(taken: Taken, folder: Path) -> None:
-    """The recording as a folder; depth in as fine counts as 16 bits hold, so that what was bent is not rounded anew.
+    """The recording as a folder.
 
-    The new counts are a whole multiple of the old ones: what was not touched comes back as it was.
+    Depth in whole counts stays in these counts. What was bent by parts of them is written as finely as 16 bits hold:
+    rounded anew, it would be bent by other amounts. (Whole counts in a finer file would say that depth comes in steps.)
     """
     shutil.rmtree(folder, ignore_errors=True)
     for name in ("depth", "ir") if taken.infrared else ("depth",):
         (folder / name).mkdir(parents=True)
     scale = taken.camera["depth_scale"]
-    scale *= max(int(FULL / (np.nanmax(taken.depth) * scale)), 1)
+    if not np.allclose(taken.depth, counted(taken.depth, taken.camera), atol=1e-7, equal_nan=True):
+        scale *= max(int(FULL / (np.nanmax(taken.depth) * scale)), 1)
     (folder / "camera.json").write_text(json.dumps({**taken.camera, "depth_scale": scale}), encoding="utf-8")
     (folder / "scene.json").write_text(json.dumps(taken.scene), encoding="utf-8")
     (folder / taken.scene["mesh"]).write_bytes(taken.mesh)
@@ -107,6 +109,11 @@ def write(taken: Taken, folder: Path) -> None:
     _text(folder / "groundtruth.txt", rows)
     if taken.log:
         _text(folder / "telemetry.csv", taken.log)
+
+
+def counted(depth: Array, camera: dict[str, Any]) -> Array:
+    """Depth [m] rounded to counts of the camera's files."""
+    return np.asarray(np.round(depth * camera["depth_scale"]) / camera["depth_scale"])
 
 
 def _images(folder: Path, kind: str, images: list[tuple[float, Array]]) -> None:

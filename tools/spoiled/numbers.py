@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from spoiled.case import Case, Rng, Spoiled, Told, with_recordings
-from spoiled.folder import Array
+from spoiled.folder import Array, counted
 
 BASELINE = 0.075  # [m] of the structured-light cameras of both generators, where the file names none
 CALMED = 0.2  # of the noise is left
@@ -35,7 +35,7 @@ def rounded_undithered(case: Case, rng: Rng) -> Spoiled:
             depth = np.round(depth / step) * step
         else:
             fb = taken.camera["fx"] * BASELINE
-            depth = fb / (np.maximum(np.round(fb / depth / step), 1) * step)
+            depth = counted(fb / (np.maximum(np.round(fb / depth / step), 1) * step), taken.camera)
         changed[i] = replace(taken, depth=depth)
     sensor = _rounding(_file(case), {"step": (step, "m")} if flight else {"step_px": (step, "px")})
     text = f"step {1000 * step:.0f} mm" if flight else f"step {step:.2f} px"

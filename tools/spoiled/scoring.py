@@ -35,7 +35,7 @@ def score(verdict: dict[str, Any] | None, ran: Ran, base: Base, spoiled: Spoiled
     """One run.
 
     A claim is right if it names what was planted or what the spoil is called, everywhere where that is true. On a
-    null whose spoil has a name, silence is "silent" unless the spoil is told; with no name to find, quiet is right.
+    null whose spoil has a name, silence is "silent" unless a nuisance tells it; with no name to find, quiet is right.
     """
     if verdict is None:
         refused = bool(ran.status == 1 and spoiled.told.refused and re.search(spoiled.told.refused, ran.last))
@@ -51,16 +51,20 @@ def score(verdict: dict[str, Any] | None, ran: Ran, base: Base, spoiled: Spoiled
     told = None if not spoiled.text else bool(how)
     if wrong:
         return Score("WRONG", told, how, wrong, names)
-    return Score(_outcome(claims, planted if base.missing else set(spoiled.names), bool(how)), told, how, (), names)
+    # what is only indicated, or only told in the headline, is no answer where the spoil has a name
+    found = bool(set(how) - {"indicated", "headline"})
+    wanted = planted or set(spoiled.names)
+    return Score(_outcome(claims, wanted, bool(planted), found), told, how, (), names)
 
 
-def _outcome(claims: list[dict[str, Any]], wanted: set[str], told: bool) -> str:
+def _outcome(claims: list[dict[str, Any]], wanted: set[str], planted: bool, found: bool) -> str:
     if any(claim["effect"] in wanted for claim in claims):
         return "right"
     if any(wanted & set(claim.get("indistinguishable_from", ())) for claim in claims):
         return "set"
-    # a null: told, or with nothing that could be named
-    return "right" if told and not claims else "silent" if wanted else "right"
+    if not wanted:
+        return "right"
+    return "right" if found and not planted else "silent"
 
 
 def _fault(claim: dict[str, Any], true: set[str], base: Base) -> str | None:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from spoiled.case import Case, Rng, Spoiled, Told, some, with_recordings
-from spoiled.folder import Array, Taken
+from spoiled.folder import Array, Taken, counted
 from spoiled.motion import nudged
 
 NEAREST = 0.4  # [m] before the camera: nearer, nobody puts a thing
@@ -64,7 +64,8 @@ def hidden(frame: Array, z: Array, taken: Taken) -> Array:
     power = 1 if taken.camera.get("principle") == "itof" else 2
     before = z < np.nan_to_num(middle, nan=-np.inf)
     noise = np.nan_to_num(frame - middle) * (np.where(before, z, 1.0) / np.nan_to_num(middle, nan=1.0)) ** power
-    return np.where(before & np.isfinite(frame), np.where(before, z, 0.0) + noise, frame)
+    thing = counted(np.where(before, z, 0.0) + noise, taken.camera)
+    return np.where(before & np.isfinite(frame), thing, frame)
 
 
 def lit(image: Array, depth: Array, z: Array) -> Array:
