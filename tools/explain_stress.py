@@ -44,19 +44,24 @@ def main() -> int:
     options.output.mkdir(parents=True, exist_ok=True)
     runs: list[Run] = []
     print(HEAD, flush=True)
-    for one in _runs(options):
-        runs.append(one)
-        print(line(one), flush=True)
-        text = "\n".join([HEAD, *map(line, runs), summary(runs), ""])
-        (options.output / "table.txt").write_text(text, encoding="utf-8")
-        (options.output / "table.json").write_text(json.dumps(list(map(row, runs)), indent=1), encoding="utf-8")
+    try:
+        for one in _runs(options):
+            runs.append(one)
+            print(line(one), flush=True)
+            text = "\n".join([HEAD, *map(line, runs), summary(runs), ""])
+            (options.output / "table.txt").write_text(text, encoding="utf-8")
+            (options.output / "table.json").write_text(json.dumps(list(map(row, runs)), indent=1), encoding="utf-8")
+    finally:  # a look that was broken off is a look
+        _log(options, [one for one in runs if one.spoil != CONTROL])
     print(summary(runs))
-    spoiled = [one for one in runs if one.spoil != CONTROL]
+    return 0
+
+
+def _log(options: argparse.Namespace, spoiled: list[Run]) -> None:
     entry = {"date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M"), "seed": options.seed}
     entry |= {"bases": options.bases, "spoils": " ".join(_spoils(options)), "runs": len(spoiled)}
     wrong = sum(one.score.outcome == "WRONG" for one in spoiled)
     look(options.output / "looks.csv", {**entry, "wrong": wrong, "version": _version()})
-    return 0
 
 
 def _runs(options: argparse.Namespace) -> Iterator[Run]:
