@@ -40,7 +40,7 @@ def _filled(sample: Sample) -> list[Finding]:
         inside = depth[h // 10 : h - h // 10, w // 10 : w - w // 10]
         if not inside.size or np.isfinite(inside).mean() < FILLED:
             return []
-        rims += np.count_nonzero(np.abs(np.diff(inside, axis=1)) > JUMP * inside[:, 1:])
+        rims += int(np.count_nonzero(np.abs(np.diff(inside, axis=1)) > JUMP * inside[:, 1:]))
         inner += inside.size
     if rims < max(JUMPS * inner, FEWEST):
         return []
