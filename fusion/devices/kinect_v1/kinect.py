@@ -94,7 +94,7 @@ class Kinect:
         self._stopped.clear()
         if self._streaming is None:
             with told_usb():
-                self._streaming = Streaming(self.parts, self._commands, self._infrared)
+                self._streaming = Streaming(self.parts, self._infrared)
 
     def frames(self) -> Iterator[SourceFrame]:
         """Each frame as it comes."""
@@ -152,7 +152,7 @@ class Kinect:
             try:
                 self._open()
                 with told_usb():
-                    self._streaming = Streaming(self.parts, self._commands, self._infrared)
+                    self._streaming = Streaming(self.parts, self._infrared)
                 break
             except DeviceError as error:
                 self._streaming = None

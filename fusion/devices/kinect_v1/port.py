@@ -1,7 +1,8 @@
 """The camera's isochronous streams: many transfers under way at once, kept going by a thread of their own.
 
 pyusb reads one transfer after the other: the packets between two are lost, and with six lost packets a frame. So the
-streams go by libusb1, on a handle of its own beside pyusb's commands, which need no claimed interface.
+streams go by libusb1, and commands while they run by the same handle: who reaps what is complete is then always one and
+the same, and packets keep their order.
 """
 
 import threading
@@ -13,10 +14,13 @@ from fusion.errors import DeviceError
 from fusion.files.extra import extra
 
 VIDEO, DEPTH = 0x81, 0x82  # endpoints
-TRANSFERS, PACKETS, PACKET_BYTES = 16, 16, 1920  # as libfreenect on Linux: 32 ms under way on each stream
+# 96 ms under way on each stream: a busy machine lets a program wait that long; libfreenect has a third of it, and notes
+# that Linux takes 1000 packets
+TRANSFERS, PACKETS, PACKET_BYTES = 48, 16, 1920
 AT_A_TIME = 0.1  # [s] that the thread waits for events before it looks whether it is to end
 MOST_ERRORS = 200  # transfers in a row that fail before the stream is given up: some 0.4 s
 ENDING = 2.0  # [s] for transfers to be cancelled (guess)
+_STUCK: list["Port"] = []  # kept, so that nobody tries to tidy them up
 Feed = Callable[[Iterable[tuple[int, Any]]], None]
 
 
@@ -69,11 +73,33 @@ class Port:
             except self._usb.USBError as error:
                 raise self._told(error, f"endpoint {endpoint:#x}") from error
 
+    def ctrl_transfer(
+        self, kind: int, request: int, value: int = 0, index: int = 0, data: Any = None, timeout: int | None = None
+    ) -> Any:
+        """A control transfer, in pyusb's form: bytes in, or how many went out. Raises DeviceError."""
+        try:
+            if kind & 0x80:
+                return bytes(self._handle.controlRead(kind, request, value, index, data, timeout or 1000))
+            return self._handle.controlWrite(kind, request, value, index, data or b"", timeout or 1000)
+        except self._usb.USBError as error:
+            raise self._told(error, f"endpoint 0, request {request:#x}") from error
+
     def close(self) -> None:
-        """Cancel what is under way, wait for it, and let the device go; may be called more than once."""
+        """Cancel what is under way, wait for it, and let the device go; may be called more than once.
+
+        Where the system does not answer, as it may when a device goes away in the middle of a call, it is left to
+        itself after a while: libusb has no limit of its own.
+        """
         if self._closing:
             return
         self._closing = True
+        ending = threading.Thread(target=self._end, name="fusion-kinect-end", daemon=True)
+        ending.start()
+        ending.join(2 * ENDING)
+        if ending.is_alive():
+            _STUCK.append(self)
+
+    def _end(self) -> None:
         self._thread.join()
         with suppress(self._usb.USBError):  # a device that is gone
             self._handle.releaseInterface(0)
@@ -144,4 +170,4 @@ class Port:
         if isinstance(error, usb.USBErrorNoMem):
             do = "use another USB port: a Kinect needs most of what a USB 2 controller has"
             return DeviceError("USB has no room for the camera's streams", where, do=do)
-        return DeviceError("the Kinect cannot be opened", where, str(error))
+        return DeviceError("the Kinect cannot be used", where, str(error), do="unplug it and plug it in again")

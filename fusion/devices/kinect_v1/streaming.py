@@ -34,23 +34,23 @@ class Arrived:
 class Streaming:
     """Depth, and colours or infrared, from now on until closed. Raises DeviceError where they do not start."""
 
-    def __init__(self, parts: Parts, commands: Commands, infrared: bool) -> None:
+    def __init__(self, parts: Parts, infrared: bool) -> None:
         self.arrived: queue.Queue[Arrived] = queue.Queue(ROOM)
         self.untaken = 0
-        self._commands = commands
         self._pictures: deque[RawFrame] = deque(maxlen=PICTURES)
         self.depth = Assembler(DEPTH_11, self._depth_came)
         self.video = Assembler(IR_10 if infrared else BAYER, self._picture_came)
         camera = parts.camera
         self._port = ports.Port(camera.bus, camera.address, int(camera.idProduct == WINDOWS))
+        self._commands = Commands(self._port)
         try:
             for register, value in OFF:  # whatever another program left
-                commands.set(register, value)
+                self._commands.set(register, value)
             # transfers first: packets that nobody waits for are lost
             self._port.listen(ports.DEPTH, self.depth.feed)
             self._port.listen(ports.VIDEO, self.video.feed)
             for register, value in (*DEPTH_ON, *(IR_ON if infrared else COLOR_ON)):
-                commands.set(register, value)
+                self._commands.set(register, value)
         except BaseException:
             self.close()
             raise
@@ -62,7 +62,7 @@ class Streaming:
 
     def close(self) -> None:
         """Stop the streams and let the camera go."""
-        with suppress(DeviceError, OSError):  # a camera that is gone needs no stopping; pyusb's errors are OSErrors
+        with suppress(DeviceError):  # a camera that is gone needs no stopping
             for register, value in OFF:
                 if self._port.trouble:
                     break

@@ -119,6 +119,9 @@ class FakePort:
         self.thread = threading.Thread(target=self.run, daemon=True)
         self.thread.start()
 
+    def ctrl_transfer(self, *asked):
+        return self.camera.ctrl_transfer(*asked)
+
     def listen(self, endpoint, feed):
         self.feeds[endpoint] = feed
 
