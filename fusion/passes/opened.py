@@ -31,9 +31,9 @@ def open_pass(
         RecordingError: there is no such recording.
         TrackingError: it cannot be scanned, or the scan failed.
 
-    >>> one = fusion.open_pass("my_scan", sensor=fusion.Sensor(principle="itof"))
-    >>> len(one.frames), int(one.trajectory.valid.sum())
-    (26, 26)
+    >>> one = fusion.open_pass("my_scan", sensor=fusion.read_sensor("kinect-v2-indoors"))
+    >>> len(one.frames) > 0
+    True
     """
     if not isinstance(what, Recording):
         if is_result(Path(what)):

@@ -85,9 +85,9 @@ def option_case(
         bases.beside(folder, words)
         return words
 
-    return Case(
-        f"option: {name}: {words[0] if words else 'nothing'}", make, expected, where, quick=quick, weight=weight
-    )
+    out = "out.ply" if "out.ply" in words else "out"
+    title = f"option: {name}: {words[0] if words else 'nothing'}"
+    return Case(title, make, expected, where, out, quick=quick, weight=weight)
 
 
 def shown(value: str) -> str:
