@@ -150,7 +150,7 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     with stage("trying every effect"):
         gauge = gauge_of(before)  # whatever the likely poses are
         looks = at_likely_poses(looks, before, gauge)
-        ways = _gauged(Seen.of(looks, before.seen_again(looks), gauge_of(before)))
+        ways = _gauged(Seen.of(looks, before.seen_again(looks), gauge))
     with stage("naming"):
         mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), sensor)
     with stage("noise"):

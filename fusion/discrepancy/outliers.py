@@ -11,9 +11,7 @@ from fusion.sensor.view import Image
 if TYPE_CHECKING:
     from fusion.discrepancy.observations import Observations
 
-FAR = (
-    0.05  # of the depth beside the rest of the image: the catalogue's effects at their usual size stay below it (guess)
-)
+FAR = 0.05  # of the depth beside the rest of the image: effects at their usual size stay below it (guess)
 MOST = 0.3  # of the image: where more is off, it is the prediction that is wrong
 RIM_PX = 5  # around it: mixed pixels, shadows, and light that it sends to its neighbours
 
