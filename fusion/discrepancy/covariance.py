@@ -8,10 +8,11 @@ Matrix = NDArray[np.float64]
 
 # lengths over which a real surface may leave its mesh [m]: guess, from a dent to the bow of a wall
 BOWS_M = (0.1, 0.4, 1.2)
+BENDS_M = BOWS_M[1:]  # of them, what is told from tiles that scatter: each has a size of its own where none is stated
 # of the image width, over which an error changes that recordings have for themselves: guess, a spot to half the image
 DRIFTS = (0.15, 0.5)
 SMOOTH = 2.0  # squares over which it changes at least: what changes faster is each square's own
-SLIGHT = 0.02  # of a shape's variance: how far each point may stay from it where only its size is asked
+SLIGHT = 1e-4  # of a shape's variance: how far each point may stay from it where only its size is asked
 FAINT = 1e-3  # of the largest direction of such a field: what is left out is no hundredth of it
 
 
@@ -40,13 +41,18 @@ def neighbours(alike: Matrix, side: int) -> float:
 
 def bow(points: Matrix, others: Matrix, sigma_m: float) -> Matrix:
     """Covariance (n, m) [m^2] of a smooth unknown shape between surface points (n, 3) and (m, 3) [m]."""
+    return np.asarray(sigma_m**2 * np.mean([bend(points, others, length) for length in BOWS_M], axis=0))
+
+
+def bend(points: Matrix, others: Matrix, length_m: float) -> Matrix:
+    """Covariance (n, m) of a shape of unit size that changes over one length, between (n, 3) and (m, 3) points [m]."""
     apart = ((points[:, None] - others[None]) ** 2).sum(axis=-1)
-    return np.asarray(sigma_m**2 * np.mean([np.exp(-0.5 * apart / length**2) for length in BOWS_M], axis=0))
+    return np.asarray(np.exp(-0.5 * apart / length_m**2))
 
 
-def bowing(points: Matrix) -> Matrix:
-    """(n, k) columns of which the products sum up to `bow` of unit size among surface points (n, 3) [m]."""
-    lower, order, rank, _ = dpstrf(bow(points, points, 1.0), tol=SLIGHT, lower=1)
+def bending(points: Matrix, length_m: float) -> Matrix:
+    """(n, k) columns of which the products sum up to `bend` among surface points (n, 3) [m]."""
+    lower, order, rank, _ = dpstrf(bend(points, points, length_m), tol=SLIGHT, lower=1)
     out = np.zeros((len(points), rank))
     out[order - 1] = np.tril(lower)[:, :rank]
     return out

@@ -152,7 +152,7 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
         looks = at_likely_poses(looks, before, gauge)
         ways = _gauged(Seen.of(looks, before.seen_again(looks), gauge))
     with stage("naming"):
-        mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), sensor)
+        mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), ways[0], sensor)
     with stage("noise"):
         channels = _channels(mean.named, mean.beyond, mean.seen.looks)
     with stage("judging by frames held out"):

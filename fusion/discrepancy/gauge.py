@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.lapack import dpotri
 
-from fusion.discrepancy.covariance import bow, bowing, drifting, grain, neighbours
+from fusion.discrepancy.covariance import drifting, grain, neighbours
 from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.shapes import shape_covariance
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
-from fusion.sensor.surface import moved_rigidly, towards
+from fusion.sensor.surface import moved_rigidly
 
 Vector = NDArray[np.float64]
 
@@ -68,7 +69,7 @@ def gauge_of(observations: Observations) -> Gauge:
             _add_grain(observations, effect, total)
             if any(_simulated(patch).any() for patch in observations.patches):
                 _add_grain(observations, effect, total)  # of the simulation, which has its own
-    _add_shape(observations, total)
+    total += shape_covariance(observations)
     total[np.diag_indices(n)] += (observations.loose.scatter * observations.looseness) ** 2
     if observations.loose.drift:
         drift = drift_columns(observations)
@@ -141,45 +142,6 @@ def _size(patch: Patch, effect: Effect) -> Vector:
     """(n,) spread of a pixel by one effect, in native units."""
     with np.errstate(all="ignore"):
         return np.sqrt(patch.tiles.mean((effect.noise(patch.depth, patch.view) * patch.native) ** 2))
-
-
-def _add_shape(observations: Observations, total: NDArray[np.float64]) -> None:
-    """Add the covariance of a target that is not quite its mesh: one shape in all recordings of that mesh."""
-    known = []
-    for rows, patch in observations.rows():
-        said = patch.look.stage.mesh_sigma_m
-        if sigma := observations.loose.shape if said is None else said:
-            points, lever = _surface(patch)
-            known.append((rows, patch.look.stage.shape, points, lever * sigma))
-    for rows, shape, points, lever in known:
-        for others, other_shape, other_points, other_lever in known:
-            if shape == other_shape:
-                total[rows, others] += bow(points, other_points, 1.0) * np.outer(lever, other_lever)
-
-
-def shape_columns(observations: Observations) -> NDArray[np.float64]:
-    """(n, k) columns of which the products sum up to the covariance of shapes that nobody stated, of unit size [m]."""
-    n = len(observations.residual)
-    shapes: dict[str, list[tuple[slice, NDArray[np.float64], Vector]]] = {}
-    for rows, patch in observations.rows():
-        if patch.look.stage.mesh_sigma_m is None:
-            shapes.setdefault(patch.look.stage.shape, []).append((rows, *_surface(patch)))
-    blocks = [np.zeros((n, 0))]
-    for parts in shapes.values():
-        points, lever = np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts])
-        own = lever[:, None] * bowing(points)
-        block = np.zeros((n, own.shape[1]))
-        block[np.concatenate([np.arange(rows.start, rows.stop) for rows, _, _ in parts])] = own
-        blocks.append(block)
-    return np.concatenate(blocks, axis=1)
-
-
-def _surface(patch: Patch) -> tuple[NDArray[np.float64], Vector]:
-    """(n, 3) points of the tiles in the world [m], and (n,) native units per metre along the surface's normal."""
-    seen = patch.view.camera.points(patch.depth)
-    at = np.column_stack([patch.tiles.mean(seen[..., axis]) for axis in range(3)])
-    T = patch.look.T_world_camera
-    return at @ T[:3, :3].T + T[:3, 3], patch.tiles.mean(patch.native / towards(patch.view))
 
 
 def pose_columns(observations: Observations) -> list[Vector]:

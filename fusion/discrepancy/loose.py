@@ -4,6 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fusion.discrepancy.covariance import BENDS_M
+
+NONE = (0.0,) * len(BENDS_M)
+
 
 @dataclass(frozen=True)
 class Loose:
@@ -14,14 +18,22 @@ class Loose:
         drift: the same of a smooth field of the image that each recording has for itself.
         uneven: variance of both in recording 0, 1, ... over the usual one; empty where they are even.
         pose: by how much poses are worse than stated: a factor on their standard deviations.
-        shape: standard deviation [m] of the shape of targets of which nobody said how flat they are.
+        shape: standard deviations [m] of the shape of targets of which nobody said how flat they are, of each its own:
+            one for every length of `BENDS_M`.
+        room: the same of one shape that all of these have in common, by place in the world: the same walls are meant.
     """
 
     scatter: float = 0.0
     drift: float = 0.0
     uneven: tuple[float, ...] = ()
     pose: float = 1.0
-    shape: float = 0.0
+    shape: tuple[float, ...] = NONE
+    room: tuple[float, ...] = NONE
+
+    @property
+    def bent(self) -> float:
+        """Standard deviation [m] of the shape of a target, of both kinds."""
+        return float(np.linalg.norm([*self.shape, *self.room]))
 
     def with_more(self, found: "Loose") -> "Loose":
         """With what was found beside it: sizes of independent errors add up as squares."""
@@ -30,5 +42,6 @@ class Loose:
             float(np.hypot(self.drift, found.drift)),
             found.uneven or self.uneven,
             self.pose * found.pose,
-            float(np.hypot(self.shape, found.shape)),
+            tuple(np.hypot(self.shape, found.shape).tolist()),
+            tuple(np.hypot(self.room, found.room).tolist()),
         )

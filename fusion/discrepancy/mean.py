@@ -118,18 +118,22 @@ def likeliest(ways: Sequence[Mean]) -> Mean:
     return ways[int(np.argmin(costs))]
 
 
-def beside_setting(mean: Mean, sensor: Sensor) -> Mean:
+def beside_setting(mean: Mean, stated: Seen, sensor: Sensor) -> Mean:
     """The same beside what it competes with: nothing is missing, and poses or targets are worse than stated.
 
     Where that is likelier its sizes hold, and laws are asked for again in their units. Nothing is established by a
     model that does not foresee what it was fitted to.
+
+    Args:
+        stated: the recordings with errors as stated: sizes that were found beside laws are none without them.
     """
     if not mean.claims:
         return mean
     if not mean.foresees:
         return mean.unconfirmed
     seen = mean.seen
-    laws, setting = with_laws(seen.observations, seen.gauge, mean.gain), without_laws(seen.observations, seen.gauge)
+    laws = with_laws(seen.observations, seen.gauge, mean.gain)
+    setting = without_laws(stated.observations, stated.gauge)
     sure = posterior(laws, setting)
     if sure >= LEAST_POSTERIOR:
         return replace(mean, posterior=sure)

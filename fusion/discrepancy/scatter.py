@@ -7,12 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from fusion.discrepancy.gauge import Gauge, drift_columns, pose_columns, shape_columns
+from fusion.discrepancy.covariance import BENDS_M
+from fusion.discrepancy.gauge import Gauge, drift_columns, pose_columns
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.part import FIELD
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.shapes import room_columns, shape_columns
 from fusion.discrepancy.sizes import SURE, sizes_of
 from fusion.discrepancy.spreads import Left, Spreads, likeliest
 from fusion.discrepancy.unknown.unrestricted import Group
@@ -46,14 +48,15 @@ def loose_of(
         seen = gauge.whiten(columns)
         return np.asarray(seen - basis @ (basis.T @ seen))
 
-    parts = [np.column_stack(pose_columns(observations)), drift_columns(observations), shape_columns(observations)]
+    poses, drift = np.column_stack(pose_columns(observations)), drift_columns(observations)
+    parts = [poses, drift, *shape_columns(observations), *room_columns(observations)]
     found = sizes_of(white, [beside(columns) for columns in parts], len(white) - basis.shape[1])
-    more, drift, shape = found.variances
-    pose, drift, shape = float(np.sqrt(1.0 + more)), float(np.sqrt(drift)), float(np.sqrt(shape))
-    smooth = Loose(0.0, 0.0 if alone else drift, (), pose, shape)
+    more, drifting, *bends = np.sqrt(found.variances).tolist()
+    own, common = tuple(bends[: len(BENDS_M)]), tuple(bends[len(BENDS_M) :])
+    smooth = Loose(0.0, 0.0 if alone else drifting, (), float(np.hypot(1.0, more)), own, common)
     if found.noise < MUCH:
         return smooth
-    if pose != 1.0 or shape:
+    if more or smooth.bent:
         return replace(smooth, drift=0.0)  # what is rough is looked at beside them
     rough = _spreads(observations, gauge, basis, white)
     return Loose(rough.scatter, 0.0 if alone else rough.drift, rough.uneven)

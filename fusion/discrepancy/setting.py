@@ -4,9 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fusion.discrepancy.gauge import Gauge, gauge_of, pose_columns, shape_columns
+from fusion.discrepancy.covariance import BENDS_M
+from fusion.discrepancy.gauge import Gauge, gauge_of, pose_columns
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.shapes import room_columns, shape_columns
 from fusion.discrepancy.sizes import sizes_of
 
 USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plasterboard bows by 1 to 3 mm over 2 m
@@ -37,10 +39,12 @@ def without_laws(observations: Observations, gauge: Gauge) -> Explained:
 
     Drifts are no part of it: they are what nobody understands, and would follow any law.
     """
-    white = gauge.whiten(observations.residual)
-    parts = [np.column_stack(pose_columns(observations)), shape_columns(observations)]
-    more, shape = sizes_of(white, [gauge.whiten(columns) for columns in parts], len(white)).variances
-    loose = Loose(pose=float(np.sqrt(1.0 + more)), shape=float(np.sqrt(shape)))
+    white, poses = gauge.whiten(observations.residual), np.column_stack(pose_columns(observations))
+    parts = [gauge.whiten(part) for part in (poses, *shape_columns(observations), *room_columns(observations))]
+    more, *bends = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
+    loose = Loose(
+        pose=float(np.hypot(1.0, more)), shape=tuple(bends[: len(BENDS_M)]), room=tuple(bends[len(BENDS_M) :])
+    )
     if loose == Loose():
         return Explained(observations, gauge, _cost(observations, gauge))
     looser = replace(observations, loose=observations.loose.with_more(loose))
@@ -56,5 +60,5 @@ def posterior(laws: Explained, setting: Explained) -> float:
 def _cost(observations: Observations, gauge: Gauge) -> float:
     white, loose = gauge.whiten(observations.residual), observations.loose
     # what was stated, and what is usual where nothing was, is likelier: a factor of e, a millimetre
-    before = float(np.log(loose.pose)) ** 2 + (loose.shape / USUAL_SHAPE_M) ** 2
+    before = float(np.log(loose.pose)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2
     return float(white @ white) + 2 * float(np.log(np.diag(gauge.root)).sum()) + before

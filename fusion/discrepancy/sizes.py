@@ -51,6 +51,12 @@ def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int) -> Sizes:
         found = alone[k] if not joined else _sized(white, [reduced[i] for i in (*joined, k)], (total, freedom), own)
         if best.cost - found.cost > SURE:
             joined, best = [*joined, k], found
+    for k in joined[:-1]:  # what joined first may be what a later one explains better
+        rest = [i for i in joined if i != k]
+        own = tuple(v for i, v in zip(joined, best.variances, strict=True) if i != k)
+        found = _sized(white, [reduced[i] for i in rest], (total, freedom), own if rest[1:] else None)
+        if found.cost - best.cost <= SURE:
+            joined, best = rest, found
     variances = np.zeros(len(parts))
     variances[joined] = best.variances
     return Sizes(best.noise, tuple(variances.tolist()), best.cost)
@@ -88,7 +94,9 @@ def _sized(white: Vector, parts: Sequence[Matrix], known: tuple[float, int], sta
         found = minimize(quick, min(begins, key=quick), method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.01})
     else:
         begin = np.log([total / freedom / 2, *np.maximum(start, 1e-300)])
-        found = minimize(cost, begin, method="Nelder-Mead", options={"xatol": 0.03, "fatol": 0.1, "maxiter": 150})
+        found = minimize(
+            cost, begin, method="Nelder-Mead", options={"xatol": 0.03, "fatol": 0.1, "maxiter": 60 * len(begin)}
+        )
     return Sizes(float(np.exp(found.x[0])), tuple(np.exp(found.x[1:]).tolist()), float(found.fun))
 
 

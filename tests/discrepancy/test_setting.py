@@ -9,9 +9,10 @@ from made_up_walls import WALLS, looks_at, loose_in, sensor_of
 from scipy.ndimage import gaussian_filter
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of, shape_columns
+from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, without_laws
+from fusion.discrepancy.shapes import bent_m, room_columns, shape_columns
 from fusion.discrepancy.sizes import sizes_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
@@ -76,9 +77,24 @@ def test_a_setting_competes_with_laws():
 
 def test_shapes_that_were_stated_have_no_free_size():
     said = observe(sensor_of("itof"), bowed(1, said=0.001))
-    assert shape_columns(said).shape[1] == 0
+    assert [part.shape[1] for part in shape_columns(said) + room_columns(said)] == [0, 0, 0, 0]
     unsaid = observe(sensor_of("itof"), bowed(1))
-    assert shape_columns(unsaid).shape[1] > len(WALLS)
+    assert all(part.shape[1] > len(WALLS) for part in shape_columns(unsaid))
+
+
+def test_one_room_bends_alike_in_every_mesh():
+    unsaid = observe(sensor_of("itof"), bowed(1))
+    assert all(part.shape[1] > 1 for part in room_columns(unsaid))
+    one = [replace(k, stage=SimpleNamespace(**{**vars(k.stage), "shape": "one"})) for k in bowed(1)]
+    # of one mesh it is what its own shape is
+    assert [part.shape[1] for part in room_columns(observe(sensor_of("itof"), one))] == [0, 0]
+
+
+def test_the_size_of_bows_is_told():
+    observations = observe(sensor_of("itof"), bowed(1))
+    setting = without_laws(observations, gauge_of(observations))
+    white = setting.gauge.whiten(setting.observations.residual)
+    assert 0.5 * BOW_M < bent_m(setting.observations, setting.gauge.pulled(white)) < 2 * BOW_M
 
 
 def test_sizes_are_found_together():
