@@ -8,21 +8,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import Channels, channels_of
 from fusion.discrepancy.compared import Compared, compared
+from fusion.discrepancy.competing import beside_setting
 from fusion.discrepancy.copies import Prints, refuse_copies
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after
 from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.look import Look, looks_of, wanted_channels
 from fusion.discrepancy.loose import Loose
-from fusion.discrepancy.mean import Seen, beside_setting, explained_mean, likeliest
+from fusion.discrepancy.mean import Seen, explained_mean, likeliest
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.placements import joined
 from fusion.discrepancy.scatter import loose_of
+from fusion.discrepancy.shaking import Shaking, shaking_of, steadied
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown
@@ -30,6 +33,7 @@ from fusion.discrepancy.unknown.unrestricted import Found, covariates
 from fusion.errors import FusionError
 from fusion.progress import each, stage
 from fusion.recording.recording import Recording
+from fusion.sensor.effects.rig.pose_jitter import PoseJitter
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -138,6 +142,9 @@ def explain(
 
 def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     """What looks at known scenes show beyond a sensor model; FusionError when too few tiles are left."""
+    # a model that holds shaking says itself how much of it there is
+    shaking = None if sensor.effect(PoseJitter.name) else shaking_of(looks)
+    looks = looks if shaking is None else steadied(looks, shaking)
     with stage("predicting"):
         before = observe(sensor, looks)
     if len(before.residual) < 20:
@@ -154,7 +161,7 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     with stage("naming"):
         mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), ways[0], sensor)
     with stage("noise"):
-        channels = _channels(mean.named, mean.beyond, mean.seen.looks)
+        channels = _channels(mean.named, mean.beyond, mean.seen.looks, shaking)
     with stage("judging by frames held out"):
         held_out = before_and_after(mean.held, sensor, _extended(mean.named, mean.beyond))
     seen = mean.seen
@@ -190,18 +197,23 @@ def _extended(named: Named, beyond: Unknown | None) -> Sensor:
     return better if beyond is None or not beyond.law.replicated else beyond.added_to(better)
 
 
-def _channels(named: Named, beyond: Unknown | None, looks: Sequence[Look]) -> Channels:
+def _channels(named: Named, beyond: Unknown | None, looks: Sequence[Look], shaking: Shaking | None) -> Channels:
     """What is found beside the mean, under the model with all that was found for the mean."""
     found = channels_of(named.observations, looks)
     # the size of an effect that the mean has just been given is no number of the given model that is wrong
     given = {effect.name for effect in named.sensor.effects} - {step.effect.name for step in named.steps}
     kept = (s for s in found.steps if not s.corrected or s.effect is None or s.effect.name in given)
-    found = replace(found, steps=tuple(kept))
+    found = replace(found, steps=(*(() if shaking is None else (_shaken(shaking),)), *kept))
     sensor = _extended(named, beyond)
     for step in found.steps:
         sensor = step.added_to(sensor)
     std = {**sensor.std, **{key: value for key, value in found.sensor.std.items() if sensor.effect(key[0])}}
     return replace(found, sensor=replace(sensor, std=std))
+
+
+def _shaken(shaking: Shaking) -> ChannelStep:
+    std = {"sigma_m": shaking.std_m, "sigma_rad": shaking.std_rad}
+    return ChannelStep("noise", shaking.effect, std, False, shaking.gain, shaking.share, shaking.probability)
 
 
 def variables_of(observations: Observations) -> dict[str, Vector]:

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from fusion.calibration.series import PixelSeries
+from fusion.discrepancy.tiles import Tiling
 from fusion.sensor.view import Image
 
 REACH_PX = 8  # pixels farther apart are taken to share no noise
@@ -15,8 +16,14 @@ MOST_PAIRS = 4  # of frames for the likeness in space: it has far more pixels th
 class FrameSeries:
     """Statistics of depth frames that are added in the order in which they were taken."""
 
-    def __init__(self, shape: tuple[int, int]) -> None:
-        self.pixels = PixelSeries(shape)
+    def __init__(self, shape: tuple[int, int], tiles: Tiling | None = None) -> None:
+        """
+        Args:
+            tiles: squares whose course from frame to frame is wanted, beside the image.
+        """
+        self.pixels, self.tiles = PixelSeries(shape), tiles
+        self._first = np.full(shape, np.nan)
+        self._course: list[NDArray[np.float64]] = []
         self._squares = np.zeros(shape)
         self._pairs = np.zeros(shape, np.int32)
         self._last: Image | None = None
@@ -33,6 +40,22 @@ class FrameSeries:
             if len(self._alike) < MOST_PAIRS:
                 self._alike.append(likeness(change))
         self._last = np.asarray(depth, float)
+        if self.tiles is not None:
+            self._first = np.where(np.isfinite(self._first), self._first, self._last)
+            change = self._last - self._first
+            seen = np.maximum(self.tiles.mean(np.isfinite(change).astype(float)), 1e-3)
+            self._course.append(self.tiles.mean(change) / seen)
+
+    @property
+    def course(self) -> NDArray[np.float64] | None:
+        """(frames, tiles) depth [m] of each tile less what all frames have in common; None where it is not wanted.
+
+        Of pixels against themselves, so that one that is missing in a frame does not move its tile.
+        """
+        if not self._course:
+            return None
+        course = np.array(self._course)
+        return np.asarray(course - course.mean(axis=0))
 
     @property
     def succession(self) -> Image:

@@ -1,5 +1,6 @@
 """The gauge: how far every tile may be off for known reasons, and residuals measured in it."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,7 +12,7 @@ from scipy.linalg.lapack import dpotri
 
 from fusion.discrepancy.covariance import drifting, grain, neighbours
 from fusion.discrepancy.observations import Observations, Patch
-from fusion.discrepancy.shapes import shape_covariance
+from fusion.discrepancy.shapes import mesh_columns, shape_covariance
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.surface import moved_rigidly
@@ -74,9 +75,12 @@ def gauge_of(observations: Observations) -> Gauge:
     if observations.loose.drift:
         drift = drift_columns(observations)
         total += observations.loose.drift**2 * (drift @ drift.T)
+    shaken = np.column_stack([np.zeros((n, 0)), *_shake_columns(observations)])
+    total += shaken @ shaken.T
     bare = cholesky(total, lower=True, check_finite=False)
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
-    common = np.column_stack([*pose_columns(observations), known])
+    wrong = observations.loose.mesh * mesh_columns(observations) if observations.loose.mesh else np.zeros((n, 0))
+    common = np.column_stack([*pose_columns(observations), wrong, known])
     total += common @ common.T
     return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 
@@ -99,6 +103,8 @@ def _noise(patch: Patch) -> NDArray[np.float64]:
     """Covariance (n, n) of the mean over frames, and a floor."""
     tiles, frames = patch.tiles, len(patch.look.frames)
     variance = tiles.mean((patch.sigma * patch.native) ** 2)
+    if frames > 1:  # what is measured: a model whose noise is too small would make laws of the rest
+        variance = np.maximum(variance, tiles.mean((patch.look.std * patch.native) ** 2))
     window, shared = 1.0, np.zeros(len(tiles))
     for effect in patch.sensor.effects:
         if not effect.frozen and effect.window(patch.view) > 1:
@@ -148,16 +154,28 @@ def pose_columns(observations: Observations) -> list[Vector]:
     """A column (n,) per recording and direction: one standard deviation of its common pose error, as it is."""
     columns = []
     for place in np.unique(observations.place):
-        for axis in range(6):
-            column = np.zeros(len(observations.residual))
-            for rows, patch in observations.rows():
-                if patch.look.place == place:
-                    stage = patch.look.stage
-                    size = observations.loose.pose * (stage.sigma_rad if axis < 3 else stage.sigma_m)
-                    motion = TWIST * np.eye(6)[axis]
-                    change = moved_rigidly(patch.depth, motion, patch.view) * patch.native
-                    column[rows] = patch.tiles.mean(change) * size / TWIST
-            columns.append(column)
+        own = [(rows, patch) for rows, patch in observations.rows() if patch.look.place == place]
+        stage = own[0][1].look.stage
+        sizes = observations.loose.pose * np.repeat([stage.sigma_rad, stage.sigma_m], 3)
+        columns += [size * column for size, column in zip(sizes, _moved(own, len(observations.residual)), strict=True)]
+    return columns
+
+
+def _shake_columns(observations: Observations) -> Iterator[Vector]:
+    """A column (n,) per look and direction: what is left of the shakes of its frames in their mean."""
+    for rows, patch in observations.rows():
+        if patch.look.shaken:
+            sizes = np.repeat(patch.look.shaken, 3) / np.sqrt(len(patch.look.frames))
+            columns = _moved([(rows, patch)], len(observations.residual))
+            yield from (size * column for size, column in zip(sizes, columns, strict=True))
+
+
+def _moved(patches: Sequence[tuple[slice, Patch]], n: int) -> list[Vector]:
+    """Six columns (n,): all that patches show turned about each axis by a radian, and shifted along it by a metre."""
+    columns = [np.zeros(n) for _ in range(6)]
+    for rows, patch in patches:
+        for column, unit in zip(columns, np.eye(6), strict=True):
+            column[rows] = patch.tiles.mean(moved_rigidly(patch.depth, TWIST * unit, patch.view) * patch.native) / TWIST
     return columns
 
 

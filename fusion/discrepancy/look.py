@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 from fusion.discrepancy.copies import Prints, print_of
 from fusion.discrepancy.frames import FrameSeries
 from fusion.discrepancy.given import Given
+from fusion.discrepancy.interior import interior
 from fusion.discrepancy.simulated import seen_in
 from fusion.discrepancy.stage import Stage
 from fusion.discrepancy.stage import stage_of as stage_of
+from fusion.discrepancy.tiles import Tiling, tiling
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.progress import each
@@ -30,6 +32,14 @@ LONG = 6  # looks of a recording that make it a series
 
 
 @dataclass(frozen=True)
+class Course:
+    """Tiles of a look, and how each went from frame to frame: (frames, tiles) [m], less its mean."""
+
+    tiles: Tiling
+    depth: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Look:
     """Frames of one recording that are close in time, from one pose.
 
@@ -45,6 +55,8 @@ class Look:
         alike: (2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None where not known.
         given: what another simulator predicts; None where the sensor model alone does.
         prints: what tells its frames, and those held out, from all others.
+        course: how its tiles went from frame to frame; None of single frames.
+        shaken: standard deviations [rad], [m] of the motions of its frames; empty of a camera that stood still.
         moved: likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear
             in errors about this one. Empty where it is too small to matter.
     """
@@ -61,6 +73,8 @@ class Look:
     alike: NDArray[np.float64] | None = None
     given: Given | None = None
     prints: Prints = frozenset()
+    course: Course | None = None
+    shaken: tuple[float, ...] = ()
     moved: tuple[float, ...] = ()
 
     @property
@@ -165,7 +179,8 @@ def _seen(
 
 
 def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera: Array) -> Look:
-    series, prints = FrameSeries(view.camera.shape), set()
+    tiles = tiling(np.isfinite(view.depth) & interior(view)) if view.depth is not None and len(frames) > 1 else None
+    series, prints = FrameSeries(view.camera.shape, tiles), set()
     for i in frames:
         depth = stage.recording[i].depth
         series.add(depth)
@@ -182,6 +197,7 @@ def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera:
         succession=series.succession if len(frames) > 1 else None,
         alike=series.alike,
         prints=frozenset(prints - {b""}),
+        course=None if tiles is None or series.course is None else Course(tiles, series.course),
     )
 
 

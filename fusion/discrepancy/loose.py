@@ -20,6 +20,7 @@ class Loose:
         pose: by how much poses are worse than stated: a factor on their standard deviations.
         shape: standard deviations [m] of the shape of targets of which nobody said how flat they are, of each its own:
             one for every length of `BENDS_M`.
+        mesh: by how much all meshes are larger or smaller and set off, over what is usual.
         room: the same of one shape that all of these have in common, by place in the world: the same walls are meant.
     """
 
@@ -29,6 +30,7 @@ class Loose:
     pose: float = 1.0
     shape: tuple[float, ...] = NONE
     room: tuple[float, ...] = NONE
+    mesh: float = 0.0
 
     @property
     def bent(self) -> float:
@@ -44,4 +46,5 @@ class Loose:
             self.pose * found.pose,
             tuple(np.hypot(self.shape, found.shape).tolist()),
             tuple(np.hypot(self.room, found.room).tolist()),
+            float(np.hypot(self.mesh, found.mesh)),
         )

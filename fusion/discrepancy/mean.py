@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from fusion.discrepancy.compared import NOISE_ALONE
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.held_out import HeldOut, held_out_of
-from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.observations import Observations
-from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, without_laws
+from fusion.discrepancy.setting import with_laws
 from fusion.discrepancy.unknown.in_place import explains_more, is_asked
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
 from fusion.discrepancy.unknown.unrestricted import Found, Group, explained, groups_of
@@ -116,37 +115,6 @@ def likeliest(ways: Sequence[Mean]) -> Mean:
     seen = [(mean.seen.observations, mean.seen.gauge, mean.gain if mean.claims else 0.0) for mean in ways]
     costs = [with_laws(*one).cost for one in seen]
     return ways[int(np.argmin(costs))]
-
-
-def beside_setting(mean: Mean, stated: Seen, sensor: Sensor) -> Mean:
-    """The same beside what it competes with: nothing is missing, and poses or targets are worse than stated.
-
-    Where that is likelier its sizes hold, and laws are asked for again in their units. Nothing is established by a
-    model that does not foresee what it was fitted to.
-
-    Args:
-        stated: the recordings with errors as stated: sizes that were found beside laws are none without them.
-    """
-    if not mean.claims:
-        return mean
-    if not mean.foresees:
-        return mean.unconfirmed
-    seen = mean.seen
-    laws = with_laws(seen.observations, seen.gauge, mean.gain)
-    setting = without_laws(stated.observations, stated.gauge)
-    sure = posterior(laws, setting)
-    if sure >= LEAST_POSTERIOR:
-        return replace(mean, posterior=sure)
-    if sure > 1.0 - LEAST_POSTERIOR:
-        return replace(mean.unconfirmed, posterior=sure)
-    looks = at_likely_poses(seen.looks, setting.observations, setting.gauge)
-    before = setting.observations.seen_again(looks)
-    again = explained_mean(Seen.of(looks, before, setting.gauge), sensor)
-    if not again.claims or not again.foresees:
-        return replace(again.unconfirmed, posterior=sure)
-    laws = with_laws(before, setting.gauge, again.gain)
-    both = posterior(laws, replace(setting, cost=with_laws(before, setting.gauge, 0.0).cost))
-    return replace(again if both >= LEAST_POSTERIOR else again.unconfirmed, posterior=both)
 
 
 def _completed(

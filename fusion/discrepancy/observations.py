@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
+from fusion.discrepancy.interior import interior
 from fusion.discrepancy.look import Look
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.outliers import foreign
@@ -18,9 +18,6 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.surface import moved_beyond
 from fusion.sensor.view import Image, View
 
-EDGE_PX = 5.0  # nearer to a depth edge a tile would mix two questions
-STEEPEST = np.deg2rad(75.0)
-PRINT_EDGE = 0.25  # relative change of the amplitude to a neighbour: pixels there see two materials
 MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
 LARGEST_PX = 64
 SERIES = 5  # looks of one recording from which on its tiles are larger, to keep the numbers few
@@ -180,25 +177,3 @@ def predicted(sensor: Sensor, look: Look) -> tuple[Image, Image]:
     if look.given is None:
         return mean, sigma
     return mean + look.given.offset, sigma if look.given.spread is None else np.hypot(sigma, look.given.spread)
-
-
-def interior(view: View) -> NDArray[np.bool_]:
-    """(h, w) pixels that see one surface of one material, and not edge-on."""
-    inside = np.ones(view.camera.shape, bool)
-    if view.edges is not None:
-        inside &= view.edges.distance > EDGE_PX
-    if view.incidence is not None:
-        inside &= view.incidence < STEEPEST
-    if view.reflectance is not None:
-        inside &= ~_printed_edges(view.reflectance)
-    return inside
-
-
-def _printed_edges(reflectance: Image) -> NDArray[np.bool_]:
-    """Pixels (h, w) that see, or whose neighbours see, two materials."""
-    r = np.nan_to_num(reflectance)
-    change = np.zeros(r.shape, bool)
-    for axis in (0, 1):
-        step = np.abs(np.diff(r, axis=axis)) > PRINT_EDGE * np.maximum(np.delete(r, 0, axis), 0.01)
-        change |= np.insert(step, 0, False, axis=axis) | np.insert(step, step.shape[axis], False, axis=axis)
-    return np.asarray(binary_dilation(change, iterations=2))

@@ -8,7 +8,7 @@ from fusion.discrepancy.covariance import BENDS_M
 from fusion.discrepancy.gauge import Gauge, gauge_of, pose_columns
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.observations import Observations
-from fusion.discrepancy.shapes import room_columns, shape_columns
+from fusion.discrepancy.shapes import mesh_columns, room_columns, shape_columns
 from fusion.discrepancy.sizes import sizes_of
 
 USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plasterboard bows by 1 to 3 mm over 2 m
@@ -40,16 +40,16 @@ def without_laws(observations: Observations, gauge: Gauge) -> Explained:
     Drifts are no part of it: they are what nobody understands, and would follow any law.
     """
     white, poses = gauge.whiten(observations.residual), np.column_stack(pose_columns(observations))
-    parts = [gauge.whiten(part) for part in (poses, *shape_columns(observations), *room_columns(observations))]
-    more, *bends = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
-    loose = Loose(
-        pose=float(np.hypot(1.0, more)), shape=tuple(bends[: len(BENDS_M)]), room=tuple(bends[len(BENDS_M) :])
-    )
+    bends = (*shape_columns(observations), *room_columns(observations))
+    parts = [gauge.whiten(part) for part in (poses, mesh_columns(observations), *bends)]
+    more, mesh, *bent = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
+    own, common = tuple(bent[: len(BENDS_M)]), tuple(bent[len(BENDS_M) :])
+    loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh)
     if loose == Loose():
         return Explained(observations, gauge, _cost(observations, gauge))
     looser = replace(observations, loose=observations.loose.with_more(loose))
-    own = gauge_of(looser)
-    return Explained(looser, own, _cost(looser, own))
+    wider = gauge_of(looser)
+    return Explained(looser, wider, _cost(looser, wider))
 
 
 def posterior(laws: Explained, setting: Explained) -> float:
@@ -59,6 +59,6 @@ def posterior(laws: Explained, setting: Explained) -> float:
 
 def _cost(observations: Observations, gauge: Gauge) -> float:
     white, loose = gauge.whiten(observations.residual), observations.loose
-    # what was stated, and what is usual where nothing was, is likelier: a factor of e, a millimetre
-    before = float(np.log(loose.pose)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2
+    # what was stated, and what is usual where nothing was, is likelier: a factor of e, a millimetre, a percent
+    before = float(np.log(loose.pose)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2 + loose.mesh**2
     return float(white @ white) + 2 * float(np.log(np.diag(gauge.root)).sum()) + before

@@ -7,10 +7,14 @@ from fusion.discrepancy.covariance import BENDS_M, bend, bending, bow
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.stage import Stage
-from fusion.sensor.surface import towards
+from fusion.sensor.surface import moved_rigidly, towards
+from fusion.sensor.view import Image
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
+
+USUAL_SCALE = 0.01  # by which a mesh whose size nobody checked may be wrong: guess
+SMALL_M = 1e-3  # a shift that is small enough to be linear
 
 
 def shape_covariance(observations: Observations) -> Matrix:
@@ -26,6 +30,48 @@ def shape_covariance(observations: Observations) -> Matrix:
             if np.any(alike):
                 total[rows, others] += alike * np.outer(lever, other_lever)
     return total
+
+
+def mesh_columns(observations: Observations) -> Matrix:
+    """(n, 4) all meshes larger by `USUAL_SCALE` about the middle of what is seen, and set off as that would along axes.
+
+    (n, 0) where a simulation stands for the mesh.
+    In native units. A mesh of another size about another place is the sum of both.
+    """
+    n = len(observations.residual)
+    if any(patch.look.stage.caster is None for patch in observations.patches):
+        return np.zeros((n, 0))
+    seen = [(rows, patch, _surface(patch)[0]) for rows, patch in observations.rows()]
+    every = np.concatenate([points for _, _, points in seen])
+    middle, off = every.mean(axis=0), USUAL_SCALE * float(np.linalg.norm(every - every.mean(axis=0), axis=1).mean())
+    out = np.zeros((n, 4))
+    for rows, patch, _ in seen:
+        T = patch.look.T_world_camera
+        shifts = [patch.tiles.mean(_shifted(patch, T[:3, :3].T @ unit) * patch.native) for unit in np.eye(3)]
+        # larger about the camera, and the middle put back
+        larger = patch.tiles.mean(patch.depth * patch.native) + (T[:3, 3] - middle) @ shifts
+        out[rows] = np.column_stack([USUAL_SCALE * larger, *(off * shift for shift in shifts)])
+    return out
+
+
+def mesh_off(observations: Observations, pulled: Vector) -> tuple[float, float]:
+    """Share by which all meshes are too small, and root mean square [m] of how far surfaces are off for it and for
+    where they stand, as the tiles tell it; zeros where nothing says that they are.
+
+    Args:
+        pulled: (n,) residual divided by its covariance.
+    """
+    if not observations.loose.mesh:
+        return 0.0, 0.0
+    columns = observations.loose.mesh * mesh_columns(observations)
+    weights = columns.T @ pulled
+    levers = np.concatenate([_surface(patch)[1] for patch in observations.patches])
+    off = float(np.sqrt(np.mean(np.square(columns @ weights / levers))))
+    return float(USUAL_SCALE * observations.loose.mesh * weights[0]), off
+
+
+def _shifted(patch: Patch, by: Vector) -> Image:
+    return moved_rigidly(patch.depth, SMALL_M * np.concatenate([np.zeros(3), by]), patch.view) / SMALL_M
 
 
 def bent_m(observations: Observations, pulled: Vector) -> float:

@@ -57,7 +57,7 @@ def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: 
     true = view_of(sensor.principle, tuple(np.add(wall, shift)), place)
     assert true.depth is not None
     frames = np.array([sensor.sample(true.depth, true, None, rng) for _ in range(FRAMES)])
-    stage = SimpleNamespace(place=place, sigma_m=0.001 * off, sigma_rad=0.001 * off, mesh_sigma_m=0.0)
+    stage = SimpleNamespace(place=place, sigma_m=0.001 * off, sigma_rad=0.001 * off, mesh_sigma_m=0.0, caster=None)
     count = np.isfinite(frames).sum(axis=0).astype(np.int32)
     return Look(stage, tuple(range(FRAMES)), stated, frames.mean(axis=0), frames.std(axis=0, ddof=1), count)
 

@@ -12,9 +12,10 @@ from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, without_laws
-from fusion.discrepancy.shapes import bent_m, room_columns, shape_columns
+from fusion.discrepancy.shapes import bent_m, mesh_off, room_columns, shape_columns
 from fusion.discrepancy.sizes import sizes_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.surface import moved_rigidly
 
 WORSE = 8.0
 BOW_M = 0.0012
@@ -88,6 +89,29 @@ def test_one_room_bends_alike_in_every_mesh():
     one = [replace(k, stage=SimpleNamespace(**{**vars(k.stage), "shape": "one"})) for k in bowed(1)]
     # of one mesh it is what its own shape is
     assert [part.shape[1] for part in room_columns(observe(sensor_of("itof"), one))] == [0, 0]
+
+
+def larger(seed, by, off):
+    """Looks at walls of a mesh that is too small by a share about the camera, and stands off by a shift [m]."""
+    out = []
+    for look in looks_at(sensor_of("itof"), seed):
+        stage = SimpleNamespace(**{**vars(look.stage), "caster": "a mesh"})
+        depth = look.view.depth
+        change = by * depth + moved_rigidly(depth, np.array([0, 0, 0, *off]), look.view)
+        out.append(replace(look, mean=look.mean + change, stage=stage))
+    return out
+
+
+def test_a_mesh_of_another_size_is_found():
+    observations = observe(sensor_of("itof"), larger(1, 0.0, (0.002, 0.0, -0.03)))
+    setting = without_laws(observations, gauge_of(observations))
+    white = setting.gauge.whiten(setting.observations.residual)
+    assert float(white @ white) / len(white) < 1.3
+    scale, off = mesh_off(setting.observations, setting.gauge.pulled(white))
+    assert abs(scale) < 0.004
+    assert off == pytest.approx(0.026, rel=0.15)  # 30 mm along the axis, seen along the normals
+    right = observe(sensor_of("itof"), larger(1, 0.0, (0.0, 0.0, 0.0)))
+    assert without_laws(right, gauge_of(right)).observations.loose.mesh == 0.0
 
 
 def test_the_size_of_bows_is_told():

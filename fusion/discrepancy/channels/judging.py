@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs
+from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, Ruler, Turned, changes, turn
 from fusion.discrepancy.look import Look
@@ -113,7 +113,8 @@ def confirmed(best: Tried, before: Turned, sensor: Sensor, held: Sequence[Look],
         return True
     scatter = scatter_of([p for p in observe(sensor, some).patches if len(p.tiles)])
     wanted = frozenset(knob.key for knob in best.turned.knobs)
-    again = {k.form: k for k in [*known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter, wanted)]}
+    own = (knob for way in own_knobs(scatter) for knob in way)
+    again = {k.form: k for k in [*own, *known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter, wanted)]}
     whites = []
     for turned in (before, best.turned):
         pairs = [(again[k.form], v) for k, v in zip(turned.knobs, turned.values, strict=True) if k.form in again]

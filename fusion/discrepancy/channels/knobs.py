@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.scatter import Scatter
+from fusion.discrepancy.channels.scatter import LEAST_VARIANCE, Scatter
 from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observations import Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.parameter import Parameter, parameters
 from fusion.sensor.sensor import Sensor
 
@@ -129,6 +130,17 @@ def new_knobs(sensor: Sensor, scatter: Scatter, wanted: frozenset[tuple[str, str
                     yield knob
 
 
+def own_knobs(scatter: Scatter) -> Iterator[tuple[Knob, ...]]:
+    """The ways in which a sensor of this kind can have noise of its own, each as the numbers that go together."""
+    views = [patch.view for patch in scatter.patches]
+    lit = views[0].time_of_flight and all(view.ir is not None for view in views)
+    about = parameters(AxialNoise)
+    effect = AxialNoise(ir_reference=about["ir_reference"].typical) if lit else AxialNoise()
+    ways = (("shot", "floor"),) if lit else (("c0",), ("c1",), ("c2",)) if views[0].time_of_flight else (("sigma_px",),)
+    for names in ways:
+        yield tuple(_new(effect, about[name], scatter) for name in names)
+
+
 def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:
     """The effect with every value of the shapes that go with a size and are searched; as it is where there are none."""
     shapes = [p for p in parameters(effect).values() if p.search and p.group == about.group and p.name != about.name]
@@ -180,7 +192,7 @@ def _grown(effects: list[Effect], own: Effect, patch: Patch) -> Vector:
     with np.errstate(all="ignore"):
         before, scale = own.noise(patch.depth, patch.view) ** 2, np.square(patch.native)
         sound = np.isfinite(patch.look.std) & np.isfinite(patch.sigma)
-        whole = np.maximum(patch.tiles.mean(np.where(sound, np.square(patch.sigma) * scale, 0.0)), 1e-300)
+        whole = np.maximum(patch.tiles.mean(np.where(sound, np.square(patch.sigma) * scale, 0.0)), LEAST_VARIANCE)
         out = np.zeros((len(effects), len(patch.tiles)))
         for k, effect in enumerate(effects):
             change = effect.noise(patch.depth, patch.view) ** 2 - before

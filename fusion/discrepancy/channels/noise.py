@@ -18,7 +18,7 @@ from fusion.discrepancy.channels.judging import (
     probability,
     replicated,
 )
-from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs
+from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, Ruler, Turned, as_stated, changes, ruler_of, turn
 from fusion.discrepancy.look import Look
@@ -30,6 +30,7 @@ Vector = NDArray[np.float64]
 LEAST_FRAMES = 4  # a variance from fewer says little
 MOST_STEPS = 3
 ALIKE = 0.95
+SILENT = float(np.log(100.0))  # of the measured over the predicted variance: the model says nothing of noise
 COMPARABLE = 0.8  # of the gain: a name that explains less is no look-alike
 
 
@@ -122,6 +123,10 @@ def _seen_variables(best: Tried, patches: Sequence[Patch]) -> tuple[str, ...]:
 def _all_tried(
     scatter: Scatter, ruler: Ruler, known: list[Knob], fresh: list[Knob], free: frozenset[str], before: float
 ) -> list[Tried]:
+    if float(np.median(scatter.excess)) > SILENT:
+        # every camera has noise of its own: a model without any is not finished, and its lack is no other effect
+        ways = list(own_knobs(scatter))
+        return [_new_tried(scatter, ruler, way, known, before) for way in ways]
     tried = []
     for name in dict.fromkeys(k.effect.name for k in known):
         if name not in free:
@@ -129,11 +134,14 @@ def _all_tried(
             turned = turn(scatter, ruler, loose, [k.value for k in known])
             own = tuple(k for k in known if k.effect.name == name)
             tried.append(Tried(name, own, turned, before - turned.chi2, True))
-    for knob in fresh:
-        start = _start(scatter, ruler, knob)
-        turned = turn(scatter, ruler, [knob, *known], [start, *(k.value for k in known)])
-        tried.append(Tried(knob.effect.name, (knob,), turned, before - turned.chi2, False))
-    return tried
+    return tried + [_new_tried(scatter, ruler, (knob,), known, before) for knob in fresh]
+
+
+def _new_tried(scatter: Scatter, ruler: Ruler, way: tuple[Knob, ...], known: list[Knob], before: float) -> Tried:
+    """Numbers of one effect that the model lacks, at their best."""
+    start = [_start(scatter, ruler, knob) / np.sqrt(len(way)) for knob in way]
+    turned = turn(scatter, ruler, [*way, *known], [*start, *(k.value for k in known)])
+    return Tried(way[0].effect.name, way, turned, before - turned.chi2, False)
 
 
 def _start(scatter: Scatter, ruler: Ruler, knob: Knob) -> float:

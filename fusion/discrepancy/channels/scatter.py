@@ -11,6 +11,7 @@ from fusion.discrepancy.observations import Patch
 
 Vector = NDArray[np.float64]
 
+LEAST_VARIANCE = 1e-14  # in native units: of a model without noise
 FLOOR = 0.03  # of a variance: what the model of the noise leaves open, from recordings in which nothing is missing
 
 
@@ -67,12 +68,12 @@ def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     memory = max((effect.follows() for effect in patch.sensor.effects), default=0.0)
     whole, renewed = succession_of(memory, n, started=look.frames[0] == 0)
     settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
-    excess = np.log(np.maximum(measured, 1e-14) / np.maximum(predicted, 1e-14)) - (whole - settled)
+    excess = np.log(np.maximum(measured, LEAST_VARIANCE) / np.maximum(predicted, LEAST_VARIANCE)) - (whole - settled)
     excess_sigma = np.sqrt(2.0 / ((n - 1) * pixels) + floor)
     if n < 3 or look.succession is None:
         return excess, excess_sigma, np.zeros(len(excess)), np.full(len(excess), np.inf)
     new = variance(patch, np.sqrt(look.succession))
-    renewal = np.log(np.maximum(new, 1e-14) / np.maximum(measured, 1e-14)) - renewed
+    renewal = np.log(np.maximum(new, LEAST_VARIANCE) / np.maximum(measured, LEAST_VARIANCE)) - renewed
     # von Neumann's ratio of normal noise, of which each pixel weighs with its own variance
     ratio = (n - 2) / ((n + 1) * (n - 1)) * (1 + 2 / (n - 1))
     return excess, excess_sigma, renewal, np.sqrt(ratio / pixels + floor)

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.interior import interior
 from fusion.discrepancy.look import Look
-from fusion.discrepancy.observations import Observations, Patch, interior
+from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.tiles import tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor

@@ -6,12 +6,19 @@ import numpy as np
 
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.shapes import bent_m
+from fusion.discrepancy.shapes import bent_m, mesh_off
 
 
 def nuisances_of(found: Explanation) -> dict[str, Any]:
     """Sizes that were found beside what was stated: factor on the errors of poses; shape and drift as depth [m]."""
     loose = found.before.loose
     drift = loose.drift * float(np.sqrt(np.mean(depth_per_native(found.before) ** 2)))
-    bent = bent_m(found.before, found.gauge.pulled(found.white))
-    return {"pose_factor": loose.pose, "shape_rms_m": bent, "drift_rms_m": drift}
+    pulled = found.gauge.pulled(found.white)
+    scale, off = mesh_off(found.before, pulled)
+    return {
+        "pose_factor": loose.pose,
+        "shape_rms_m": bent_m(found.before, pulled),
+        "mesh_scale": scale,
+        "mesh_off_m": off,
+        "drift_rms_m": drift,
+    }

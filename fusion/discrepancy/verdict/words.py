@@ -11,6 +11,7 @@ CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities 
 AT_CHANCE = 0.1  # a probability from which on it is told as so many of 100
 WORSE = 1.5  # times the stated errors of poses, from which on a person wants to hear of it
 CALM = 0.5  # chi2 per tile below which residuals are too small to be true (guess)
+SIZED = 1e-3  # of a mesh: what is less is told as a place and not as a size
 FOLLOWED = 3  # recordings that are told by name
 
 Entry = dict[str, Any]
@@ -116,6 +117,11 @@ def _setting(nuisances: dict[str, Any]) -> str:
     if nuisances["pose_factor"] >= WORSE:
         times = f"{nuisances['pose_factor']:.2g} times"
         said.append(f"poses are about {times} worse than stated, or the camera file is wrong")
+    if nuisances["mesh_off_m"] > 0:
+        scale = nuisances["mesh_scale"]
+        size = f"{100 * abs(scale):.2g} % too {'small' if scale > 0 else 'large'}"
+        how = size if abs(scale) > SIZED else "elsewhere than stated"
+        said.append(f"the mesh is {how}: surfaces are off by about {_mm(nuisances['mesh_off_m'])}")
     if nuisances["shape_rms_m"] > 0:
         said.append(f"targets leave their mesh by about {_mm(nuisances['shape_rms_m'])}, though no tolerance is stated")
     return "".join(f", {one}" for one in said)

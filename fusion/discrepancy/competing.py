@@ -1,0 +1,59 @@
+"""Competing: laws against a setting that is only worse than stated, all of them together and each beside the others."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fusion.discrepancy.likely_pose import at_likely_poses
+from fusion.discrepancy.mean import Mean, Seen, explained_mean
+from fusion.discrepancy.setting import LEAST_POSTERIOR, Explained, posterior, with_laws, without_laws
+from fusion.sensor.sensor import Sensor
+
+
+def beside_setting(mean: Mean, stated: Seen, sensor: Sensor) -> Mean:
+    """What the mean depth says beside what its laws compete with: poses, targets or meshes are worse than stated.
+
+    Where that is likelier its sizes hold, and laws are asked for again in their units. Nothing is established by a
+    model that does not foresee what it was fitted to.
+
+    Args:
+        stated: the recordings with errors as stated: sizes that were found beside laws are none without them.
+        sensor: the given model.
+    """
+    if not mean.claims:
+        return mean
+    if not mean.foresees:
+        return mean.unconfirmed
+    laws = with_laws(mean.seen.observations, mean.seen.gauge, mean.gain)
+    setting = min(_settings(mean, stated), key=lambda one: one.cost)
+    sure = posterior(laws, setting)
+    if sure >= LEAST_POSTERIOR:
+        return replace(mean, posterior=sure)
+    if sure > 1.0 - LEAST_POSTERIOR:
+        return replace(mean.unconfirmed, posterior=sure)
+    before = replace(stated.observations, loose=setting.observations.loose)
+    before = before.seen_again(at_likely_poses(mean.seen.looks, before, setting.gauge))
+    again = explained_mean(Seen.of([patch.look for patch in before.patches], before, setting.gauge), sensor)
+    if not again.claims or not again.foresees:
+        return replace(again.unconfirmed, posterior=sure)
+    both = posterior(with_laws(before, setting.gauge, again.gain), with_laws(before, setting.gauge, 0.0))
+    return replace(again if both >= LEAST_POSTERIOR else again.unconfirmed, posterior=both)
+
+
+def _settings(mean: Mean, stated: Seen) -> Iterator[Explained]:
+    """The likeliest setting without any law, and without each of several, at the price of the others."""
+    yield without_laws(stated.observations, stated.gauge)
+    names = {step.effect.name for step in mean.named.steps}
+    beyond = mean.beyond.law.score if mean.beyond is not None and mean.beyond.law.replicated else 0.0
+    for name in sorted(names) if len(names) > 1 or beyond else ():
+        rest = stated.observations.under(_without(mean.named.sensor, name, stated.observations.sensor))
+        price = sum(step.price for step in mean.named.steps if step.effect.name != name)
+        setting = without_laws(rest, stated.gauge)
+        yield replace(setting, cost=setting.cost + price - beyond)
+
+
+def _without(better: Sensor, name: str, given: Sensor) -> Sensor:
+    """A better model without one of the effects that were found; as it was given where it held that one."""
+    own = given.effect(name)
+    if own is not None:
+        return better.having(own)
+    return replace(better, effects=tuple(effect for effect in better.effects if effect.name != name))
