@@ -25,7 +25,7 @@ from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.placements import joined
 from fusion.discrepancy.scatter import loose_of
-from fusion.discrepancy.shaking import Shaking, shaking_of, steadied
+from fusion.discrepancy.shaking import SHAKES, Shaking, shaking_of, steadied
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown
@@ -33,7 +33,6 @@ from fusion.discrepancy.unknown.unrestricted import Found, covariates
 from fusion.errors import FusionError
 from fusion.progress import each, stage
 from fusion.recording.recording import Recording
-from fusion.sensor.effects.rig.pose_jitter import PoseJitter
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -143,7 +142,7 @@ def explain(
 def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     """What looks at known scenes show beyond a sensor model; FusionError when too few tiles are left."""
     # a model that holds shaking says itself how much of it there is
-    shaking = None if sensor.effect(PoseJitter.name) else shaking_of(looks)
+    shaking = None if sensor.effect(SHAKES.name) else shaking_of(looks)
     looks = looks if shaking is None else steadied(looks, shaking)
     with stage("predicting"):
         before = observe(sensor, looks)

@@ -6,6 +6,7 @@ is than of smooth fields that no motion makes.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,13 +16,15 @@ from scipy.stats import chi2
 from scipy.stats import f as variance_ratio
 
 from fusion.discrepancy.look import Look
-from fusion.sensor.effects.rig.pose_jitter import PoseJitter
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects import EFFECTS
 from fusion.sensor.surface import moved_rigidly
 from fusion.sensor.view import Image
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
+SHAKES = next(kind for kind in EFFECTS if kind.shakes)
 FALSE_ALARM = 1e-4  # of rigid motion that is none, over all recordings
 SMALL = 1e-3  # [rad], [m] small enough to be linear
 DEGREE = 3  # of the fields that a motion is compared with
@@ -55,8 +58,9 @@ class Shaking:
     probability: float
 
     @property
-    def effect(self) -> PoseJitter:
-        return PoseJitter(sigma_m=self.sigma_m, sigma_rad=self.sigma_rad)
+    def effect(self) -> Effect:
+        sizes: dict[str, Any] = {"sigma_m": self.sigma_m, "sigma_rad": self.sigma_rad}
+        return SHAKES(**sizes)
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,8 @@ class Effect:
     lattice: ClassVar[dict[str, str]] = {}
 
     anew: ClassVar[bool] = False  # frozen for as long as the scene stands still, drawn anew for the next one
+    own: ClassVar[bool] = False  # noise that every sensor has: a model without any is not finished
+    shakes: ClassVar[bool] = False  # all pixels of a frame share the motion of a camera, of sigma_m and sigma_rad
 
     where: tuple[Bound, ...] = field(default=(), kw_only=True)
 

@@ -14,7 +14,6 @@ from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observations import Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.parameter import Parameter, parameters
 from fusion.sensor.sensor import Sensor
 
@@ -133,12 +132,18 @@ def new_knobs(sensor: Sensor, scatter: Scatter, wanted: frozenset[tuple[str, str
 def own_knobs(scatter: Scatter) -> Iterator[tuple[Knob, ...]]:
     """The ways in which a sensor of this kind can have noise of its own, each as the numbers that go together."""
     views = [patch.view for patch in scatter.patches]
-    lit = views[0].time_of_flight and all(view.ir is not None for view in views)
-    about = parameters(AxialNoise)
-    effect = AxialNoise(ir_reference=about["ir_reference"].typical) if lit else AxialNoise()
-    ways = (("shot", "floor"),) if lit else (("c0",), ("c1",), ("c2",)) if views[0].time_of_flight else (("sigma_px",),)
-    for names in ways:
-        yield tuple(_new(effect, about[name], scatter) for name in names)
+    flight = views[0].time_of_flight
+    lit = flight and all(view.ir is not None for view in views)
+    wanted = "amplitude" if lit else "depth" if flight else "disparity"
+    for kind in EFFECTS:
+        if not kind.own:
+            continue
+        about = [p for p in parameters(kind).values() if p.group == wanted]
+        # what stands for the light is no size
+        given: dict[str, Any] = {p.name: p.typical for p in about if p.unit == "count"}
+        knobs = [_new(kind(**given), p, scatter) for p in about if p.name not in given]
+        knobs = [knob for knob in knobs if np.any(knob.growth)]
+        yield from [tuple(knobs)] if lit else [(knob,) for knob in knobs]
 
 
 def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:

@@ -31,6 +31,7 @@ class AxialNoise(Effect):
         "sigma_z = sqrt(sigma^2 + (sigma_px z^2 / (fx b))^2)"
     )
     variables: ClassVar[tuple[str, ...]] = ("depth", "incidence", "amplitude")
+    own: ClassVar[bool] = True
 
     c0: Value = parameter("m", (-1, 1), "constant term", f"{NGUYEN}; {FANKHAUSER}", "depth", typical=0.002)
     c1: Value = parameter("1", (-1, 1), "factor of z", f"{NGUYEN}; {FANKHAUSER}", "depth", typical=0.001)

@@ -26,6 +26,7 @@ class PoseJitter(Effect):
         "sigma_z = sqrt(sigma_m^2 + sigma_rad^2 |n x P|^2) / |n . ray|, P the point seen, n its normal"
     )
     variables: ClassVar[tuple[str, ...]] = ("depth", "incidence")
+    shakes: ClassVar[bool] = True
 
     sigma_m: float = parameter(
         "m", (0, 0.1), "shift along each axis", "first principles; size: guess", typical=0.001, kind="scalar"
