@@ -21,17 +21,21 @@ class Common:
         depth: of the depth at the object [m].
         distance: of the object [m].
         told_by: what tells the focal length: "calibration", "scan" or "nothing".
+        size: relative, of the size by all that may be wrong with the depth, where that is known; else the depth as a
+            share of the distance stands for it.
     """
 
     focal: float | None
     depth: float | None
     distance: float
     told_by: str
+    size: float | None = None
 
     @property
     def scale(self) -> float:
         """Relative standard deviation of the size: a focal length too long, or a depth too large, makes it larger."""
-        return float(np.hypot(self.focal or 0.0, (self.depth or 0.0) / max(self.distance, 1e-9)))
+        by_depth = (self.depth or 0.0) / max(self.distance, 1e-9) if self.size is None else self.size
+        return float(np.hypot(self.focal or 0.0, by_depth))
 
     def along(self, points: Array, normals: NDArray[np.floating]) -> Array:
         """Standard deviation (n,) [m] along the normals of points (n, 3) about their middle."""

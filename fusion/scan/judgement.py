@@ -9,6 +9,7 @@ from fusion.results.frames_light import frames_light
 from fusion.results.judgement import Judgement
 from fusion.results.light import LEVELS, Light, level, worst_first
 from fusion.scan.camera_light import camera_light
+from fusion.scan.size_light import size_light
 from fusion.scan.table_lights import table_lights
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ def judge(scan: "Scan") -> Judgement:
         _agreement(scan),
         _coverage(scan),
     ]
-    lights += [_surface(scan), *scan.evidence.notes]
+    size = size_light(scan)
+    lights += [_surface(scan), *([] if size is None else [size]), *scan.evidence.notes]
     return Judgement(worst_first(lights), scan.evidence.footnotes)
 
 

@@ -18,10 +18,10 @@ from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.log import with_log
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.told_step import refuse_contradicted_step
-from fusion.turntable.model.finish import finish
-from fusion.turntable.model.rays import Rays, rays_of
+from fusion.turntable.model.finish import How, finish
+from fusion.turntable.model.rays import rays_of
 from fusion.turntable.motion import Motion, estimate_motion
-from fusion.turntable.selfcheck import DepthKnown, SelfCheck
+from fusion.turntable.selfcheck import DepthKnown, SelfCheck, prior_of
 from fusion.turntable.views import Region, View, usable, view
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
@@ -56,10 +56,11 @@ def find_motion(
         motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is None and (motion.camera_check.values == motion.taken_out.values).all():
-        rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
             frames = object_alone(frames, cut, motion)
-            motion = _finished(frames, rays, choose_volume(how[1], camera, (frames, cut, motion)), motion)
+            settings = choose_volume(how[1], camera, (frames, cut, motion))
+            doubt = None if known is None else prior_of(camera, known)
+            motion = _finished(frames, pixels, settings, motion, How(held=motion.held, doubt=doubt))
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion
@@ -88,7 +89,11 @@ def _motion(
 
 
 def _finished(
-    frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion
+    frames: list[Prepared | None],
+    pixels: list[NDArray[np.bool_] | None],
+    settings: VolumeSettings,
+    motion: Motion,
+    how: How,
 ) -> Motion:
     def model_of(axis: Axis, angles: Array, check: SelfCheck) -> Volume:
         volume = Volume(settings)
@@ -97,11 +102,11 @@ def _finished(
                 fuse(volume, frame, T)
         return volume
 
-    found = finish(rays, (motion.axis, motion.angles), model_of, motion.taken_out, held=motion.held)
+    rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in zip(frames, pixels, strict=True)]
+    found = finish(rays, (motion.axis, motion.angles), model_of, motion.taken_out, how)
     std = motion.angle_std if motion.held else found.angle_std
-    check = found.check
     moved = replace(motion, axis=found.axis, angles=found.angles, angle_std=std, axis_std=found.axis_std)
-    return replace(moved, camera_check=check, taken_out=check)
+    return replace(moved, camera_check=found.check, taken_out=found.check, size_std=found.size_std)
 
 
 def _nothing(frames: list[Prepared | None]) -> View:

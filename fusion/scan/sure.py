@@ -1,6 +1,7 @@
 """How sure each vertex of a turntable scan is."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,7 @@ def scan_sigma(
     (camera, sensor, given, volume), (motion, focal) = how, told
     distance = float(np.linalg.norm(motion.axis.point))
     seen = float(np.hypot(focal.std, SYSTEMATIC)), float(PRIOR[0])
-    common = common_errors(camera, given, distance, seen)
+    common = replace(common_errors(camera, given, distance, seen), size=motion.size_std)
     causes = Causes(len(frames), blur_px(sensor, camera), volume.voxel, common, axis_errors(motion, poses))
     return vertex_sigma(mesh, frames, poses, causes, volume.truncation)
 

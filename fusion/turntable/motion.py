@@ -59,6 +59,8 @@ class Motion:
         held: the angles are held by print, or by a hand: shape alone would only make them worse.
         axis_std: (4,) of the axis, tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None
             where no model of all frames was fitted.
+        size_std: relative, of the size by what may be wrong with the depth, see `model/size`; None where no calibration
+            says how wrong it may be.
     """
 
     axis: Axis
@@ -80,6 +82,7 @@ class Motion:
     held: bool = False
     table: float | None = None
     axis_std: Array | None = None
+    size_std: float | None = None
 
 
 def estimate_motion(

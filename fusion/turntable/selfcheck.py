@@ -102,10 +102,10 @@ class SelfCheck:
         """Points (n, 3) along their rays, with the errors of depth taken out."""
         if not self.wrong_depth:
             return points
-        share = (self._depth_terms(points.astype(float)) @ self.values[_FIRST:]) / points[:, 2]
+        share = (self.depth_terms(points.astype(float)) @ self.values[_FIRST:]) / points[:, 2]
         return np.asarray(points * (1 + share[:, None]), np.float32)
 
-    def _depth_terms(self, points: Array) -> Array:
+    def depth_terms(self, points: Array) -> Array:
         """Depth errors (n, 10) at points (n, 3) per unit, in the order of NAMES."""
         z = points[:, 2]
         s = np.clip((2 * z - self.near - self.far) / (self.far - self.near), -1, 1)
@@ -118,7 +118,7 @@ class SelfCheck:
 
     def depth_change(self, points: Array) -> Array:
         """What the depth errors add at points (n, 3) in the camera's frame [m]."""
-        return np.asarray(self._depth_terms(points) @ self.values[_FIRST:])
+        return np.asarray(self.depth_terms(points) @ self.values[_FIRST:])
 
     def camera(self, camera: Camera) -> Camera:
         """The camera with the errors of focal length and principal point taken out."""
@@ -139,7 +139,7 @@ class SelfCheck:
 
         def corrected(points: NDArray[np.float32]) -> NDArray[np.float32]:
             flat = points.reshape(-1, 3).astype(float)
-            z = flat[:, 2] + self._depth_terms(flat) @ self.values[_FIRST:]
+            z = flat[:, 2] + self.depth_terms(flat) @ self.values[_FIRST:]
             x = (flat[:, 0] / flat[:, 2] * old_camera.fx - self.values[1]) / camera.fx * z
             y = (flat[:, 1] / flat[:, 2] * old_camera.fy - self.values[2]) / camera.fy * z
             return np.asarray(np.column_stack([x, y, z]).reshape(points.shape), np.float32)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.depth import point_map
-from fusion.turntable.model.finish import finish
+from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import rays_of
 from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
 from fusion.turntable.views import Region, usable
@@ -16,7 +16,7 @@ HELD = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, prior=np.zeros(len(NAMES)))
 OPEN = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, prior=np.append(np.zeros(3), PRIOR[3:]))
 
 
-def run(scene, start, sigma=0.001, seed=None, left_out=(), held=False, check=HELD, wrong=0.0):
+def run(scene, start, sigma=0.001, seed=None, left_out=(), held=False, check=HELD, wrong=0.0, doubt=None):
     """The finish from a start (axis, angles), the owl's depth with normal noise where a seed is given, and `wrong`."""
     depths = scene.depths + wrong
     if seed is not None:
@@ -33,7 +33,7 @@ def run(scene, start, sigma=0.001, seed=None, left_out=(), held=False, check=HEL
         return volume
 
     rays = [None if i in left_out else rays_of(m, usable(m, EVERYWHERE)) for i, m in enumerate(maps)]
-    return finish(rays, start, build, check, held=held)
+    return finish(rays, start, build, check, How(held=held, doubt=doubt))
 
 
 def start_near(scene, seed=0):
