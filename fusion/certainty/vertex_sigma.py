@@ -13,7 +13,7 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.window import widest_window
+from fusion.sensor.view import View
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
@@ -65,9 +65,11 @@ def _taken(read: Read, poses: Array, most: int) -> Iterator[tuple[Prepared, Arra
 
 def blur_px(sensor: Sensor, camera: Camera) -> float:
     """What a pixel mixes sideways, one standard deviation [px]: its own square, the matching window, the jitter."""
+    windows = [float(effect.window(View(camera, baseline=sensor.baseline))) for effect in sensor.effects]
+    widest = max([1.0, *(w for w in windows if w < max(camera.shape) / 4)])  # wider ones shake the whole image
     lateral = sensor.effect("lateral_noise")
     jitter = float(np.mean(lateral.sigma_px)) if isinstance(lateral, LateralNoise) else 0.0
-    return float(np.hypot(widest_window(sensor, camera) * PIXEL, jitter))
+    return float(np.hypot(widest * PIXEL, jitter))
 
 
 def _some(mesh: Mesh, most: int) -> NDArray[np.intp]:

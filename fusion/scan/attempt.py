@@ -9,16 +9,12 @@ from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
-from fusion.scan.flattened import unflattened
 from fusion.scan.frames import find_region, load, object_alone, told_angles
 from fusion.scan.motion import find_motion
-from fusion.scan.object import choose_volume
 from fusion.scan.plate_seen_whole import on_its_plate
-from fusion.scan.poses import about_axis
 from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.window import widest_window
 from fusion.turntable.all_views.together import WORTH
 from fusion.turntable.focal import SURE, FocalCheck, focal_of
 from fusion.turntable.motion import Motion
@@ -70,10 +66,6 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     motion = on_its_plate(motion, recording, sensor)
     frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
     frames = relieved(frames, motion.taken_out)
-    if motion.shifts is None:  # frames that a hand placed make no model as sharp
-        volume = choose_volume(settings, recording.camera, (frames, region, motion))
-        poses = about_axis(motion.axis, motion.angles)
-        frames = unflattened(frames, poses, volume, widest_window(sensor, recording.camera))
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
 

@@ -19,7 +19,7 @@ from fusion.turntable.all_views.log import with_log
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.told_step import refuse_contradicted_step
 from fusion.turntable.model.finish import How, finish
-from fusion.turntable.model.rays import rays_of
+from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion, estimate_motion
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck, prior_of
 from fusion.turntable.views import Region, View, usable, view
@@ -56,11 +56,12 @@ def find_motion(
         motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is None and (motion.camera_check.values == motion.taken_out.values).all():
+        rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
             frames = object_alone(frames, cut, motion)
-            settings = choose_volume(how[1], camera, (frames, cut, motion))
+            volume = choose_volume(how[1], camera, (frames, cut, motion))
             doubt = None if known is None else prior_of(camera, known)
-            motion = _finished(frames, pixels, settings, motion, How(held=motion.held, doubt=doubt))
+            motion = _finished(frames, rays, volume, motion, How(held=motion.held, doubt=doubt))
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion
@@ -89,11 +90,7 @@ def _motion(
 
 
 def _finished(
-    frames: list[Prepared | None],
-    pixels: list[NDArray[np.bool_] | None],
-    settings: VolumeSettings,
-    motion: Motion,
-    how: How,
+    frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion, how: How
 ) -> Motion:
     def model_of(axis: Axis, angles: Array, check: SelfCheck) -> Volume:
         volume = Volume(settings)
@@ -102,7 +99,6 @@ def _finished(
                 fuse(volume, frame, T)
         return volume
 
-    rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in zip(frames, pixels, strict=True)]
     found = finish(rays, (motion.axis, motion.angles), model_of, motion.taken_out, how)
     std = motion.angle_std if motion.held else found.angle_std
     moved = replace(motion, axis=found.axis, angles=found.angles, angle_std=std, axis_std=found.axis_std)

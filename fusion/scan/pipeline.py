@@ -19,7 +19,6 @@ from fusion.scan.agreement import agreement
 from fusion.scan.attempt import Attempt, attempt, settle_camera
 from fusion.scan.doctor import ask_doctor, notes_of
 from fusion.scan.evidence import Evidence
-from fusion.scan.flattened import unflattened
 from fusion.scan.frames import load
 from fusion.scan.object import choose_volume, clean, typical_noise
 from fusion.scan.poses import align_directly, confirmed, constrained, gap_of, track_freely, wobble
@@ -32,7 +31,6 @@ from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.told import Told
-from fusion.sensor.window import widest_window
 from fusion.turntable.circle import fit_circle, onto_circle
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import find_jump
@@ -159,10 +157,7 @@ def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_c
     region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     frames = relieved(load(recording, sensor, region, masks)[0], scan.motion.taken_out)
-    chosen = choose_volume(settings, scan.camera, (frames, region, scan.motion))
-    if scan.motion.shifts is None:
-        frames = unflattened(frames, T_object_camera, chosen, widest_window(sensor, scan.camera))
-    volume = Volume(chosen)
+    volume = Volume(choose_volume(settings, scan.camera, (frames, region, scan.motion)))
     for frame, T in zip(frames, T_object_camera, strict=True):
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)

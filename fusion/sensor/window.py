@@ -1,14 +1,12 @@
-"""A sensor model for a part of the image, and the part of the image that a pixel stands for."""
+"""A sensor model for a part of the image."""
 
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from fusion.geometry.camera import Camera
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import View
 
 
 def of_window(sensor: Sensor, shape: tuple[int, int], window: tuple[slice, slice]) -> Sensor:
@@ -25,9 +23,3 @@ def of_window(sensor: Sensor, shape: tuple[int, int], window: tuple[slice, slice
         }
         effects.append(replace(effect, **maps) if maps else effect)
     return replace(sensor, effects=tuple(effects))
-
-
-def widest_window(sensor: Sensor, camera: Camera) -> float:
-    """Side [px] of the largest square that is matched as one; 1 without."""
-    sides = [float(effect.window(View(camera, baseline=sensor.baseline))) for effect in sensor.effects]
-    return max([1.0, *(w for w in sides if w < max(camera.shape) / 4)])  # wider ones shake the whole image

@@ -6,7 +6,7 @@ import pytest
 from fusion.geometry import pose
 from fusion.geometry.depth import point_map
 from fusion.turntable.selfcheck import NAMES, PRIOR
-from tests.turntable.test_finish import EVERYWHERE, FAR, NEAR, run, usable
+from test_finish import EVERYWHERE, FAR, NEAR, run, usable
 
 NO_DOUBT = np.zeros(len(NAMES))
 

@@ -33,6 +33,8 @@ def size_std(rays: Bundle, motion: tuple[Axis, Array], e: Equations, check: Self
         e: the equations there, with derivatives in all errors of depth.
         check: its prior tells how wrong the depth may be.
     """
+    if not check.open.any():
+        return 0.0
     H = steady_system(e)
     said = np.r_[np.arange(AXIS), np.arange(e.shared, len(H))]  # axis and angles are fitted, the depth is as it is
     said = said[np.diag(H)[said] > 0]
