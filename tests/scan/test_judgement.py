@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 from made_up_scan import AGREEING, CAMERA, COUNT, good_scan, with_evidence, with_motion
 
+from fusion.certainty.common import Common
+from fusion.certainty.shared import NOTHING
+from fusion.certainty.sigma import Sure
 from fusion.commands.turntable import failure, lines
 from fusion.mesh.mesh import Mesh
 from fusion.turntable.focal import FocalCheck
@@ -53,6 +56,14 @@ def off_its_log(scan):
     return replace(with_motion(scan, angles=told + np.deg2rad(8.0) * np.sin(told)), told=told)
 
 
+def sized(scan, std):
+    """A scan of a camera and a depth that are calibrated, whose size is known so well."""
+    common = Common(0.0005, 0.001, 0.9, "calibration", std)
+    parts = {"noise": 1e-4, "calibration": 1e-4}
+    sure = Sure(np.full(len(scan.mesh.vertices), 1e-4, np.float32), parts, NOTHING, common, 0.0)
+    return replace(with_motion(scan, size_std=std), sure=sure)
+
+
 PLANTED = {
     "Camera": [
         ("bad", lambda s: with_evidence(s, focal=WRONG, stated_camera=CALIBRATED)),
@@ -94,6 +105,7 @@ PLANTED = {
         ("bad", lambda s: with_evidence(s, agreement=contradicted(0.4))),
     ],
     "Coverage": [("bad", lambda s: with_motion(s, angles=0.5 * s.motion.angles))],
+    "Size": [("warning", lambda s: sized(s, 0.004)), ("warning", lambda s: sized(s, 0.02))],
     "Surface": [
         ("warning", lambda s: replace(s, mesh=without_a_side(s))),
         ("bad", lambda s: with_evidence(s, kept_share=0.6)),
@@ -112,6 +124,18 @@ def test_a_planted_fault_turns_on_its_own_light(subject, level, plant):
     assert others == []
     assert scan.judgement.lights[0] == found
     assert scan.judgement.lines()[0].startswith("PROBLEM" if level == "bad" else "look here")
+
+
+def test_a_size_that_is_known_well_is_told_and_no_fault():
+    known = light(sized(good_scan(), 0.001), "Size")
+    assert known.level == "ok" and "0.11 %" in known.reason  # with half a thousandth of the focal length
+    assert not [x for x in good_scan().judgement.lights if x.subject == "Size"], "nothing says how wrong the depth is"
+
+
+def test_the_size_is_part_of_what_all_vertices_share():
+    scan = sized(good_scan(), 0.004)
+    assert scan.sure.common.scale == pytest.approx(np.hypot(0.004, 0.0005))
+    assert replace(scan.sure.common, size=None).scale == pytest.approx(np.hypot(0.001 / 0.9, 0.0005))
 
 
 def test_the_worst_stands_first():

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from test_finish import EVERYWHERE, FAR, NEAR, run, usable
 
 from fusion.geometry import pose
 from fusion.geometry.depth import point_map
 from fusion.turntable.selfcheck import NAMES, PRIOR
-from test_finish import EVERYWHERE, FAR, NEAR, run, usable
 
 NO_DOUBT = np.zeros(len(NAMES))
 
