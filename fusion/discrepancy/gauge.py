@@ -12,6 +12,7 @@ from scipy.linalg.lapack import dpotri
 
 from fusion.discrepancy.covariance import drifting, grain, neighbours
 from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.own_pattern import own_patterns
 from fusion.discrepancy.shapes import mesh_columns, shape_covariance
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
@@ -80,6 +81,7 @@ def gauge_of(observations: Observations) -> Gauge:
     bare = cholesky(total, lower=True, check_finite=False)
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
     wrong = observations.loose.mesh * mesh_columns(observations) if observations.loose.mesh else np.zeros((n, 0))
+    total += own_patterns(observations)
     common = np.column_stack([*pose_columns(observations), wrong, known])
     total += common @ common.T
     return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)

@@ -95,7 +95,8 @@ def _undithered(patch: Patch) -> float:
     with np.errstate(all="ignore"):
         lost = np.nanmedian(np.abs(rounding.noise(patch.depth, patch.view) * patch.native))
     step = float(np.sqrt(12.0) * lost)
-    total = float(np.sqrt(patch.tiles.mean((patch.sigma * patch.native) ** 2).mean()))
+    # as small as the model or the frames say: calmer noise than stated is dithered less
+    total = float(np.sqrt(min(variance(patch, spread).mean() for spread in (patch.sigma, patch.look.std))))
     before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
     # the first harmonic of the rounding's own error, which fades as the noise grows over a step
     return 4.0 * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
