@@ -12,6 +12,7 @@ from fusion.discrepancy.observations import Patch
 Vector = NDArray[np.float64]
 
 LEAST_VARIANCE = 1e-14  # in native units: of a model without noise
+WANDERS = 4.0  # of the logarithm of a variance that rounding alone makes
 FLOOR = 0.03  # of a variance: what the model of the noise leaves open, from recordings in which nothing is missing
 
 
@@ -65,6 +66,8 @@ def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     measured, predicted = variance(patch, look.std), variance(patch, patch.sigma)
     pixels = patch.tiles.pixels / _sharing(patch)
     floor = FLOOR**2 + _undithered(patch) ** 2
+    # where all frames round to one step nobody knows how near the next one is
+    predicted = np.maximum(predicted, np.exp(-WANDERS) * _step(patch) ** 2 / 12)
     memory = max((effect.follows() for effect in patch.sensor.effects), default=0.0)
     whole, renewed = succession_of(memory, n, started=look.frames[0] == 0)
     settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
@@ -89,14 +92,19 @@ def _sharing(patch: Patch) -> float:
 
 def _undithered(patch: Patch) -> float:
     """How far a variance may wander (share of it) with the place between two steps of the rounding."""
+    step = _step(patch)
+    # as small as the model or the frames say: calmer noise than stated is dithered less
+    total = float(np.sqrt(min(variance(patch, spread).mean() for spread in (patch.sigma, patch.look.std))))
+    before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
+    # the first harmonic of the rounding's own error, which fades as the noise grows over a step
+    return WANDERS * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
+
+
+def _step(patch: Patch) -> float:
+    """Usual step of the rounding in native units; 0 without."""
     rounding = next((effect for effect in patch.sensor.effects if effect.lattice), None)
     if rounding is None:
         return 0.0
     with np.errstate(all="ignore"):
         lost = np.nanmedian(np.abs(rounding.noise(patch.depth, patch.view) * patch.native))
-    step = float(np.sqrt(12.0) * lost)
-    # as small as the model or the frames say: calmer noise than stated is dithered less
-    total = float(np.sqrt(min(variance(patch, spread).mean() for spread in (patch.sigma, patch.look.std))))
-    before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
-    # the first harmonic of the rounding's own error, which fades as the noise grows over a step
-    return 4.0 * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
+    return float(np.sqrt(12.0) * lost)
