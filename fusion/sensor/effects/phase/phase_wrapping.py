@@ -1,7 +1,7 @@
 """Phase wrapping: a phase tells a range only up to whole turns, so what is far appears near."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -31,3 +31,8 @@ class PhaseWrapping(Effect):
         longest = np.asarray(self.range, depth.dtype)
         turns = np.floor(depth * view.stretch / np.where(longest > 0, longest, np.inf))
         return -turns * longest / view.stretch
+
+    @staticmethod
+    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+        """None: what wraps does so by whole ranges, and no share of one is a law."""
+        return []
