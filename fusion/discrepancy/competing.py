@@ -19,15 +19,13 @@ def beside_setting(mean: Mean, stated: Seen, sensor: Sensor) -> Mean:
         stated: the recordings with errors as stated: sizes that were found beside laws are none without them.
         sensor: the given model.
     """
-    if not mean.claims:
-        return mean
     if not mean.foresees:
-        return mean.unconfirmed
-    laws = with_laws(mean.seen.observations, mean.seen.gauge, mean.gain)
+        mean = mean.unconfirmed
+    laws = with_laws(mean.seen.observations, mean.seen.gauge, mean.gain if mean.claims else 0.0)
     setting = min(_settings(mean, stated), key=lambda one: one.cost)
     sure = posterior(laws, setting)
     if sure >= LEAST_POSTERIOR:
-        return replace(mean, posterior=sure)
+        return replace(mean, posterior=sure) if mean.claims else mean
     if sure > 1.0 - LEAST_POSTERIOR:
         return replace(mean.unconfirmed, posterior=sure)
     before = replace(stated.observations, loose=setting.observations.loose)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.lapack import dpotri
 
+from fusion.discrepancy.camera_file import camera_columns
 from fusion.discrepancy.covariance import drifting, grain, neighbours
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.own_pattern import own_patterns
@@ -80,9 +81,11 @@ def gauge_of(observations: Observations) -> Gauge:
     total += shaken @ shaken.T
     bare = cholesky(total, lower=True, check_finite=False)
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
-    wrong = observations.loose.mesh * mesh_columns(observations) if observations.loose.mesh else np.zeros((n, 0))
+    loose, none = observations.loose, np.zeros((n, 0))
+    wrong = loose.mesh * mesh_columns(observations) if loose.mesh else none
+    other = loose.camera * camera_columns(observations) if loose.camera else none
     total += own_patterns(observations)
-    common = np.column_stack([*pose_columns(observations), wrong, known])
+    common = np.column_stack([*pose_columns(observations), wrong, other, known])
     total += common @ common.T
     return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 

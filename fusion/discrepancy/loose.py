@@ -21,6 +21,7 @@ class Loose:
         shape: standard deviations [m] of the shape of targets of which nobody said how flat they are, of each its own:
             one for every length of `BENDS_M`.
         mesh: by how much all meshes are larger or smaller and set off, over what is usual.
+        camera: by how much the camera file is wrong, over what is usual.
         room: the same of one shape that all of these have in common, by place in the world: the same walls are meant.
     """
 
@@ -31,6 +32,7 @@ class Loose:
     shape: tuple[float, ...] = NONE
     room: tuple[float, ...] = NONE
     mesh: float = 0.0
+    camera: float = 0.0
 
     @property
     def bent(self) -> float:
@@ -47,4 +49,5 @@ class Loose:
             tuple(np.hypot(self.shape, found.shape).tolist()),
             tuple(np.hypot(self.room, found.room).tolist()),
             float(np.hypot(self.mesh, found.mesh)),
+            float(np.hypot(self.camera, found.camera)),
         )

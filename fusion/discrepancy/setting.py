@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fusion.discrepancy.camera_file import camera_columns
 from fusion.discrepancy.covariance import BENDS_M
 from fusion.discrepancy.gauge import Gauge, gauge_of, pose_columns
 from fusion.discrepancy.loose import Loose
@@ -41,10 +42,10 @@ def without_laws(observations: Observations, gauge: Gauge) -> Explained:
     """
     white, poses = gauge.whiten(observations.residual), np.column_stack(pose_columns(observations))
     bends = (*shape_columns(observations), *room_columns(observations))
-    parts = [gauge.whiten(part) for part in (poses, mesh_columns(observations), *bends)]
-    more, mesh, *bent = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
+    parts = [gauge.whiten(part) for part in (poses, mesh_columns(observations), camera_columns(observations), *bends)]
+    more, mesh, camera, *bent = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
     own, common = tuple(bent[: len(BENDS_M)]), tuple(bent[len(BENDS_M) :])
-    loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh)
+    loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh, camera=camera)
     if loose == Loose():
         return Explained(observations, gauge, _cost(observations, gauge))
     looser = replace(observations, loose=observations.loose.with_more(loose))
@@ -60,5 +61,5 @@ def posterior(laws: Explained, setting: Explained) -> float:
 def _cost(observations: Observations, gauge: Gauge) -> float:
     white, loose = gauge.whiten(observations.residual), observations.loose
     # what was stated, and what is usual where nothing was, is likelier: a factor of e, a millimetre, a percent
-    before = float(np.log(loose.pose)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2 + loose.mesh**2
+    before = float(np.log(loose.pose)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2 + loose.mesh**2 + loose.camera**2
     return float(white @ white) + 2 * float(np.log(np.diag(gauge.root)).sum()) + before

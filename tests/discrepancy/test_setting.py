@@ -8,6 +8,7 @@ import pytest
 from made_up_walls import WALLS, looks_at, loose_in, sensor_of
 from scipy.ndimage import gaussian_filter
 
+from fusion.discrepancy.camera_file import file_error
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.observations import observe
@@ -15,7 +16,7 @@ from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, wi
 from fusion.discrepancy.shapes import bent_m, mesh_off, room_columns, shape_columns
 from fusion.discrepancy.sizes import sizes_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
-from fusion.sensor.surface import moved_rigidly
+from fusion.sensor.surface import moved_rigidly, seen_along
 
 WORSE = 8.0
 BOW_M = 0.0012
@@ -112,6 +113,23 @@ def test_a_mesh_of_another_size_is_found():
     assert off == pytest.approx(0.026, rel=0.15)  # 30 mm along the axis, seen along the normals
     right = observe(sensor_of("itof"), larger(1, 0.0, (0.0, 0.0, 0.0)))
     assert without_laws(right, gauge_of(right)).observations.loose.mesh == 0.0
+
+
+def test_a_camera_file_that_is_wrong_is_found():
+    # depth that the device made with its own camera, read with another
+    looks = []
+    for look in looks_at(sensor_of("itof"), 1):
+        depth, stated = look.view.depth, look.view.camera
+        device = replace(stated, cx=stated.cx - 3.0, fx=stated.fx / 1.01, fy=stated.fy / 1.01)
+        change = seen_along(depth, device.rays(), look.view) - depth
+        stage = SimpleNamespace(**{**vars(look.stage), "caster": "a mesh"})
+        looks.append(replace(look, mean=look.mean + change, stage=stage))
+    observations = observe(sensor_of("itof"), looks)
+    setting = without_laws(observations, gauge_of(observations))
+    found = file_error(setting.observations, setting.gauge.pulled(setting.gauge.whiten(setting.observations.residual)))
+    assert found.cx == pytest.approx(3.0, abs=0.5)
+    assert found.cy == pytest.approx(0.0, abs=0.5)
+    assert found.focal == pytest.approx(0.01, abs=0.003)
 
 
 def test_the_size_of_bows_is_told():

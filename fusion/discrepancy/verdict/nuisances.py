@@ -1,9 +1,11 @@
 """Nuisances: how much worse than stated the setting of the recordings is, as the verdict tells it."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
+from fusion.discrepancy.camera_file import file_error
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.shapes import bent_m, mesh_off
@@ -21,4 +23,5 @@ def nuisances_of(found: Explanation) -> dict[str, Any]:
         "mesh_scale": scale,
         "mesh_off_m": off,
         "drift_rms_m": drift,
+        "camera_file": asdict(file_error(found.before, pulled)),
     }

@@ -117,6 +117,11 @@ def _setting(nuisances: dict[str, Any]) -> str:
     if nuisances["pose_factor"] >= WORSE:
         times = f"{nuisances['pose_factor']:.2g} times"
         said.append(f"poses are about {times} worse than stated, or the camera file is wrong")
+    if any((off := nuisances["camera_file"]).values()):
+        said.append(
+            f"the camera file seems wrong: cx by {off['cx']:+.1f} px, cy by {off['cy']:+.1f} px, "
+            f"focal length by {100 * off['focal']:+.1f} %"
+        )
     if nuisances["mesh_off_m"] > 0:
         scale = nuisances["mesh_scale"]
         size = f"{100 * abs(scale):.2g} % too {'small' if scale > 0 else 'large'}"
