@@ -16,20 +16,19 @@ import numpy as np
 
 import fusion
 from fusion.files.publish import atomic_file
+from fusion.recording.camera_presets import DEVICES
+from fusion.sensor.presets import PRESETS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "first_scan.md"
 START, END = "<!-- noise over distance: start -->\n", "<!-- noise over distance: end -->\n"
 DISTANCES = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)  # [m]
 SCANNED = (0.6, 1.0)  # [m]
 FRAMES, TURNS = 44, 1.1  # 9 degrees a frame
-D435 = fusion.Camera(848, 480, 425.8, 425.8, 427.2, 237.7, principle="active_stereo")  # github DLR-RM/3DObjectTracking
-AZURE = fusion.Camera(640, 576, 504.6, 504.7, 319.5, 287.5, principle="itof")  # a unit's factory value: github pyk4a
 CAMERAS = {
     "kinect-v1": fusion.find_camera("kinect-v1"),
     "kinect-v2-indoors": fusion.find_camera("kinect-v2"),
     "kinect-v2-sunlight": fusion.find_camera("kinect-v2"),
-    "realsense-d435": D435,
-    "azure-kinect": AZURE,
+    **{name: fusion.find_camera(name) for name in PRESETS if name in DEVICES and name != "kinect-v1"},
 }
 
 

@@ -9,6 +9,7 @@ from fusion.errors import RecordingError
 from fusion.files.inside import part
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
+from fusion.recording.camera_presets import DEVICES
 from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
@@ -73,6 +74,9 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         read = partial(form.read, path)
     recording = read(camera=None if camera is None else said_camera(camera, lambda said: read(camera=said)))
     check_frame_size(recording.camera, path)
+    if str(camera) in DEVICES:
+        said = f"the camera is a nominal {camera} ({DEVICES[str(camera)][1]}), not calibrated"
+        recording = replace(recording, warnings=(*recording.warnings, said))
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
 

@@ -57,7 +57,7 @@ def test_a_filter_over_time_is_seen(raw):
 
 
 def test_holes_that_were_filled_are_seen(raw):
-    if raw.camera.principle == "itof":
+    if raw.camera.principle in ("itof", "unknown"):  # the phone's LiDAR is of no known principle
         pytest.skip("light that comes back along its way leaves no side of a rim unseen")
     made = [_filled(frame.depth) for frame in raw]
     assert any("holes were filled" in finding.seen for finding in told(made, raw.camera.principle))

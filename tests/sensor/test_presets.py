@@ -11,6 +11,7 @@ from fusion.sensor.presets import PRESETS, default_sensor, preset
 from fusion.sensor.view import View
 
 CAMERA = Camera(8, 6, 585.0, 585.0, 3.5, 2.5)
+STEREO = ("realsense-d405", "realsense-d415", "realsense-d435", "realsense-d455")
 AT = {"A": (1.0, np.deg2rad(45)), "B": (2.8, np.deg2rad(10))}
 
 # Fankhauser 2015, table II [mm], and the last digit printed there
@@ -23,6 +24,10 @@ TABLE = [
     ("kinect-v2-overcast", "B", 7.6, 0.1),
     ("kinect-v2-sunlight", "A", 22.0, 1.0),
 ]
+
+
+def _view(name, depth):
+    return View(CAMERA, depth, np.zeros(CAMERA.shape), baseline=preset(name).baseline)
 
 
 @pytest.mark.parametrize(("name", "point", "millimetres", "digit"), TABLE)
@@ -67,7 +72,38 @@ def test_every_preset_names_its_sources_and_works(name):
 )
 def test_the_default_follows_the_principle_and_says_so(principle, expected):
     sensor = default_sensor(Camera(8, 6, 585.0, 585.0, 3.5, 2.5, principle=principle))
-    assert sensor.name == expected and sensor.warnings
+    assert sensor.name == "guess" and sensor.effect("axial_noise") == preset(expected).effect("axial_noise")
+    assert all(expected in source for source in sensor.sources.values()) and expected in sensor.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("device", "expected", "baseline"),
+    [
+        ("Intel RealSense D435I", "realsense-d435", 0.05),
+        ("RealSense D415 (aligned to colour)", "realsense-d415", 0.055),
+        ("Intel RealSense D405", "realsense-d405", 0.018),
+        ("Orbbec Femto Bolt", "femto-bolt", None),
+        ("kinect-v2", "kinect-v2-indoors", None),
+    ],
+)
+def test_the_default_of_a_known_device_is_its_own_preset(device, expected, baseline):
+    sensor = default_sensor(Camera(8, 6, 585.0, 585.0, 3.5, 2.5, principle="unknown", sensor=device))
+    assert sensor.name == expected and sensor.sensor == device and expected in sensor.warnings[0]
+    assert baseline is None or sensor.baseline == baseline
+
+
+def test_a_camera_that_no_preset_is_of_is_never_given_a_presets_name():
+    """Gemini and D435 are both stereo with a projector; nobody measured that they are alike."""
+    sensor = default_sensor(Camera(8, 6, 585.0, 585.0, 3.5, 2.5, principle="active_stereo", sensor="Gemini 335"))
+    assert sensor.name == "guess" and all("guess" in source for source in sensor.sources.values())
+    assert "Gemini 335" in sensor.warnings[0]
+
+
+def test_noise_of_stereo_follows_the_baseline():
+    z = np.full(CAMERA.shape, 1.0)
+    sigmas = {name: float(preset(name).effect("axial_noise").noise(z, _view(name, z))[3, 3]) for name in STEREO}
+    products = [sigma * preset(name).baseline for name, sigma in sigmas.items()]
+    assert products == pytest.approx([products[0]] * len(products), rel=1e-6)
 
 
 def test_the_default_of_an_unknown_camera_calls_itself_a_guess():

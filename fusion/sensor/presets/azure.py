@@ -1,4 +1,6 @@
-"""Azure Kinect DK: time of flight with one megapixel, here in its narrow unbinned mode."""
+"""Azure Kinect DK and Orbbec's Femto Bolt: time of flight with one megapixel, here in the narrow unbinned mode."""
+
+from dataclasses import replace
 
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.effects.phase.mixed_pixels import MixedPixels
@@ -11,6 +13,7 @@ from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.sensor import Sensor
 
 PAGE = "learn.microsoft.com/azure/kinect-dk: random error up to 17 mm, systematic error below 11 mm + 0.1 %"
+ORBBEC = "Orbbec's documents of the Femto Bolt: Microsoft's depth camera, its modes, the same depth"
 TOELGYESSY = "Toelgyessy et al. 2021: ready after 40 to 50 minutes"
 
 
@@ -42,3 +45,10 @@ def azure_kinect() -> Sensor:
             "depth_quantization": "depth in millimetres",
         },
     )
+
+
+def femto_bolt() -> Sensor:
+    """The Azure Kinect's depth camera in Orbbec's housing; also in the Femto Mega."""
+    azure = azure_kinect()
+    sources = {effect: f"{ORBBEC}; {source}" for effect, source in azure.sources.items()}
+    return replace(azure, name="femto-bolt", sensor="Femto Bolt", sources=sources)

@@ -10,8 +10,9 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, other_axes
 
-# the smallest images of the LiDAR, longer side first; those of TrueDepth have 640 x 480 pixels
-LIDAR = (256, 192)
+# the smallest images of the LiDAR, and those of TrueDepth, longer side first
+LIDAR, TRUEDEPTH = (256, 192), (640, 480)
+SENSORS = {LIDAR: ("iphone-lidar", "unknown"), TRUEDEPTH: ("iphone-truedepth", "structured_light")}
 COARSE = "depth of the phone's LiDAR (256 x 192): details below 1 to 2 cm are not resolved"
 LOOKED_AT = 3  # frames that tell whether confidence says anything
 # noise of ARKit's middle confidence over that of the highest: at least this (a guess: Apple gives the levels no
@@ -42,8 +43,8 @@ class Confident(Protocol):
 def camera_of(width: int, height: int, fx: float, fy: float, ox: float, oy: float) -> Camera:
     """The camera of ARKit's intrinsics [px]: the principal point is given from the image's corner (Apple,
     ARCamera.intrinsics), half a pixel from the centre of the first pixel."""
-    kind = "iphone-lidar" if max(width, height) == LIDAR[0] else ""
-    return Camera(width, height, fx, fy, ox - 0.5, oy - 0.5, sensor=kind)
+    sensor, principle = SENSORS.get((max(width, height), min(width, height)), ("", "unknown"))
+    return Camera(width, height, fx, fy, ox - 0.5, oy - 0.5, sensor=sensor, principle=principle)
 
 
 def depth_camera(color: Camera, width: int, height: int) -> Camera:
