@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fusion.commands.results import add_topic
 
+SHOWN = 24  # settings on the terminal
 EXAMPLE = "fusion info my_scan --json"
 
 
@@ -53,6 +54,8 @@ def _lines(content: dict) -> list[str]:
         f"colour frames: {content['color_frames']}, IR frames: {content['ir_frames']}, "
         f"stated poses: {content['poses']}, telemetry: {', '.join(content['telemetry']) or 'none'}",
     ]
+    if content["settings"]:
+        lines.append(f"settings: {_settings(content['settings'])}")
     if content["depth_range_m"]:
         low, high = content["depth_range_m"]
         valid = content.get("valid_share")
@@ -62,3 +65,10 @@ def _lines(content: dict) -> list[str]:
         do = f" -> {finding['do']}" if finding["do"] else ""
         lines.append(f"{finding['severity']:>7}  {finding['check']}: {finding['seen']}{do}")
     return lines
+
+
+def _settings(told: dict[str, str]) -> str:
+    """As many as a person reads."""
+    words = [f"{name} {value}" for name, value in told.items() if value]
+    more = len(words) - SHOWN
+    return ", ".join(words[:SHOWN]) + (f" and {more} more (--json)" if more > 0 else "")

@@ -5,7 +5,6 @@ one write. So a process that is killed leaves at most an image that nobody names
 lose what its disk had not been given yet: that is the system's affair.
 """
 
-import json
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from fusion.devices.source import Description, SourceFrame
 from fusion.errors import RecordingError
 from fusion.recording.camera_file import write_camera
+from fusion.recording.device_file import write_device
 from fusion.recording.telemetry_file import CLOCKS
 from fusion.recording.write import LISTS, depth_counts
 
@@ -56,8 +56,7 @@ class GrowingFolder:
             "firmware": source.firmware,
             "raw": source.raw,
         }
-        told |= {"tables": dict(source.tables)}
-        (folder / "device.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        write_device(folder, source.settings, **told, tables=dict(source.tables))
 
     def add(self, frame: SourceFrame) -> None:
         """Write one frame."""

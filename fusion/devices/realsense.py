@@ -3,6 +3,7 @@
 import time
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from threading import Event
 from types import TracebackType
@@ -66,6 +67,7 @@ class RealSense:
             rate=float(self._profiles["depth"][1].fps()),
             color="color" in self._profiles,
             ir="ir" in self._profiles,
+            settings=self._settings(),
         )
 
     def start(self) -> None:
@@ -215,6 +217,15 @@ class RealSense:
             if fitting:
                 chosen[kind] = min(fitting, key=lambda one: _rank(one[1], formats, kind))
         return chosen
+
+    def _settings(self) -> dict[str, str]:
+        """The options of the depth sensor by name."""
+        sensor = self._sensors[self._profiles["depth"][0]]
+        found = {}
+        for option in sensor.get_supported_options():
+            with suppress(RuntimeError):  # some can only be set
+                found[str(option).rpartition(".")[2].replace("_", " ")] = f"{sensor.get_option(option):.6g}"
+        return found
 
     def _camera(self) -> Camera:
         depth, name = self._profiles["depth"][1], self._info("name")

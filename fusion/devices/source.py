@@ -26,6 +26,7 @@ class Description:
         color, ir: frames hold such images, now and then at least.
         raw: what `SourceFrame.raw` holds, in a word or two; "" where there is none.
         tables: what the device tells of its own calibration, as plain JSON values; recorded as it is.
+        settings: how the device is set, words by name.
         notes: what a person should know, one sentence each.
     """
 
@@ -39,6 +40,7 @@ class Description:
     ir: bool = False
     raw: str = ""
     tables: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:

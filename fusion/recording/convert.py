@@ -9,6 +9,7 @@ from fusion.files.inside import inside
 from fusion.files.publish import output_folder
 from fusion.files.reading import read_bytes
 from fusion.progress import each
+from fusion.recording.device_file import write_device
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.scene_file import scene_mesh
 from fusion.recording.write import MEMBERS, fill_recording, tell, write_png
@@ -43,6 +44,8 @@ def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None 
     frames = _counted(recording, unfit)
     fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)
     copy_color_apart(recording, folder)
+    if recording.settings:
+        write_device(folder, recording.settings)
     gone = "mesh" in scene and not (folder / str(scene["mesh"])).exists()
     told = [f"the mesh of the scene is not there: {scene['mesh']}"] if gone else []
     sure = unfit.pop("confidence", 0)

@@ -142,7 +142,8 @@ def _decoded(data: bytes, header: ImageHeader, flags: int, path: Path) -> NDArra
             raise ValueError(f"a file cut off after {len(data)} bytes")
         elif data.startswith(b"P"):
             data = whole_pnm(data, header)
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+        # as stored: cameras and poses are of these pixels; the turn in a photograph's notes (EXIF) is for showing it
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION)
     except (ValueError, cv2.error) as error:
         raise _damaged(path, error if isinstance(error, ValueError) else "no image data") from error
     if image is None:

@@ -102,4 +102,5 @@ def _summary(sample: Sample) -> dict[str, Any]:
         **shares(sample),
         "poses": 0 if recording.poses is None else len(recording.poses),
         "telemetry": list(recording.telemetry),
+        "settings": dict(recording.settings),
     }

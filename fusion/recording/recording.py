@@ -60,6 +60,7 @@ class Recording:
         warnings: what looked wrong while opening, one sentence each.
         files: the image files behind the frames, or None when the frames come from elsewhere.
         streams: what stands for `files` in a recording that is one file, or None.
+        settings: what it says of the device and how that was set, words by name; empty when it says nothing.
     """
 
     path: Path
@@ -73,6 +74,7 @@ class Recording:
     warnings: tuple[str, ...] = ()
     files: FrameFiles | None = None
     streams: FrameStreams | None = None
+    settings: dict[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         held = [name for name, has in (("color", self.has_color), ("ir", self.has_ir)) if has is not None and has.any()]

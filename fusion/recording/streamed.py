@@ -79,7 +79,9 @@ class Source:
             return color
         return color_in_pixels(color, own.resized(seen_by.width, seen_by.height), seen_by)
 
-    def recording(self, form: str, poses: Trajectory | None, warnings: list[str]) -> Recording:
+    def recording(
+        self, form: str, poses: Trajectory | None, warnings: list[str], settings: dict[str, str] | None = None
+    ) -> Recording:
         """The recording of these frames. Raises RecordingError where there are none."""
         if not len(self.stamps):
             raise RecordingError("the recording is empty", self.path, "no frame with depth", "one or more")
@@ -98,6 +100,7 @@ class Source:
             poses=poses,
             warnings=tuple(warnings),
             streams=shown,
+            settings=settings or {},
         )
 
 

@@ -17,6 +17,7 @@ class FrameStreams:
         color_apart: the colour image (h, w, 3) uint8 RGB of a frame in the pixels of `camera.color`, which is not where
             the depth camera is, or None; raises RecordingError. None where colour is in the frames themselves.
         steps_back: how many stamps were earlier than the one before.
+        arrivals: (n,) [s] when each frame was recorded, by the recording machine's clock; empty where nothing says it.
         unmatched: stream: (images without a depth frame in time, images in the stream).
     """
 
@@ -25,4 +26,5 @@ class FrameStreams:
     counts: Callable[[int], NDArray[np.uint16]] | None = None
     color_apart: Callable[[int], NDArray[np.uint8] | None] | None = None
     steps_back: int = 0
+    arrivals: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     unmatched: dict[str, tuple[int, int]] = field(default_factory=dict)

@@ -1,7 +1,8 @@
-"""Are the time stamps in order, different, even, and do the other images belong to depth frames?"""
+"""Are the time stamps in order, different, even, of one clock, and do the other images belong to depth frames?"""
 
 import numpy as np
 
+from fusion.recording.checks.clocks import clock_jumps, missing_frames
 from fusion.recording.finding import Finding
 from fusion.recording.frame_files import ASSOCIATION_SECONDS
 from fusion.recording.sample import Sample
@@ -11,7 +12,7 @@ GAP = 10.0
 
 
 def check_stamps(sample: Sample) -> list[Finding]:
-    """Unsorted and equal stamps, gaps, images without a depth frame."""
+    """Unsorted and equal stamps, gaps, missing frames, jumps of the clock, images without a depth frame."""
     recording = sample.recording
     stamps, files = recording.timestamps, recording.files or recording.streams
     steps = np.diff(stamps)
@@ -23,7 +24,7 @@ def check_stamps(sample: Sample) -> list[Finding]:
     if equal:
         do = "take the doubled lines out of depth.txt"
         findings.append(Finding("stamps", "warning", f"{equal} frames have the stamp of the one before", do))
-    findings += _gaps(steps[steps > 0], stamps)
+    findings += _gaps(steps[steps > 0], stamps) + missing_frames(stamps, GAP) + clock_jumps(recording)
     findings += _unmatched(sample)
     rate = frames_per_second(stamps)
     if not findings:

@@ -13,6 +13,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import read_camera
 from fusion.recording.camera_presets import PRESETS
+from fusion.recording.device_file import read_settings
 from fusion.recording.frame_files import ASSOCIATION_SECONDS, FrameFiles, associate, in_time
 from fusion.recording.images import image_size
 from fusion.recording.load_frame import load_frame
@@ -41,6 +42,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     warnings += more
     telemetry = part(folder, "telemetry.csv", RecordingError)
     logged = {} if telemetry is None else read_telemetry(telemetry, warnings)
+    settings = read_settings(folder, warnings) if native else {}
     return Recording(
         path=folder,
         format="native" if native else "tum",
@@ -51,6 +53,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         telemetry=logged,
         warnings=(*_list_warnings(files), *warnings),
         files=files,
+        settings=settings,
     )
 
 

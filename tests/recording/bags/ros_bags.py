@@ -72,11 +72,12 @@ class Writer:
         )  # fmt: skip
         self.put(topic, "sensor_msgs/msg/CameraInfo", made, seconds)
 
-    def image(self, topic, pixels, encoding, seconds, frame, pad=0):
+    def image(self, topic, pixels, encoding, seconds, frame, pad=0, clock=0.0):
         rows = np.ascontiguousarray(pixels).view(np.uint8).reshape(pixels.shape[0], -1)
         rows = np.pad(rows, ((0, 0), (0, pad)), constant_values=77)  # drivers may fill up rows
         made = self.make(
-            "sensor_msgs/msg/Image", header=self.header(seconds, frame), height=pixels.shape[0], width=pixels.shape[1],
+            "sensor_msgs/msg/Image", header=self.header(seconds + clock, frame),
+            height=pixels.shape[0], width=pixels.shape[1],
             encoding=encoding, is_bigendian=0, step=rows.shape[1], data=rows.reshape(-1),
         )  # fmt: skip
         self.put(topic, "sensor_msgs/msg/Image", made, seconds)
@@ -144,8 +145,8 @@ def packed_depth(frame, encoding):
     return head + cv2.imencode(".png", image)[1].tobytes()
 
 
-def write(path, kind, encoding="16UC1", packed=False, color="apart", poses=True, infos=True):
-    """A bag of the scene; `color`: "apart", "registered" or ""."""
+def write(path, kind, encoding="16UC1", packed=False, color="apart", poses=True, infos=True, clock=0.0):
+    """A bag of the scene; `color`: "apart", "registered" or ""; its header is `clock` seconds off the depth's."""
     out = Writer(path, kind)
     out.transform("/tf_static", "base", "depth_frame", (0, 0, 0, 0, 0, 0, 1), START)
     out.transform("/tf_static", "depth_frame", "color_frame", COLOR_PLACE, START)
@@ -161,7 +162,7 @@ def write(path, kind, encoding="16UC1", packed=False, color="apart", poses=True,
             out.image(f"{DEPTH}/image_raw", stored(frame, encoding), encoding, seconds, "depth_frame", pad=6)
         if color == "registered":
             image = box_scene.color(*SIZE, frame)[..., ::-1]
-            out.image("/cam/depth/rgb", image, "bgr8", seconds + 0.003, "depth_frame")
+            out.image("/cam/depth/rgb", image, "bgr8", seconds + 0.003, "depth_frame", clock=clock)
         elif color:
             out.info(f"{COLOR}/camera_info", COLOR_SIZE, COLOR_LENGTHS, seconds, "color_frame", COLOR_LENS)
             out.image(f"{COLOR}/image_raw", box_scene.color(*COLOR_SIZE, frame), "rgb8", seconds + 0.003, "color_frame")

@@ -161,3 +161,13 @@ def test_no_depth_is_told_with_what_there_is(tmp_path):
     out.bag.close()
     with pytest.raises(RecordingError, match=r"no depth images.*/cam/image_raw"):
         open_recording(tmp_path / "bag")
+
+
+@pytest.mark.parametrize("clock", [-1.7e9, 5.0, 0.4])
+def test_colour_of_another_clock_is_joined_by_when_it_was_recorded(tmp_path, clock):
+    """A colour camera without a clock of its own beside a depth camera on the computer's."""
+    recording = open_recording(ros_bags.write(tmp_path / "bag", "mcap", color="registered", clock=clock))
+    for index, frame in enumerate(recording):
+        np.testing.assert_array_equal(frame.color, box_scene.color(*ros_bags.SIZE, index))
+    (told,) = recording.warnings
+    assert "/cam/depth/rgb" in told and f"{clock + 0.003:+.3f} s off" in told

@@ -35,6 +35,16 @@ from fusion.recording.recording import Recording
 from fusion.recording.streamed import Source
 
 DEPTH_SCALE = 1000.0  # millimetres
+# of the file's tags: how the device was set
+TOLD = {
+    "K4A_DEPTH_MODE": "depth mode",
+    "K4A_COLOR_MODE": "color mode",
+    "K4A_DEPTH_FIRMWARE_VERSION": "depth firmware",
+    "K4A_COLOR_FIRMWARE_VERSION": "color firmware",
+    "K4A_DEPTH_DELAY_NS": "depth delay [ns]",
+    "K4A_WIRED_SYNC_MODE": "wired sync mode",
+    "K4A_DEVICE_SERIAL_NUMBER": "serial number",
+}
 
 
 def recognises(path: Path) -> bool:
@@ -73,7 +83,8 @@ def read(path: Path, camera: Camera | None) -> Recording:
         ir=None if grey is None else partial(grey_image, grey),
         has_ir=np.zeros(0, bool) if grey is None else grey.at >= 0,
     )
-    return source.recording("azure-mkv", None, warnings)
+    told = {name: held.tags[tag] for tag, name in TOLD.items() if tag in held.tags}
+    return source.recording("azure-mkv", None, warnings, told)
 
 
 def _track(held: Matroska, name: str) -> Track | None:

@@ -50,15 +50,17 @@ def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
     if chosen is None:
         do = "pass --camera camera.json"
         raise RecordingError("the recording has no camera", store.path, "no streamProfileType_3", do=do)
+    told = _told(store)
     if camera is None:
-        sensor, serial, principle = _device(store)
-        chosen = replace(chosen, sensor=sensor, serial=serial, principle=principle)
+        name = told.get("name", "")
+        principle = next((kind for word, kind in PRINCIPLES.items() if word in name), "unknown")
+        chosen = replace(chosen, sensor=name, serial=told.get("sn", ""), principle=principle)
     # given in single precision, which holds seven digits
     chosen = replace(chosen, depth_scale=float(f"{scale:.6g}"))
     depth = Stream(topic, stream_stamps(topic, len(topic.read(0, -1)), warnings), chosen)
     color = _beside(store, COLOR, warnings)
     ir = _beside(store, IR, warnings) or _beside(store, IR_LEFT, warnings)
-    return Chosen("orbbec-bag", depth, color, ir, T_color_depth=T, warnings=tuple(warnings))
+    return Chosen("orbbec-bag", depth, color, ir, T_color_depth=T, warnings=tuple(warnings), settings=told)
 
 
 def _sensor(store: Store, name: str) -> int:
@@ -120,12 +122,8 @@ def _unit_mm(store: Store) -> float | None:
     return None
 
 
-def _device(store: Store) -> tuple[str, str, str]:
-    """Name, serial number and principle of the device, as far as they are told."""
+def _told(store: Store) -> dict[str, str]:
+    """What the recording says of the device: name, serial number, firmware and so on, as far as it does."""
     topic: Topic | None = store.topics.get("/cam/deviceInfo")
-    if topic is None:
-        return "", "", "unknown"
-    told = message(topic, 0)
-    name = str(told.get("name", ""))
-    principle = next((kind for word, kind in PRINCIPLES.items() if word in name), "unknown")
-    return name, str(told.get("sn", "")), principle
+    values = {} if topic is None else message(topic, 0)
+    return {name: str(value) for name, value in values.items() if isinstance(value, str | int) and str(value)}

@@ -44,9 +44,10 @@ def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
     if scale is None and camera is None:
         do = "pass --camera with depth_scale, counts per metre"
         raise RecordingError("the unit of the depth is not stated", name, "no Depth_Units", "metres a count", do)
+    told = _told(store, name)
     if camera is None:
-        sensor, serial, principle = _device(store, name)
-        stated = replace(stated, sensor=sensor, serial=serial, principle=principle)
+        stated = replace(stated, sensor=told.get("Name", ""), serial=told.get("Serial Number", ""))
+        stated = replace(stated, principle=_principle(stated.sensor))
     elif scale not in (None, camera.depth_scale):
         warnings.append(f"the recording's own unit is used: {scale:g} counts a metre, not --camera's")
     stated = replace(stated, depth_scale=scale or stated.depth_scale)
@@ -55,7 +56,8 @@ def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
     places = [_place(store, one.topic.name if one else "") for one in (depth, color)]
     T = None if places[0] is None or places[1] is None else places[1] @ inverse(places[0])
     kind = "realsense-db3" if topic.ros2 else "realsense-bag"
-    return Chosen(kind, depth, color, ir, T_color_depth=T, warnings=tuple(warnings))
+    settings = told | _options(store, name)
+    return Chosen(kind, depth, color, ir, T_color_depth=T, warnings=tuple(warnings), settings=settings)
 
 
 def _part(name: str) -> str:
@@ -170,18 +172,35 @@ def _rigid(R: np.ndarray, t: np.ndarray) -> Array | None:
     return pose(u @ v, t) if np.abs(s - 1).max() < 1e-3 and np.linalg.det(u @ v) > 0 else None
 
 
-def _device(store: Store, name: str) -> tuple[str, str, str]:
-    """Name, serial number and principle; "" and "unknown" where the recording does not tell them."""
+def _told(store: Store, name: str) -> dict[str, str]:
+    """What the recording says of the device: name, serial number, firmware and so on."""
     told: dict[str, str] = {}
     topic = store.topics.get(f"/{_device_of(name)}/info")
     for index in range(min(len(topic), 100)) if topic is not None else ():
         values = message(topic, index)  # type: ignore[arg-type]
         told |= {str(values["key"]): str(values["value"])} if "key" in values else _words(str(values.get("data", "")))
-    sensor = told.get("Name", "")
-    principle = next(
-        (p for model, p in PRINCIPLES.items() if model in sensor), "active_stereo" if sensor else "unknown"
-    )
-    return sensor, told.get("Serial Number", ""), principle
+    return told
+
+
+def _options(store: Store, name: str) -> dict[str, str]:
+    """How the depth sensor was set: its options by name, with the last value too where one was changed."""
+    root = "/".join(name.split("/")[:3]) + "/option/"
+    found = {}
+    for option, topic in sorted(store.topics.items()):
+        if option.startswith(root) and option.endswith("/value"):
+            values = [_option(message(topic, index)) for index in sorted({0, len(topic) - 1})]
+            title = option.removeprefix(root).removesuffix("/value").replace("_", " ")
+            found[title] = " to ".join(dict.fromkeys(values))
+    return found
+
+
+def _option(values: dict[str, Any]) -> str:
+    value = _number(str(values.get("data", "")))
+    return f"{value:.6g}" if np.isfinite(value) else str(values.get("data", ""))
+
+
+def _principle(device: str) -> str:
+    return next((p for model, p in PRINCIPLES.items() if model in device), "active_stereo" if device else "unknown")
 
 
 def _words(text: str) -> dict[str, str]:

@@ -41,6 +41,11 @@ class Stream:
     stamps: NDArray[np.float64]
     camera: Camera | None = None
 
+    @property
+    def arrivals(self) -> NDArray[np.float64]:
+        """(n,) [s] when each message was recorded."""
+        return np.asarray(self.topic.stamps / 1e9)
+
 
 @dataclass(frozen=True)
 class Chosen:
@@ -52,7 +57,7 @@ class Chosen:
         metres: depth is stored in metres.
         T_color_depth: (4, 4) maps points of the depth camera to the colour camera, or None where that is not known.
         same_pixels: colour is in the depth camera's pixels, as the bag says.
-        telemetry, scene: as in a recording.
+        telemetry, scene, settings: as in a recording.
         poses: stated poses at some stamps, or None.
         warnings: one sentence each.
     """
@@ -68,6 +73,7 @@ class Chosen:
     scene: dict[str, Any] = field(default_factory=dict)
     poses: Callable[[NDArray[np.float64]], Trajectory | None] = field(default=lambda stamps: None)
     warnings: tuple[str, ...] = ()
+    settings: dict[str, str] = field(default_factory=dict)
 
 
 def stream_stamps(topic: Topic, size: int, warnings: list[str]) -> NDArray[np.float64]:
@@ -102,7 +108,7 @@ def recording_of(path: Path, chosen: Chosen) -> Recording:
     if ir is not None and ir.camera is not None and ir.camera.shape != camera.shape:
         warnings.append("infrared is not in the depth camera's pixels and left out")
         ir = None
-    at_color, at_ir = (_matched(stream, stamps) for stream in (color, ir))
+    (at_color, lost_color), (at_ir, lost_ir) = (_matched(stream, depth, order, warnings) for stream in (color, ir))
     load = partial(_load, depth.topic, camera, order, stamps, None if apart else color, at_color, ir, at_ir)
     streams = FrameStreams(
         color=at_color >= 0,
@@ -110,7 +116,10 @@ def recording_of(path: Path, chosen: Chosen) -> Recording:
         counts=None if chosen.metres else lambda index: depth_image(depth.topic, int(order[index]), camera.shape),  # type: ignore[arg-type,return-value]
         color_apart=partial(_apart, color, at_color) if apart and color is not None else None,
         steps_back=int((np.diff(depth.stamps) < 0).sum()),
-        unmatched={s.topic.name: _unmatched(s, stamps) for s in (color, ir) if s is not None},
+        arrivals=depth.arrivals[order],
+        unmatched={
+            s.topic.name: (lost, len(s.stamps)) for s, lost in ((color, lost_color), (ir, lost_ir)) if s is not None
+        },
     )
     for name, (lost, total) in streams.unmatched.items():
         if lost:
@@ -126,6 +135,7 @@ def recording_of(path: Path, chosen: Chosen) -> Recording:
         scene=chosen.scene,
         warnings=tuple(dict.fromkeys(warnings)),
         streams=streams,
+        settings=chosen.settings,
     )
 
 
@@ -148,13 +158,31 @@ def _placed_color(chosen: Chosen, camera: Camera, warnings: list[str]) -> tuple[
     return None, False, camera
 
 
-def _matched(stream: Stream | None, stamps: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Message of a stream that belongs to each depth stamp, -1 where there is none."""
-    return np.full(len(stamps), -1, np.intp) if stream is None else associate(stamps, stream.stamps)
+def _matched(
+    stream: Stream | None, depth: Stream, order: NDArray[np.intp], warnings: list[str]
+) -> tuple[NDArray[np.intp], int]:
+    """Message of a stream that belongs to each depth frame, -1 where there is none, and how many belong to none.
 
-
-def _unmatched(stream: Stream, stamps: NDArray[np.float64]) -> tuple[int, int]:
-    return int((~in_time(stream.stamps, stamps)).sum()), len(stream.stamps)
+    Where its clock is another one than the depth's (a device's beside a computer's) the moment of recording counts;
+    that is told.
+    """
+    if stream is None:
+        return np.full(len(order), -1, np.intp), 0
+    stamps = depth.stamps[order]
+    found, most = associate(stamps, stream.stamps), min(len(stamps), len(stream.stamps))
+    if 2 * int((found >= 0).sum()) >= most:
+        return found, int((~in_time(stream.stamps, stamps)).sum())
+    arrivals = depth.arrivals[order]
+    by_arrival = associate(arrivals, stream.arrivals)
+    if (by_arrival >= 0).sum() <= (found >= 0).sum():
+        return found, int((~in_time(stream.stamps, stamps)).sum())
+    there = by_arrival >= 0
+    apart = float(np.median(stream.stamps[by_arrival[there]] - stamps[there]))
+    warnings.append(
+        f"the clock of {stream.topic.name} is {apart:+.3f} s off that of the depth: images are joined that were "
+        "recorded at the same moment"
+    )
+    return by_arrival, int((~in_time(stream.arrivals, arrivals)).sum())
 
 
 def _apart(stream: Stream, places: NDArray[np.intp], index: int) -> NDArray[np.uint8] | None:
