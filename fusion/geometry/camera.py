@@ -7,7 +7,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.lens import beyond, straightened
 from fusion.geometry.pose import Array
+
+OUTSIDE = -1e9  # [px] where a point is that no pixel can show
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,15 @@ class Camera:
         return self.height, self.width
 
     def rays(self) -> NDArray[np.float32]:
-        """(height, width, 2) undistorted x/z and y/z of every pixel; cached, read only."""
-        return _rays(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.distortion)
+        """(height, width, 2) undistorted x/z and y/z of every pixel; cached, read only.
+
+        Pixels without a ray (`blind`) are given the nearest that there is.
+        """
+        return _rays(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.distortion)[0]
+
+    def blind(self) -> NDArray[np.bool_] | None:
+        """(height, width) pixels that show nothing, as the lens turns back before them; None where all show."""
+        return _rays(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.distortion)[1]
 
     def points(self, depth: NDArray[np.floating]) -> NDArray[np.float32]:
         """Points (height, width, 3) [m] of a planar depth image (height, width) [m], NaN where missing."""
@@ -79,7 +89,10 @@ class Camera:
         return points
 
     def project(self, points: Array) -> Array:
-        """Pixels (n, 2) [px] of camera points (n, 3) [m], lens distortion included; z must be positive."""
+        """Pixels (n, 2) [px] of camera points (n, 3) [m], lens distortion included; z must be positive.
+
+        Points beyond what the lens can show, which its formula would bring back, lie far outside of the image.
+        """
         points = np.ascontiguousarray(points, float).reshape(-1, 3)
         if len(points) == 0:
             return np.zeros((0, 2))
@@ -88,7 +101,9 @@ class Camera:
             near = 1 / np.where(z == 0, 1, z)
             return np.stack([self.fx * x * near + self.cx, self.fy * y * near + self.cy], axis=1)
         uv, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion))
-        return np.asarray(uv, float).reshape(-1, 2)
+        with np.errstate(all="ignore"):
+            turned = beyond(points[:, 0] / points[:, 2], points[:, 1] / points[:, 2], self.distortion)
+        return np.where(turned[:, None], OUTSIDE, np.asarray(uv, float).reshape(-1, 2))
 
     def halved(self) -> "Camera":
         """The camera of the image in which each pixel is the mean of 2 x 2 (odd edges cut off)."""
@@ -119,16 +134,17 @@ class Camera:
 @lru_cache(maxsize=16)
 def _rays(
     width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: tuple[float, ...]
-) -> NDArray[np.float32]:
+) -> tuple[NDArray[np.float32], NDArray[np.bool_] | None]:
+    """Rays (height, width, 2) and the pixels (height, width) that have none, or None."""
     v, u = np.mgrid[0:height, 0:width].astype(float)
+    x, y = (u - cx) / fx, (v - cy) / fy
+    blind = None
     if any(distortion):
-        K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
-        # more iterations than OpenCV's default of 5, which leaves up to 0.1 px at wide corners
-        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-9)
-        pixels = np.dstack([u, v]).reshape(-1, 1, 2)
-        xy = cv2.undistortPoints(pixels, K, np.array(distortion), criteria=criteria)
-        rays = np.asarray(xy).reshape(height, width, 2).astype(np.float32)
-    else:
-        rays = np.dstack([(u - cx) / fx, (v - cy) / fy]).astype(np.float32)
+        flat_x, flat_y, missed = straightened(x.ravel(), y.ravel(), distortion)
+        x, y = flat_x.reshape(x.shape), flat_y.reshape(x.shape)
+        if missed.any():
+            blind = missed.reshape(x.shape)
+            blind.flags.writeable = False
+    rays = np.dstack([x, y]).astype(np.float32)
     rays.flags.writeable = False
-    return rays
+    return rays, blind

@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.lens import STEEPEST, radial
 from fusion.geometry.pose import Array
 
 SAMPLES = 400
 ROUNDS = 30  # of weighting: the linear fit then comes to the nearest quotient
-STEEPEST = np.radians(89.0)  # from the axis: depth along z says nothing beyond
 KEPT_PX = 0.02  # a tenth of what the place of a pixel is held to
 
 Radial = Callable[[Array], Array]  # r -> bent distance
@@ -46,13 +46,7 @@ def polynomial(k: Sequence[float]) -> Radial:
 
 def rational(camera: Camera) -> Radial:
     """The radial part of a camera's own lens."""
-    k1, k2, _, _, k3, k4, k5, k6 = camera.distortion
-
-    def bent(r: Array) -> Array:
-        q = r * r
-        return np.asarray(r * (1 + q * (k1 + q * (k2 + q * k3))) / (1 + q * (k4 + q * (k5 + q * k6))))
-
-    return bent
+    return lambda r: np.asarray(r * radial(r * r, camera.distortion))
 
 
 def with_lens(camera: Camera, lens: Radial, tangential: tuple[float, float] = (0.0, 0.0)) -> tuple[Camera, float]:

@@ -1,9 +1,13 @@
 """Opening a recording: what is in the folder or file says which format it is."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.files.inside import part
@@ -17,7 +21,7 @@ from fusion.recording.formats.folders import freenect2, nerfstudio, plain
 from fusion.recording.formats.phones import polycam, record3d, stray
 from fusion.recording.formats.recorded import klg, oni, sens
 from fusion.recording.load_frame import check_frame_size
-from fusion.recording.recording import Recording
+from fusion.recording.recording import Frame, Recording
 from fusion.recording.said_camera import said_camera
 from fusion.recording.scene_file import read_scene_fields
 
@@ -74,11 +78,26 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         read = partial(form.read, path)
     recording = read(camera=None if camera is None else said_camera(camera, lambda said: read(camera=said)))
     check_frame_size(recording.camera, path)
+    recording = _without_blind_pixels(recording)
     if str(camera) in DEVICES:
         said = f"the camera is a nominal {camera} ({DEVICES[str(camera)][1]}), not calibrated"
         recording = replace(recording, warnings=(*recording.warnings, said))
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
+
+
+def _without_blind_pixels(recording: Recording) -> Recording:
+    """The recording without depth where its camera's lens leaves pixels without a ray; told."""
+    blind = recording.camera.blind()
+    if blind is None:
+        return recording
+    told = f"{blind.mean():.1%} of the pixels lie where the formula of the lens turns back: left out"
+    return replace(recording, load=partial(_seeing, recording.load, blind), warnings=(*recording.warnings, told))
+
+
+def _seeing(load: Callable[[int], Frame], blind: NDArray[np.bool_], index: int) -> Frame:
+    frame = load(index)
+    return replace(frame, depth=np.where(blind, np.float32(np.nan), frame.depth))
 
 
 def recognised(path: Path) -> ModuleType | None:

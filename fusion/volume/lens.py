@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.compute.language import func, ti
 from fusion.geometry import lanes
 from fusion.geometry.camera import Camera
+from fusion.geometry.lens import radial
 from fusion.geometry.pose import Array
 
 SIZE = 14  # values a kernel takes: the camera's 12 parameters, the largest radius squared, the largest gain
@@ -25,11 +26,9 @@ def lens(camera: Camera) -> NDArray[np.float32]:
     rays = camera.rays()
     radius = np.hypot(rays[..., 0], rays[..., 1])
     largest = float(np.max(radius[np.isfinite(radius)], initial=0.0)) * 1.02 + 1e-3
-    k1, k2, _, _, k3, k4, k5, k6 = camera.distortion
     r = np.linspace(0.0, largest, 2000)
-    q = r * r
     with np.errstate(all="ignore"):
-        bent = r * (1 + q * (k1 + q * (k2 + q * k3))) / (1 + q * (k4 + q * (k5 + q * k6)))
+        bent = r * radial(r * r, camera.distortion)
     slope = np.diff(bent) / np.diff(r)
     bad = np.flatnonzero(~(slope > 0))
     end = int(bad[0]) if len(bad) else len(slope)

@@ -20,7 +20,6 @@ PLAIN = {
     "YUY2": (cv2.COLOR_YUV2RGB_YUY2, 2, 1.0),
     "BGRA": (cv2.COLOR_BGRA2RGB, 4, 1.0),
 }
-SURE = 0.1  # [px] between a pixel and its ray's: beyond, the lens' formula has no ray there
 
 
 @dataclass(frozen=True)
@@ -75,11 +74,6 @@ def color_image(pictures: Pictures, size: tuple[int, int], index: int) -> NDArra
 
 def blind_pixels(known: Calibration) -> NDArray[np.bool_] | None:
     """(h, w) pixels without a ray: beyond the lens' radius or where its formula turns back; None where all have one."""
-    camera = known.depth
-    rays = camera.rays().astype(float)
-    points = np.dstack([rays, np.ones(camera.shape)]).reshape(-1, 3)
-    v, u = np.mgrid[: camera.height, : camera.width]
-    with np.errstate(all="ignore"):
-        off = np.linalg.norm(camera.project(points) - np.column_stack([u.ravel(), v.ravel()]), axis=1)
-    blind = ~(off < SURE).reshape(camera.shape) | ~(np.linalg.norm(rays, axis=-1) <= known.radius)
+    turned, far = known.depth.blind(), ~(np.linalg.norm(known.depth.rays(), axis=-1) <= known.radius)
+    blind = far if turned is None else far | turned
     return blind if blind.any() else None
