@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("recordings", type=Path, nargs="+", metavar="REC", help="a wall each, its distance_m in telemetry.csv if known")
     add_output(parser, "folder for sensor.json and report.html")
-    add("--camera", metavar="C", help="calibrated camera.json, or a preset's name")
+    add("--camera", metavar="C", help="calibrated camera.json, a preset's name or fx,fy,cx,cy")
     add_topic(parser)
     add("--sensor", metavar="S", help="sensor.json or a preset's name: what is already known")
     add(
@@ -53,13 +53,12 @@ def run(options: argparse.Namespace) -> None:
     """Calibrate and write sensor.json and report.html."""
     from fusion.calibration.depth.calibration import DepthSettings, calibrate_depth
     from fusion.calibration.lens.board import read_board
-    from fusion.recording.camera_presets import find_camera
-    from fusion.recording.open import open_recording
+    from fusion.recording.open import open_recording, stated_camera
     from fusion.sensor.file import read_sensor
 
     settings = DepthSettings(
         board=None if options.board is None else read_board(options.board),
-        camera=None if options.camera is None else find_camera(options.camera),
+        camera=stated_camera(options.camera, options.recordings[0], options.topic),
         sensor=None if options.sensor is None else read_sensor(options.sensor),
         distance_std=options.distance_std,
         surface=not options.no_map,

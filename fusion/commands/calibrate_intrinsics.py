@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.numbers import number
-from fusion.commands.results import add_output
+from fusion.commands.results import add_output, add_topic
 from fusion.progress import stage
 from fusion.quantity import WORKING_DISTANCE
 
@@ -20,7 +20,7 @@ EXAMPLE = "fusion calibrate intrinsics board_recording --board board.json -o out
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    add("recording", type=Path, metavar="REC", help="recording with ir/ or rgb/, or a plain folder of pictures")
+    add("recording", type=Path, metavar="REC", help="recording with infrared or colour, or a plain folder of pictures")
     add(
         "--board",
         type=Path,
@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help="working distance [m] for the uncertainty in mm; default: the boards'",
     )
+    add_topic(parser)
     add("--keep-outliers", action="store_true", help="name views that do not fit, but use them all the same")
     add("--json", action="store_true", help="print one JSON object")
 
@@ -49,7 +50,7 @@ def run(options: argparse.Namespace) -> None:
 
     board = read_board(options.board)
     settings = LensSettings(options.keep_outliers, options.distance)
-    result = calibrate_intrinsics(options.recording, board, settings)
+    result = calibrate_intrinsics(options.recording, board, settings, options.topic)
     with options.claim.folder() as partial:
         text = json.dumps(camera_content(result), indent=1, allow_nan=False)
         (partial / "camera.json").write_text(text + "\n", encoding="utf-8")

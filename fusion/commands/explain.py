@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="what any simulator made of the same scenes, one recording for each REC, in the same order",
     )
-    add("--camera", type=Path, metavar="FILE", help="camera.json instead of the recordings' own")
+    add("--camera", metavar="C", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recordings' own")
     add_topic(parser)
     add("--json", action="store_true", help="print the verdict as one JSON object")
 

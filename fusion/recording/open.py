@@ -13,7 +13,7 @@ from fusion.errors import RecordingError
 from fusion.files.inside import part
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import DEVICES
+from fusion.recording.camera_presets import DEVICES, find_camera
 from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
@@ -22,7 +22,7 @@ from fusion.recording.formats.phones import polycam, record3d, stray
 from fusion.recording.formats.recorded import klg, oni, sens
 from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.said_camera import said_camera
+from fusion.recording.said_camera import are_numbers, said_camera
 from fusion.recording.scene_file import read_scene_fields
 
 # In the order of asking: the first that recognises it reads it. A format has `recognises(path)`, which looks at content
@@ -84,6 +84,17 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         recording = replace(recording, warnings=(*recording.warnings, said))
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
+
+
+def stated_camera(camera: Camera | Path | str | None, path: Path, topic: str | None = None) -> Camera | None:
+    """The camera that is said for recordings like this one, where "fx,fy,cx,cy" [px] need its size; None for none.
+
+    Raises:
+        RecordingError: as `open_recording`.
+    """
+    if camera is None:
+        return None
+    return open_recording(path, camera, topic).camera if are_numbers(camera) else find_camera(camera)
 
 
 def _without_blind_pixels(recording: Recording) -> Recording:

@@ -41,6 +41,11 @@ def said_camera(camera: Camera | Path | str, read: Read) -> Camera:
     return replace(own, fx=fx, fy=fy, cx=cx, cy=cy, distortion=(), std={})
 
 
+def are_numbers(camera: Camera | Path | str) -> bool:
+    """True for "fx,fy,cx,cy"."""
+    return _numbers(camera) is not None
+
+
 def _numbers(camera: Camera | Path | str) -> list[float] | None:
     """The four numbers; None where it is something else."""
     parts = [] if isinstance(camera, Camera) else str(camera).split(",")

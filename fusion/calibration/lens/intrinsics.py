@@ -97,8 +97,16 @@ class Intrinsics:
         return f"<Intrinsics by {views}, {len(self.warnings)} warnings;\n {self.camera!r}>"
 
 
-def calibrate_intrinsics(path: Path | str, board: Board, settings: LensSettings | None = None) -> Intrinsics:
-    """Calibrate the camera or cameras of a recording, or of a plain folder of pictures.
+def calibrate_intrinsics(
+    path: Path | str, board: Board, settings: LensSettings | None = None, topic: str | None = None
+) -> Intrinsics:
+    """Calibrate the camera or cameras of a recording of any format, or of a plain folder of pictures.
+
+    Args:
+        path: the recording or the folder.
+        board: what the pictures show.
+        settings: how.
+        topic: which depth stream of a bag that has several.
 
     Raises:
         RecordingError: no pictures, too few views, another board, uneven squares, or views that leave the camera open.
@@ -107,7 +115,7 @@ def calibrate_intrinsics(path: Path | str, board: Board, settings: LensSettings 
     >>> fusion.write_camera("camera.json", found.camera)
     """
     settings = settings or LensSettings()
-    pictures = find_pictures(path)
+    pictures = find_pictures(path, topic)
     searches, fits, warnings = {}, {}, []
     for name, files in (("ir", pictures.ir), ("color", pictures.color)):
         if not files:
@@ -128,7 +136,7 @@ def calibrate_intrinsics(path: Path | str, board: Board, settings: LensSettings 
         except RecordingError as error:
             warnings.append(f"the colour camera's place stays unknown: {error}")
     if "ir" in fits:
-        warnings += size_warnings(pictures.folder, fits["ir"].judged)
+        warnings += size_warnings(pictures.path, fits["ir"].judged)
     camera = _joined(pictures, fits, pair, warnings)
     return Intrinsics(camera, board, searches, fits, pair, warnings)
 

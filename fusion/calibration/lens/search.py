@@ -1,14 +1,13 @@
 """The board in all pictures of one camera, and why it was not found."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.charuco import find_charuco
 from fusion.calibration.lens.detect import find_checkerboard, largest_board
-from fusion.calibration.lens.pictures import read_picture, usual_size
+from fusion.calibration.lens.pictures import Picture, place_of, read_picture, usual_size
 from fusion.calibration.lens.views import View, view_of
 from fusion.errors import RecordingError
 from fusion.progress import each
@@ -27,21 +26,21 @@ class Search:
         size: (width, height) [px].
         missed: keys of the pictures without the board.
         unread: key to reason, of pictures that are damaged or have another size.
-        pictures: key to file, of all.
+        pictures: key to picture, of all.
     """
 
     views: list[View]
     size: tuple[int, int]
     missed: list[str] = field(default_factory=list)
     unread: dict[str, str] = field(default_factory=dict)
-    pictures: dict[str, Path] = field(default_factory=dict)
+    pictures: dict[str, Picture] = field(default_factory=dict)
 
 
-def search(pictures: dict[str, Path], board: Board) -> Search:
+def search(pictures: dict[str, Picture], board: Board) -> Search:
     """Find the board in pictures of one camera; damaged ones are listed, not fatal.
 
     Args:
-        pictures: key to file.
+        pictures: key to picture.
         board: what to look for.
 
     Raises:
@@ -86,7 +85,7 @@ def _hardly_seen(result: Search, board: Board) -> RecordingError:
         expected += f" with markers of {board.dictionary}, {board.marker_m:g} m in squares of {board.square_m:g} m"
         do += ", dictionary and marker_m"
     do += ", light and focus" if board.is_charuco else ", light and focus; the whole board must be in view"
-    where = next(iter(result.pictures.values())).parent
+    where = place_of(next(iter(result.pictures.values())))
     return RecordingError("the board is hardly seen", where, found, f"{expected}, in {FEWEST} pictures or more", do)
 
 

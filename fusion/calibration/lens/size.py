@@ -18,14 +18,13 @@ APART = 0.08  # share: an uncalibrated depth camera is wrong by 2 to 4 %, a wron
 SAME_TIME = 0.02  # [s]
 
 
-def size_warnings(folder: Path, judged: Judged) -> list[str]:
+def size_warnings(path: Path, judged: Judged) -> list[str]:
     """A sentence when the board's distance by its squares is not the depth that was measured; else nothing."""
-    if not (folder / "depth.txt").is_file():
+    if path.is_dir() and not (path / "depth.txt").is_file():
         return []
+    own = path.is_file() or (path / "camera.json").is_file()
     try:
-        recording = open_recording(
-            folder, None if (folder / "camera.json").is_file() else judged.solution.camera((1, 1))
-        )
+        recording = open_recording(path, None if own else judged.solution.camera((1, 1)))
         asked = np.unique(np.linspace(0, len(judged.views) - 1, ASKED).astype(int))
         ratios = [_ratio(recording, judged.views[i], judged.solution, i) for i in asked]
     except RecordingError:  # depth that cannot be read takes nothing away from the pictures

@@ -15,7 +15,9 @@ from fusion.commands.main import main
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_file import read_camera, write_camera
+from fusion.recording.formats.bags.write import write_mcap
 from fusion.recording.images import read_ir
+from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
 from fusion.recording.write import write_recording
 
@@ -206,8 +208,20 @@ def test_long_recordings_are_thinned_evenly(tmp_path):
 def test_no_pictures_is_told(tmp_path):
     with pytest.raises(FusionError, match="no pictures"):
         find_pictures(tmp_path)
-    with pytest.raises(FusionError, match="no folder"):
+    with pytest.raises(FusionError, match="no pictures"):
         find_pictures(tmp_path / "none")
+
+
+def test_pictures_of_a_file_give_the_camera_that_those_of_a_folder_give(folder, tmp_path):
+    """A bag's infrared as it is; its own camera, which a driver may have stated wrongly, is not used."""
+    ir = [read_ir(path) for path in sorted(folder.glob("0[0-5]_ir.png"))]
+    frames = [Frame(i, i / 10, np.ones(SIZE[::-1], np.float32), ir=image) for i, image in enumerate(ir)]
+    write_recording(tmp_path / "rec", Camera(*SIZE, 300.0, 300.0, 250.0, 200.0), frames)
+    write_mcap(tmp_path / "rec.mcap", open_recording(tmp_path / "rec"))
+    found = find_pictures(tmp_path / "rec.mcap")
+    assert len(found.ir) == 6 and not found.color
+    one, other = (calibrate_intrinsics(tmp_path / name, BOARD).camera for name in ("rec", "rec.mcap"))
+    np.testing.assert_array_equal(one.parameters, other.parameters)
 
 
 CHARUCO = {"columns": 8, "rows": 5, "square_m": 0.04, "marker_m": 0.03, "dictionary": "DICT_5X5_100"}
