@@ -26,7 +26,8 @@ from fusion.recording.said_camera import are_numbers, said_camera
 from fusion.recording.scene_file import read_scene_fields
 
 # In the order of asking: the first that recognises it reads it. A format has `recognises(path)`, which looks at content
-# and raises nothing, and `read(path, camera)`; one with several depth streams also `HAS_TOPICS` and `read(..., topic)`.
+# and raises nothing, and `read(path, camera)`; one with several depth streams also `HAS_TOPICS` and
+# `read(..., topic)`; one whose counts per metre are not stated in the files, `USUAL_SCALE`.
 FOLDERS: tuple[ModuleType, ...] = (
     tum,
     bop,
@@ -76,7 +77,9 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         raise RecordingError("there are no topics in this recording", path, f"--topic {topic}", do="leave it out")
     else:
         read = partial(form.read, path)
-    recording = read(camera=None if camera is None else said_camera(camera, lambda said: read(camera=said)))
+    if camera is not None:
+        camera = said_camera(camera, lambda said: read(camera=said), getattr(form, "USUAL_SCALE", 1000.0))
+    recording = read(camera=camera)
     check_frame_size(recording.camera, path)
     recording = _without_blind_pixels(recording)
     if str(camera) in DEVICES:

@@ -14,12 +14,13 @@ from fusion.recording.recording import Recording
 Read = Callable[[Camera | None], Recording]
 
 
-def said_camera(camera: Camera | Path | str, read: Read) -> Camera:
+def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 1000.0) -> Camera:
     """The camera that is meant; of `fx,fy,cx,cy` [px] the rest is the recording's own, or the size of its images.
 
     Args:
         camera: a Camera, a `camera.json`, the name of a preset, or the four numbers.
         read: opens the recording with a camera.
+        usual_scale: counts per metre of a format that states none.
 
     Raises:
         RecordingError: it is none of these.
@@ -33,7 +34,7 @@ def said_camera(camera: Camera | Path | str, read: Read) -> Camera:
     try:
         own = read(None).camera
     except RecordingError:  # most states no camera; if it is something else it is met again
-        opened = read(Camera(0, 0, fx, fy, cx, cy))
+        opened = read(Camera(0, 0, fx, fy, cx, cy, depth_scale=usual_scale))
         if opened.camera.width or opened.files is None:
             return opened.camera
         width, height = image_size(opened.files.folder / opened.files.depth[0])

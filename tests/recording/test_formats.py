@@ -8,9 +8,9 @@ import pytest
 import synthetic
 
 from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
 from fusion.recording.convert import convert_recording
-from fusion.recording.formats.fakenect import raw_to_metres
 from fusion.recording.inspect import inspect
 from fusion.recording.open import open_recording
 from fusion.recording.write import depth_counts, write_recording
@@ -112,14 +112,46 @@ def test_fakenect(tmp_path, order, raw):
     recording = open_recording(tmp_path)
     frame = recording[0]
     assert recording.format == "fakenect" and frame.timestamp == 12.5
-    expected = raw_to_metres(counts) if raw else np.where(counts == 0, np.nan, counts / 1000)
-    np.testing.assert_allclose(frame.depth, expected, rtol=1e-6)
+    expected = by_tangent(counts) if raw else np.where(counts == 0, np.nan, counts / 1000)
+    np.testing.assert_allclose(frame.depth, expected, rtol=0.015 if raw else 1e-6)
     assert np.isnan(frame.depth[:20]).all() and frame.color[0, 0].tolist() == [9, 8, 7]
 
 
-def test_raw_kinect_values_in_metres():
-    # OpenKinect wiki's curve: about 0.5 m at 435 and 2 m at 922 of 2047
-    np.testing.assert_allclose(raw_to_metres(np.array([[435, 922]], np.uint16)), [[0.5, 2.0]], rtol=0.01)
+def by_tangent(raw):
+    """[m] OpenKinect wiki, Imaging Information: Magnenat's fit to a unit of his own."""
+    return np.where(raw < 2047, 0.1236 * np.tan(raw / 2842.5 + 1.1863), np.nan)
+
+
+DEVICE = {
+    "reg_info": {"zero_plane_info": {"dcmos_emitter_distance": 7.9, "dcmos_rcmos_distance": 2.4,
+                                     "reference_distance": 118.0, "reference_pixel_size": 0.105}, "ax": 1},
+    "const_shift": 204,
+}  # fmt: skip
+
+
+def test_fakenect_of_a_unit_that_tells_its_reference_plane(tmp_path):
+    (tmp_path / "d-1.5-7.pgm").write_bytes(b"P5 4 1 65535\n" + np.array([600, 700, 800, 2047], "<u2").tobytes())
+    (tmp_path / "INDEX.txt").write_text("d-1.5-7.pgm\n")
+    camera = Camera(4, 1, 575.0, 575.0, 1.5, 0.0)
+    (usual,) = open_recording(tmp_path, camera).warnings
+    assert "usual Kinect v1" in usual
+    (tmp_path / "device.json").write_text(json.dumps(DEVICE))
+    recording = open_recording(tmp_path, camera)
+    # freenect_raw_to_mm of libfreenect's registration.c, its lines one after the other
+    raw = np.array([600, 700, 800])
+    fixed_ref_x = (raw - 4 * 204) / 4 - 0.375
+    metric = fixed_ref_x * 0.105
+    millimetres = 10 * (metric * 118.0 / (7.9 - metric) + 118.0)
+    np.testing.assert_allclose(recording[0].depth[0, :3], millimetres / 1000, rtol=1e-6)
+    assert np.isnan(recording[0].depth[0, 3]) and not recording.warnings
+
+
+def test_a_device_json_that_is_of_no_kinect_is_told(tmp_path):
+    (tmp_path / "d-1.5-7.pgm").write_bytes(b"P5 4 1 65535\n" + np.array([600, 700, 800, 2047], "<u2").tobytes())
+    (tmp_path / "INDEX.txt").write_text("d-1.5-7.pgm\n")
+    (tmp_path / "device.json").write_text(json.dumps(DEVICE | {"const_shift": -3}))
+    with pytest.raises(RecordingError, match=r"const_shift.*take device.json away"):
+        open_recording(tmp_path)
 
 
 def test_plain_tum_without_camera_says_what_to_pass(tmp_path):
@@ -127,6 +159,8 @@ def test_plain_tum_without_camera_says_what_to_pass(tmp_path):
     with pytest.raises(RecordingError, match=r"--camera.*tum-fr1"):
         open_recording(tmp_path / "r")
     assert open_recording(tmp_path / "r", "tum-fr1").camera.depth_scale == 5000
+    # four numbers say no unit: it is that of the benchmark
+    assert open_recording(tmp_path / "r", "517,516,318,255").camera.depth_scale == 5000
     with pytest.raises(RecordingError, match="tum-fr1"):
         open_recording(tmp_path / "r", "tum-fr9")
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from fusion.devices.kinect_v1.tables import ZeroPlane
 from fusion.geometry.camera import Camera
+from fusion.recording.zero_plane import ZeroPlane
 
 HEIGHT, WIDTH = 480, 640
 NUMBERS = 29

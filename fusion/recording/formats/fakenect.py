@@ -3,12 +3,17 @@
 import re
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
+import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.inside import all_inside, inside
+from fusion.files.content import Content
+from fusion.files.inside import all_inside, inside, part
+from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import PRESETS
 from fusion.recording.frame_files import INVALID_COUNT, FrameFiles, associate
@@ -16,10 +21,28 @@ from fusion.recording.images import check_shape, read_bytes
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
 from fusion.recording.text_files import data_lines, stamp
+from fusion.recording.zero_plane import NO_VALUE, USUAL, ZeroPlane
 
+DEVICE = "device.json"  # newer versions write down what the unit tells of itself
 HEADER = re.compile(rb"P5\s+(\d{1,5})\s+(\d{1,5})\s+(\d{1,5})\s")
-# largest 11-bit value: the sensor saw nothing
-NO_READING = 2047
+
+
+class _Plane(msgspec.Struct):
+    """zero_plane_info; lengths in centimetres. Within a factor of three nothing else is a Kinect."""
+
+    dcmos_emitter_distance: Annotated[float, Meta(gt=2.5, lt=22.5)]
+    dcmos_rcmos_distance: Annotated[float, Meta(gt=0.5, lt=10)]
+    reference_distance: Annotated[float, Meta(gt=40, lt=360)]
+    reference_pixel_size: Annotated[float, Meta(gt=0.03, lt=0.32)]
+
+
+class _Registration(msgspec.Struct):
+    zero_plane_info: _Plane
+
+
+class _Device(msgspec.Struct):
+    reg_info: _Registration
+    const_shift: Annotated[float, Meta(ge=0, le=1000)]
 
 
 def recognises(folder: Path) -> bool:
@@ -37,15 +60,17 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     order = np.argsort(stamps, kind="stable")
     match = associate(stamps[order], np.array([stamp for stamp, _ in color]))
     swapped, raw = _encoding(folder / depth[0][1])
+    plane = _told_plane(folder)
     files = FrameFiles(
         folder=folder,
         depth=[depth[i][1] for i in order],
         color=[color[i][1] if i >= 0 else None for i in match] if (match >= 0).any() else [],
         read_depth=partial(read_pgm, swapped=swapped),
-        to_metres=raw_to_metres if raw else None,
+        to_metres=partial(raw_to_metres, table=(plane or USUAL).metres()) if raw else None,
         steps_back=int((np.diff(stamps) < 0).sum()),
     )
-    warnings = ["the depth images hold raw 11-bit values: nominal conversion to metres"] if raw else []
+    usual = "the depth images hold raw 11-bit values, taken to metres as in a usual Kinect v1: there is no device.json"
+    warnings = [usual] if raw and plane is None else []
     warnings += [] if camera else ["the camera is a nominal Kinect v1, not calibrated"]
     warnings += ["colour is not registered to depth: colours are shifted"] if files.color else []
     camera = camera or PRESETS["kinect-v1"][0]
@@ -61,12 +86,9 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     )
 
 
-def raw_to_metres(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
-    """(height, width) [m] of 11-bit values, NaN where nothing was seen. OpenKinect wiki, Imaging Information."""
-    inverse_depth = np.float32(3.3309495161) - np.float32(0.0030711016) * raw.astype(np.float32)
-    # beyond 10 m the curve runs away and the sensor gives no reading
-    seen = (raw > 0) & (raw < NO_READING) & (inverse_depth > 0.1)
-    return np.where(seen, 1 / np.where(seen, inverse_depth, 1), np.nan).astype(np.float32)
+def raw_to_metres(raw: NDArray[np.uint16], table: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(height, width) [m] of 11-bit values by a table (2048,) of them, NaN where nothing was seen."""
+    return np.where(raw > 0, table[np.minimum(raw, NO_VALUE)], np.nan).astype(np.float32)
 
 
 def read_pgm(path: Path, shape: tuple[int, int] | None = None, swapped: bool = True) -> NDArray[np.uint16]:
@@ -94,6 +116,23 @@ def _listed(index: Path, start: str) -> list[tuple[float, str]]:
     return found
 
 
+def _told_plane(folder: Path) -> ZeroPlane | None:
+    """The unit's own reference plane, where the dump holds it (fakenect/record.c). Raises RecordingError."""
+    path = part(folder, DEVICE, RecordingError)
+    if path is None:
+        return None
+    do = f"correct it, or take {DEVICE} away: then a usual Kinect v1 is assumed"
+    told = Content(read_json(path, RecordingError), path, "the device", RecordingError, do).as_type(_Device)
+    plane = told.reg_info.zero_plane_info
+    return ZeroPlane(
+        plane.dcmos_emitter_distance,
+        plane.dcmos_rcmos_distance,
+        plane.reference_distance,
+        plane.reference_pixel_size,
+        round(told.const_shift),
+    )
+
+
 def _encoding(path: Path) -> tuple[bool, bool]:
     """(little endian, raw 11-bit values) as the first image tells.
 
@@ -105,5 +144,5 @@ def _encoding(path: Path) -> tuple[bool, bool]:
     swapped = bool(jumps[1] < jumps[0])
     counts = readings[int(swapped)]
     known = counts[counts != INVALID_COUNT]
-    raw = known.size > 0 and known.max() <= NO_READING and (known == NO_READING).sum() >= (known == 0).sum()
+    raw = known.size > 0 and known.max() <= NO_VALUE and (known == NO_VALUE).sum() >= (known == 0).sum()
     return swapped, bool(raw)

@@ -22,6 +22,8 @@ from fusion.recording.telemetry_file import read_telemetry
 from fusion.recording.text_files import read_image_list
 from fusion.recording.trajectory_file import read_trajectory
 
+USUAL_SCALE = 5000.0  # counts per metre of the benchmark's images: its page on file formats
+
 
 def recognises(folder: Path) -> bool:
     """True for a folder with a list of depth images."""
