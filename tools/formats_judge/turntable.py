@@ -1,0 +1,50 @@
+"""The turn that goes through the formats: an object that the planted scans also use, cast along any camera's rays.
+
+Two cameras: 640 x 480 without a lens, matching; and Azure Kinect's 640 x 576 along rays of the maker's own library.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from planted.devices import Device, Flight, Matching
+from planted.shapes import SHAPES
+from planted.stage import Pinhole, stage_of, turned
+
+from formats_judge.take import Array, Lens, Take
+
+FRAMES, START, STEP_S = 40, 100.0, 0.25
+SQUARE = Lens(640, 480, 604.25, 605.5, 322.75, 236.125)  # numbers that single precision holds
+
+
+@dataclass(frozen=True)
+class Seen(Pinhole):
+    """A camera that is given by its rays (h, w, 2)."""
+
+    given: Array | None = None
+
+    @cached_property
+    def rays(self) -> Array:
+        assert self.given is not None
+        return np.dstack([self.given, np.ones(self.given.shape[:2])])
+
+
+def turn(lens: Lens, rays: Array | None, seed: int, unit: float, flight: bool) -> Take:
+    """One turn of the object; depth is rounded to `unit` [m] for all formats alike."""
+    rng = np.random.default_rng(seed)
+    given = lens.rays() if rays is None else rays
+    blind = ~np.isfinite(given[..., 0])
+    camera = Seen(lens.width, lens.height, lens.fx, lens.cx, lens.cy, np.nan_to_num(given))
+    device: Device = Flight(camera) if flight else Matching(camera)
+    item = SHAPES["lumpy"](rng, 0.2)
+    item.apply_translation([0.008, -0.005, 0])
+    stage = stage_of(rng, camera, item, 0.75)
+    backdrop = stage.backdrop(stage.T_world_camera)
+    depth, colors = [], []
+    for angle in np.linspace(0, 360, FRAMES, endpoint=False) + 0.05 * rng.standard_normal(FRAMES):
+        hits, color = stage.seen(backdrop, turned(angle), turned(angle))
+        z = np.where(blind, 0.0, device.depth(hits, 0.0, rng))
+        depth.append((np.rint(z / unit) * unit).astype(np.float32))
+        colors.append(color)
+    stamps = START + STEP_S * np.arange(FRAMES)
+    return Take(lens, np.stack(depth), stamps, np.stack(colors), lens, unit=unit)

@@ -1,0 +1,27 @@
+"""Where the foreign writers live, and how they are called."""
+
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+
+
+@dataclass(frozen=True)
+class Tools:
+    """Interpreters with pyrealsense2 2.56 and 2.58 or later and with mcap-ros2-support; the folder of libk4a; a word
+    that rows have in their names."""
+
+    bag: Path | None = None
+    db3: Path | None = None
+    mcap: Path | None = None
+    k4a: Path | None = None
+    only: str = ""
+
+
+def elsewhere(python: Path | None, program: str, take: Path, out: Path, *words: str) -> Path:
+    """Run a writer of this folder by another interpreter."""
+    if python is None:
+        raise FileNotFoundError(f"{program} wants an environment of its own: see tools/judge_formats.py")
+    subprocess.run([str(python), str(HERE / program), str(take), str(out), *words], check=True)
+    return out

@@ -1,0 +1,51 @@
+"""The readers of recordings, judged by files that others' programs write: sizes, places, clocks, meshes, rates.
+
+    python tools/judge_formats.py turn -o OUT      one turn through five formats, the meshes beside native's
+    python tools/judge_formats.py scenes -o OUT    size, place and hand of a scene of known size through every format
+    python tools/judge_formats.py long -o OUT      20 000 frames: seconds to open, memory
+    python tools/judge_formats.py told -o OUT      dropped frames, clock jumps and settings: what `fusion info` tells
+
+Other hands' writers live in environments of their own, named by options:
+    python3 -m venv A; A/bin/pip install numpy pyrealsense2==2.56.5.9235      --bag A/bin/python
+    python3 -m venv B; B/bin/pip install numpy pyrealsense2==2.59.1.11053     --db3 B/bin/python
+    python3 -m venv C; C/bin/pip install numpy mcap-ros2-support==0.6.0       --mcap C/bin/python
+    pip download --no-deps pyk4a-bundle==1.5.0; python -m zipfile -e *.whl K  --k4a K
+The project's own environment needs `.[dev]`. tools/formats_judge shares no code with the program's readers.
+"""
+
+import argparse
+import json
+import os
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # products of small matrices: threads would only wait
+
+from formats_judge import scenes, turn
+from formats_judge.writers import Tools
+
+PARTS = {"turn": turn, "scenes": scenes}
+
+
+def main() -> int:
+    """Run one part, print its table and write it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", choices=list(PARTS))
+    for name in ("bag", "db3", "mcap", "k4a"):
+        parser.add_argument(f"--{name}", type=Path)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="rows whose name has this word; default: all")
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    said = parser.parse_args()
+    part = PARTS[said.part]
+    rows = part.judged(Tools(said.bag, said.db3, said.mcap, said.k4a, said.only), said.output / said.part, said.seed)
+    table = [part.HEAD, *map(part.line, rows)]
+    print("\n".join(table))
+    (said.output / f"{said.part}.txt").write_text("\n".join([*table, ""]), encoding="utf-8")
+    (said.output / f"{said.part}.json").write_text(json.dumps([asdict(r) for r in rows], indent=1), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
