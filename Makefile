@@ -63,7 +63,7 @@ $(STAMP): pyproject.toml
 	touch $(STAMP)
 
 $(TOOLS): $(STAMP)
-	@echo "installing what tests and checks need: some 0.3 GB"
+	@echo "installing what tests and checks need: some 0.5 GB"
 	@$(PIP) --editable '.[dev]'
 	@touch $(TOOLS)
 

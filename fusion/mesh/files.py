@@ -18,16 +18,19 @@ from fusion.mesh.formats.gltf import Beside, check_gltf
 from fusion.mesh.formats.obj import checked_obj
 from fusion.mesh.formats.off import checked_off
 from fusion.mesh.formats.stl import checked_stl
+from fusion.mesh.formats.threemf import read_3mf, threemf_library, write_3mf
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import read_ply, write_ply
 from fusion.mesh.vertices import joined, vertices_kept
 
-FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz", ".asc", ".e57")
+FORMATS = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".pcd", ".xyz", ".asc", ".e57", ".3mf")
 _READERS = {".ply": read_ply, ".pcd": read_pcd, ".xyz": read_xyz, ".asc": read_xyz}
 _CHECKED = {".obj": checked_obj, ".stl": checked_stl, ".off": checked_off}  # before trimesh reads
 _TEXT = (".obj", ".off", ".xyz", ".asc")  # the others may be
 _TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
-_WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz, ".asc": write_xyz}
+_NEED_A_LIBRARY = {".e57": read_e57, ".3mf": read_3mf}
+_WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz, ".asc": write_xyz, ".3mf": write_3mf}
+_NO_POINTS = (".stl", ".off", ".3mf")
 _ONLY_READ = {".gltf": ".glb", ".e57": ".ply"}  # what to write instead
 LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
 TEXT_TOLD_BY = 1 << 16  # numbers that are not written as text hold a null byte before this one
@@ -35,10 +38,11 @@ _log = logging.getLogger("fusion")
 
 
 def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
-    """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ, ASC or E57), in the file's own unit and axes.
+    """A mesh or point cloud (PLY, OBJ, STL, GLB, glTF, OFF, PCD, XYZ, ASC, E57, 3MF), in the file's own unit and axes.
 
     Args:
-        path: the file; its ending tells the format. GLB and glTF are metres, Y up, and stay so; E57 is metres.
+        path: the file; its ending tells the format. GLB and glTF are metres, Y up, and stay so; E57 is metres;
+            3MF says its unit, and comes in metres.
         notes: what was left out is appended here; without a list it is logged as a warning.
 
     Returns:
@@ -46,8 +50,8 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
         which store corners apart, are joined where corners lie at exactly the same place.
 
     Raises:
-        MeshError: no such file, unknown format, unreadable, empty, indices or coordinates out of bounds; E57 without
-            its extra.
+        MeshError: no such file, unknown format, unreadable, empty, indices or coordinates out of bounds; E57 or 3MF
+            without its extra.
 
     >>> fusion.read_mesh("ball.ply")
     <Mesh: 642 vertices, 1,280 triangles, 100 x 100 x 100 mm; normals, colors, sigma>
@@ -78,8 +82,8 @@ def read_mesh(path: Path | str, notes: list[str] | None = None) -> Mesh:
 
 
 def _by_library(data: bytes, ending: str, path: Path) -> Mesh:
-    if ending == ".e57":
-        return read_e57(data, path)
+    if ending in _NEED_A_LIBRARY:
+        return _NEED_A_LIBRARY[ending](data, path)
     if ending in _CHECKED:
         return by_trimesh(_CHECKED[ending](data), ending)
     check_gltf(data, path)
@@ -89,6 +93,8 @@ def _by_library(data: bytes, ending: str, path: Path) -> Mesh:
 def write_mesh(path: Path | str, mesh: Mesh) -> None:
     """Write PLY (all of the mesh), OBJ, STL, GLB, OFF (what they can hold), PCD, XYZ or ASC (its points).
 
+    3MF too (metres become its millimetres), with the extra `print`.
+
     Raises:
         MeshError: an unknown ending, or a point cloud for a format of triangles.
 
@@ -97,7 +103,7 @@ def write_mesh(path: Path | str, mesh: Mesh) -> None:
     path = Path(path)
     check_written(path)
     ending = path.suffix.lower()
-    if not len(mesh.faces) and ending in (".stl", ".off"):
+    if not len(mesh.faces) and ending in _NO_POINTS:
         raise MeshError("this format holds triangles only", path, "a point cloud", "PLY, PCD or XYZ", "change the name")
     with atomic_file(path) as partial:
         _WRITERS.get(ending, _write_by_trimesh)(partial, mesh)
@@ -111,6 +117,8 @@ def check_written(path: Path) -> None:
     if ending not in FORMATS:
         written = " ".join(name for name in FORMATS if name not in _ONLY_READ)
         raise MeshError("unknown mesh format", path, ending or "no ending", f"one of {written}")
+    if ending == ".3mf":
+        threemf_library(path)  # told before any work
 
 
 def _ending(path: Path) -> str:
