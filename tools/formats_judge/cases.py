@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from formats_judge import azure, files, folders, orbbec, phones, ros
+from formats_judge import azure, files, folders, openni, orbbec, phones, ros
 from formats_judge.boxes import ramp, taken
 from formats_judge.take import Lens, Take, save
 from formats_judge.writers import Tools, elsewhere
@@ -50,7 +50,7 @@ def apart(take: Take, lens: Lens) -> Take:
 
 def cases(tools: Tools) -> list[Case]:
     """All that can be written here."""
-    plain, large, fine = taken(PLAIN), taken(LARGE), taken(PLAIN, unit=0.0002)
+    plain, fine = taken(PLAIN), taken(PLAIN, unit=0.0002)
     four = ",".join(map(str, PLAIN.four))
     video = taken(LIDAR)
     out = [
@@ -59,7 +59,7 @@ def cases(tools: Tools) -> list[Case]:
         Case("TUM RGB-D", OWN, plain, folders.tum, four, "tum_fr1_rpy"),
         Case("7-Scenes", OWN, taken(SEVEN), folders.seven_scenes, clock=False),
         Case("BOP", OWN, plain, folders.bop, clock=False),
-        Case("fakenect", OWN + " (record.c)", taken(LARGE, still=True), files.fakenect, said=of(LARGE)),
+        Case("fakenect", OWN + " (record.c)", still(LARGE), files.fakenect, said=of(LARGE)),
         Case("Open3D", "open3d's io", plain, folders.open3d),
         Case("Orbbec .bag", "rosbags, SDK's source", apart(taken(PLAIN, unit=0.0005, still=True), SIX), orbbec.bag),
         *bags(plain),
@@ -68,12 +68,30 @@ def cases(tools: Tools) -> list[Case]:
         Case("Polycam raw", "zipfile, cv2", video, phones.polycam),
         Case("Stray Scanner", "cv2, av", video, phones.stray),
         Case("ScanNet .sens", OWN, plain, files.sens),
-        Case(".klg", OWN, still(large), files.klg, of(LARGE)),
-        Case("libfreenect2", OWN, taken(KINECT2, still=True), files.freenect2, of(KINECT2), clock=False),
-        Case("plain PNG", "cv2", still(plain), folders.plain, four, clock=False),
-        Case("plain NPY", "numpy", still(plain), folders.arrays, four, clock=False),
+        Case(".klg", OWN, still(LARGE), files.klg, of(LARGE)),
+        Case("libfreenect2", OWN, still(KINECT2), files.freenect2, of(KINECT2), clock=False),
+        *planted(fine),
+        Case("plain PNG", "cv2", still(PLAIN), folders.plain, four, clock=False),
+        Case("plain NPY", "numpy", still(PLAIN), folders.arrays, four, clock=False),
     ]
     return out + foreign(tools)
+
+
+def planted(take: Take) -> list[Case]:
+    """Faults that the judge must see: it says `not reached` of all three."""
+
+    def shifted(take: Take, path: Path) -> Path:
+        return folders.native(take, path, cx=take.lens.cx + 0.5)
+
+    def larger(take: Take, path: Path) -> Path:
+        return folders.native(take, path, depth_scale=0.998 / take.unit)
+
+    def mirrored(take: Take, path: Path) -> Path:
+        lens = replace(take.lens, cx=take.lens.width - 1 - take.lens.cx)
+        return folders.native(replace(take, depth=take.depth[:, :, ::-1], lens=lens), path)
+
+    kinds = {"half a pixel": shifted, "0.2 % larger": larger, "mirrored": mirrored}
+    return [Case(f"PLANTED {name}", "by CONTRACT.md, cv2", take, write) for name, write in kinds.items()]
 
 
 def of(lens: Lens) -> str:
@@ -81,9 +99,9 @@ def of(lens: Lens) -> str:
     return ",".join(map(str, lens.four))
 
 
-def still(take: Take) -> Take:
-    """The same camera that never moves."""
-    return taken(take.lens, unit=take.unit, still=True)
+def still(lens: Lens) -> Take:
+    """By a camera that never moves."""
+    return taken(lens, still=True)
 
 
 def bags(plain: Take) -> list[Case]:
@@ -117,13 +135,18 @@ def foreign(tools: Tools) -> list[Case]:
             out.append(Case(name, writer, steady, partial(intel, python=python, ending=ending, words=words)))
     if tools.mcap is not None:
         write = partial(foxglove, python=tools.mcap)
-        out.append(Case("bare MCAP", "mcap-ros2-support 0.6", taken(PLAIN, still=True), write))
+        out.append(Case("bare MCAP", "mcap-ros2-support 0.6", still(PLAIN), write))
     if tools.k4a is not None:
         for mode in ("NFOV_2X2BINNED", "NFOV_UNBINNED", "WFOV_2X2BINNED") if tools.only in "Azure .mkv" else ():
             rays = azure.rays(tools.k4a, mode)
             take = replace(taken(azure.stated(mode), rays=rays, still=True), color=None)
             write = partial(azure_mkv, libraries=tools.k4a, mode=mode)
             out.append(Case(f"Azure .mkv {mode}", "libk4arecord 1.4", take, write, foreign="azure_kinect_mkv"))
+    if tools.oni is not None:
+        write = partial(openni.write, root=tools.oni)
+        out.append(Case(".oni", "OpenNI2's recorder", still(PLAIN), write, of(PLAIN), "samples/openni2_dummy.oni"))
+        field = openni.of_field(320, 240, 1.0225, 0.7967)  # of a PrimeSense camera
+        out.append(Case(".oni, its field of view", "OpenNI2's recorder", still(field), write))
     return out
 
 

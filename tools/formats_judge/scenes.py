@@ -71,4 +71,4 @@ def line(row: Row) -> str:
     rest = [(m["spread_mm"], 7, 3), (m["turn_deg"], 8, 4), (m["shift_mm"], 8, 3), (m["color_px"], 8, 3),
             (m["clock_us"], 8, 1)]  # fmt: skip
     last = " ".join(f"{v:{w}.{d}f}" if math.isfinite(float(v)) else f"{'-':>{w}s}" for v, w, d in rest)
-    return f"{begin}{first} {m['hand']!s:9s} {last} {row.foreign or '-'}"
+    return f"{begin}{first} {m['hand']!s:9s} {last} {'' if row.reached else 'NOT REACHED '}{row.foreign or '-'}"
