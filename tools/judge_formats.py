@@ -23,10 +23,10 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # products of small matrices: threads would only wait
 
-from formats_judge import scenes, turn
+from formats_judge import long, scenes, told, turn
 from formats_judge.writers import Tools
 
-PARTS = {"turn": turn, "scenes": scenes}
+PARTS = {"turn": turn, "scenes": scenes, "long": long, "told": told}
 
 
 def main() -> int:

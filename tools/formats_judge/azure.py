@@ -41,7 +41,9 @@ def raw() -> bytes:
     return json.dumps(azure_sample.calibration()).encode() + b"\0"
 
 
-def write(take: Take, path: Path, libraries: Path, mode: str, picture: np.ndarray | None = None) -> Path:
+def write(
+    take: Take, path: Path, libraries: Path, mode: str, picture: np.ndarray | None = None, infrared: bool = True
+) -> Path:
     """The recording; `picture` (n, 720, 1280, 3) is in the colour camera's pixels."""
     k4a, record = azure_sample.load(libraries)
     handle = ctypes.c_void_p()
@@ -52,9 +54,12 @@ def write(take: Take, path: Path, libraries: Path, mode: str, picture: np.ndarra
     good(record.k4a_record_add_attachment(handle, b"calibration.json", held, ctypes.c_size_t(len(held) - 1)))
     good(record.k4a_record_add_tag(handle, b"K4A_CALIBRATION_FILE", b"calibration.json"))
     good(record.k4a_record_write_header(handle))
-    for i, counts in enumerate(take.counts(0.001)):
+    counts_of = take.counts(0.001)
+    for i in range(len(take.stamps)):
+        counts = counts_of[i % len(counts_of)]
         parts = [(azure_sample.DEPTH16, "depth_image", counts, 0)]
-        parts.append((azure_sample.IR16, "ir_image", np.where(counts > 0, 800, 0).astype(np.uint16), 0))
+        if infrared:
+            parts.append((azure_sample.IR16, "ir_image", np.where(counts > 0, 800, 0).astype(np.uint16), 0))
         if picture is not None:
             parts.append((MJPG, "color_image", np.frombuffer(jpeg(picture[i]), np.uint8), azure_sample.LATE_US))
         azure_sample.write(k4a, record, handle, parts, round(take.stamps[i] * 1e6))

@@ -38,11 +38,14 @@ def sens(take: Take, path: Path) -> Path:
 def klg(take: Take, path: Path) -> Path:
     """Logger2 (github mp3guy/Logger2, README): depth millimetres by zlib, JPEG; 640 x 480."""
     assert take.color is not None
+    parts = [
+        (zlib.compress(z.astype("<u2").tobytes()), jpeg(c)) for z, c in zip(take.counts(0.001), take.color, strict=True)
+    ]
     with path.open("wb") as file:
-        file.write(struct.pack("<i", len(take.depth)))
-        for i, counts in enumerate(take.counts(0.001)):
-            packed, picture = zlib.compress(counts.astype("<u2").tobytes()), jpeg(take.color[i])
-            file.write(struct.pack("<qii", round(take.stamps[i] * 1e6), len(packed), len(picture)) + packed + picture)
+        file.write(struct.pack("<i", len(take.stamps)))
+        for i, stamp in enumerate(take.stamps):
+            depth, picture = parts[i % len(parts)]
+            file.write(struct.pack("<qii", round(stamp * 1e6), len(depth), len(picture)) + depth + picture)
     return path
 
 

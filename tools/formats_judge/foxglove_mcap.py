@@ -42,14 +42,15 @@ def main() -> None:
         image = out.register_msgdef("sensor_msgs/msg/Image", definition(IMAGE, PARTS))
         info = out.register_msgdef("sensor_msgs/msg/CameraInfo", definition(INFO, PARTS | ROI))
         for i, stamp in enumerate(take["stamps"].tolist()):
+            k = i % len(counts)
             ns = round(stamp * 1e9) + START * 10**9
             head = {"stamp": {"sec": ns // 10**9, "nanosec": ns % 10**9}, "frame_id": "depth_optical"}
             roi = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}
             said = {"header": head, "height": h, "width": w, "distortion_model": "plumb_bob", "d": [0.0] * 5}
             said |= {"k": [fx, 0, cx, 0, fy, cy, 0, 0, 1.0], "r": np.eye(3).ravel().tolist(), "binning_x": 0}
             said |= {"p": [fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1.0, 0], "binning_y": 0, "roi": roi}
-            metres = np.where(counts[i] > 0, counts[i] * float(take["unit"]), np.nan).astype(np.float32)
-            millimetres = np.rint(counts[i] * float(take["unit"]) * 1000).astype(np.uint16)
+            metres = np.where(counts[k] > 0, counts[k] * float(take["unit"]), np.nan).astype(np.float32)
+            millimetres = np.rint(counts[k] * float(take["unit"]) * 1000).astype(np.uint16)
             pixels = {"32FC1": metres, "16UC1": millimetres}[encoding]
             times = {"log_time": ns + int(LATE_S * 1e9), "publish_time": ns}
             out.write_message("/depth/camera_info", info, said, **times)

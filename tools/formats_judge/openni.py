@@ -23,7 +23,7 @@ def of_field(width: int, height: int, across: float, down: float) -> Lens:
     return Lens(width, height, float(fx), float(fy), width / 2, height / 2)
 
 
-def write(take: Take, path: Path, root: Path) -> Path:
+def write(take: Take, path: Path, root: Path, fast: bool = False) -> Path:
     """The recording, depth packed by its codec 16zT; of the camera it holds the field of view alone."""
     built = path.with_name(path.name + "_openni")
     made(built, root)
@@ -33,8 +33,10 @@ def write(take: Take, path: Path, root: Path) -> Path:
     stamps = np.rint(take.stamps * 1e6).astype("<u8").tobytes()
     (built / "frames").write_bytes(head + stamps + counts.astype("<u2").tobytes())
     out = path.with_suffix(".oni")
-    env = os.environ | {"JUDGE_FRAMES": str(built / "frames")}
-    subprocess.run([str(built / "record"), str(out.resolve()), str(SECONDS)], check=True, env=env, cwd=built)
+    pause_us = 1000 if fast else 20_000
+    env = os.environ | {"JUDGE_FRAMES": str(built / "frames"), "JUDGE_PAUSE_US": str(pause_us)}
+    seconds = SECONDS + round(2e-6 * pause_us * len(counts))
+    subprocess.run([str(built / "record"), str(out.resolve()), str(seconds)], check=True, env=env, cwd=built)
     return out
 
 

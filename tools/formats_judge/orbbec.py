@@ -13,14 +13,22 @@ from formats_judge.phones import jpeg
 from formats_judge.take import Lens, Take
 
 COLOR, DEPTH = 2, 3  # of sensor, frame and stream types alike
-VERSION, UNIT_MM, LEVEL = 0, 176, 75  # properties; level 0 is 1 mm, then 0.8, 0.4, 0.1, 0.2, 0.5, 0.05
+VERSION, UNIT_MM = 0, 176  # properties, of include/libobsensor/h/Property.h
+SETTINGS = {99: 5, 2017: 8500, 2018: 16}  # laser's level, exposure and gain of depth
 K6 = 4  # OB_DISTORTION_BROWN_CONRADY_K6
 # the definitions that the SDK writes are not those of the bytes; it goes by these sums
-IMAGE_WORDS = (
-    "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\n"
-    "uint8[] data\nuint64 number\nuint64 timestamp_usec\nuint64 timestamp_systemusec\n"
-    "uint64 timestamp_globalusec\nuint8[] metadata\nuint32 metadatasize\n"
-)
+WORDS = {
+    "Image": "uint32 height|uint32 width|string encoding|uint8 is_bigendian|uint32 step|uint8[] data|uint64 number|"
+    "uint64 timestamp_usec|uint64 timestamp_systemusec|uint64 timestamp_globalusec|uint8[] metadata|"
+    "uint32 metadatasize",
+    "OBDeviceInfo": "string name|string fullName|string asicName|uint16 vid|uint16 pid|string uid|string sn|"
+    "string fwVersion|string hwVersion|string supportedSdkVersion|string connectionType|uint16 type|uint8 backendType|"
+    "string ipAddress|string localMac",
+    "OBProperty": "uint8 propertyId|uint8[] data  |uint32 datasize",
+    "OBStreamProfileInfo": "uint8 streamType|uint8 format|float32[9] rotationMatrix|float32[3] translationMatrix|"
+    "uint16 width|uint16 height|uint16 fps|float32[4] cameraIntrinsic|float32[8] cameraDistortion|"
+    "uint8 distortionModel",
+}
 IMAGE_SUM, DEVICE_SUM = "060021388200f6f0f447d0fcd9c64743", "afef5328bb4abebd1a309e1ea8b26b3a"
 OTHER_SUM = "0123456789abcdef" * 2
 
@@ -77,12 +85,14 @@ def bag(take: Take, path: Path) -> Path:
 
         def put(topic: str, kind: str, digest: str, seconds: float, data: bytes) -> None:
             if topic not in made:
-                words = IMAGE_WORDS if kind.endswith("Image") else "std_msgs/Header header\n"
+                words = "\n".join(["std_msgs/Header header", *WORDS[kind.split("/")[-1]].split("|"), ""])
                 made[topic] = out.add_connection(topic, kind, msgdef=words, md5sum=digest)
             out.write(made[topic], round(seconds * 1e9), data)  # type: ignore[arg-type]
 
         first, last = float(take.stamps[0]), float(take.stamps[-1])
-        for number, value in ((VERSION, struct.pack("<d", 2.1)), (UNIT_MM, struct.pack("<f", 1000 * take.unit))):
+        told = {VERSION: struct.pack("<d", 2.1), UNIT_MM: struct.pack("<f", 1000 * take.unit)}
+        told |= {number: struct.pack("<i", value) for number, value in SETTINGS.items()}
+        for number, value in told.items():
             put("/cam/property", "custom_msg/msg/OBProperty", OTHER_SUM, first, prop(number, value))
         for i, counts in enumerate(take.counts()):
             seconds, size = float(take.stamps[i]), (take.lens.width, take.lens.height)

@@ -32,7 +32,7 @@ def larger(take: Take, times: int) -> tuple[float, float, float, float]:
 
 def poses(take: Take) -> Array:
     """(n, 4, 4) in ARKit's axes; a still camera stands at the origin."""
-    stated = np.repeat(np.eye(4)[None], len(take.depth), axis=0) if take.poses is None else take.poses
+    stated = np.repeat(np.eye(4)[None], len(take.stamps), axis=0) if take.poses is None else take.poses
     return np.asarray(stated @ ARKIT)
 
 
@@ -49,9 +49,9 @@ def record3d(take: Take, path: Path, times: int = 1) -> Path:
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("metadata", json.dumps(told))
         sure = lzfse.compress(np.full((h, w), 2, np.uint8).tobytes())
-        for i, z in enumerate(take.depth):
-            metres = np.where(z > 0, z, np.nan).astype("<f4")
-            archive.writestr(f"rgbd/{i}.depth", lzfse.compress(metres.tobytes()))
+        packed = [lzfse.compress(np.where(z > 0, z, np.nan).astype("<f4").tobytes()) for z in take.depth]
+        for i in range(len(rows)):
+            archive.writestr(f"rgbd/{i}.depth", packed[i % len(packed)])
             archive.writestr(f"rgbd/{i}.conf", sure)
             if take.color is not None:
                 archive.writestr(f"rgbd/{i}.jpg", jpeg(enlarged(take.color[i], times)))

@@ -1,6 +1,6 @@
 """A take through Intel's own recorder: run by an environment that has pyrealsense2, with numpy alone beside it.
 
-    SDK/bin/python tools/formats_judge/realsense.py TAKE.npz OUT.bag|OUT.db3 [drop] [jump] [plain]
+    SDK/bin/python tools/formats_judge/realsense.py TAKE.npz OUT.bag|OUT.db3 [drop] [jump] [plain] [fast]
 
 2.56 writes .bag, 2.58 and later .db3. `drop`: frames 5, 9 and 14 are never handed over, while the counter runs on;
 `jump`: the device's clock goes back by 2 s at frame 12; `plain`: not packed (the recorder packs by itself).
@@ -60,8 +60,10 @@ def main() -> None:
             continue
         late = JUMP_MS if "jump" in flags and number >= JUMP_AT else 0.0
         for one, stream, pixels in zip(sensors, made, images, strict=True):
-            push(one, stream, np.ascontiguousarray(pixels[number]), stamp * 1000 + late, number)
-        time.sleep(0.01)  # the recorder writes in a thread of its own and drops what comes too fast
+            push(one, stream, np.ascontiguousarray(pixels[number % len(pixels)]), stamp * 1000 + late, number)
+        time.sleep(
+            0.002 if "fast" in flags else 0.01
+        )  # the recorder writes in a thread of its own and drops what comes too fast
     time.sleep(1.0)
     for tap in taps:
         tap.stop()

@@ -31,11 +31,13 @@ def bag(take: Take, path: Path, kind: str, encoding: str = "16UC1", packed: bool
     bend = bend if model == "rational_polynomial" else bend[:5]
     topic = "/camera/depth/image_rect_raw" if not any(bend) else "/camera/depth/image_raw"  # as drivers call them
     out.transform("/tf_static", BASE, EYE, place(MOUNT), float(stamps[0]))
+    counts = take.counts(0.001)
     for i, stamp in enumerate(stamps.tolist()):
+        k = i % len(counts)
         if take.poses is not None:
             out.transform("/tf", WORLD, BASE, place(take.poses[i] @ np.linalg.inv(MOUNT)), stamp)
         out.info("/camera/depth/camera_info", size, take.lens.four, stamp, EYE, bend, model=model)
-        pixels = take.counts(0.001)[i] if encoding == "16UC1" else lost(take.depth[i])
+        pixels = counts[k] if encoding == "16UC1" else lost(take.depth[k])
         if packed:
             data = struct.pack("<iff", 0, 0.0, 0.0) + cv2.imencode(".png", pixels)[1].tobytes()
             form = f"{encoding}; compressedDepth png"

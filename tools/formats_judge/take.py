@@ -69,7 +69,7 @@ class Take:
 
     Attributes:
         lens: of depth; `color_lens` of colour, and T_color_depth (4, 4) from the one to the other.
-        depth: (n, h, w) planar [m], 0 where there is none.
+        depth: (n, h, w) planar [m], 0 where there is none; long takes hold a few, which come again and again.
         color: (n, H, W, 3) uint8 RGB in the pixels of `color_lens`, or None.
         stamps: (n,) [s].
         poses: (n, 4, 4) camera to world, x right, y down, z forward; None where the camera stands still.
