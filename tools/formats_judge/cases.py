@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from formats_judge import azure, files, folders, openni, orbbec, phones, ros
+from formats_judge import azure, files, folders, openni, orbbec, phones, ros, scannet
 from formats_judge.boxes import ramp, taken
 from formats_judge.take import Lens, Take, save
 from formats_judge.writers import Tools, elsewhere
@@ -142,6 +142,10 @@ def foreign(tools: Tools) -> list[Case]:
             take = replace(taken(azure.stated(mode), rays=rays, still=True), color=None)
             write = partial(azure_mkv, libraries=tools.k4a, mode=mode)
             out.append(Case(f"Azure .mkv {mode}", "libk4arecord 1.4", take, write, foreign="azure_kinect_mkv"))
+    if tools.sens is not None:
+        out.append(
+            Case("ScanNet .sens, its own", "ScanNet's C++", taken(PLAIN), partial(scannet.write, sources=tools.sens))
+        )
     if tools.oni is not None:
         write = partial(openni.write, root=tools.oni)
         out.append(Case(".oni", "OpenNI2's recorder", still(PLAIN), write, of(PLAIN), "samples/openni2_dummy.oni"))

@@ -14,7 +14,8 @@ from formats_judge.take import Lens, Take
 
 COLOR, DEPTH = 2, 3  # of sensor, frame and stream types alike
 VERSION, UNIT_MM = 0, 176  # properties, of include/libobsensor/h/Property.h
-SETTINGS = {99: 5, 2017: 8500, 2018: 16}  # laser's level, exposure and gain of depth
+# its disparity is depth already; laser level, exposure and gain of depth
+SETTINGS = {85: 1, 3004: 0, 99: 5, 2017: 8500, 2018: 16}
 K6 = 4  # OB_DISTORTION_BROWN_CONRADY_K6
 # the definitions that the SDK writes are not those of the bytes; it goes by these sums
 WORDS = {

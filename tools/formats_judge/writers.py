@@ -9,14 +9,15 @@ HERE = Path(__file__).resolve().parent
 
 @dataclass(frozen=True)
 class Tools:
-    """Interpreters with pyrealsense2 2.56 and 2.58 or later and with mcap-ros2-support; the folders of libk4a
-    and of OpenNI2; a word that rows have in their names."""
+    """Interpreters with pyrealsense2 2.56 and 2.58 or later and with mcap-ros2-support; the folders of libk4a,
+    OpenNI2 and ScanNet; a word that rows have in their names."""
 
     bag: Path | None = None
     db3: Path | None = None
     mcap: Path | None = None
     k4a: Path | None = None
     oni: Path | None = None
+    sens: Path | None = None
     only: str = ""
 
 
