@@ -6,6 +6,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from fusion.errors import FusionError
@@ -68,8 +69,7 @@ class Tree:
         info = self.members.get(name)
         if info is None:
             raise self.error(f"{what} is not in the archive", self.where(name), "nothing", "a file of that name")
-        check_size(info.file_size, self.where(name), self.error, what)
-        check_size(info.compress_size, self.where(name), self.error, what)
+        check_size(max(info.file_size, info.compress_size), f"{self.path}/{name}", self.error, what)
         with open_regular(self.path, self.error, "the archive", takes=0) as file:
             file.seek(max(0, info.header_offset))
             head = file.read(LOCAL.size)
@@ -134,7 +134,17 @@ def _before(name: str, marker: str) -> int:
     return at if at >= 0 else -2
 
 
-def _members(path: Path, error: type[FusionError]) -> dict[str, zipfile.ZipInfo]:
+def _members(path: Path, error: type[FusionError]) -> Mapping[str, zipfile.ZipInfo]:
+    with open_regular(path, error, "the archive", takes=0) as file:
+        there = os.fstat(file.fileno())
+    version = (there.st_dev, there.st_ino, there.st_size, there.st_mtime_ns)
+    return _listed(path.absolute(), version, error)  # type: ignore[arg-type]  # a class is hashable
+
+
+@lru_cache(maxsize=1)
+def _listed(path: Path, version: tuple[int, int, int, int], error: type[FusionError]) -> Mapping[str, zipfile.ZipInfo]:
+    """What is in an archive. Each format that may be one asks, then the one that is reads it: the list of 60 000 files
+    takes half a second, and is kept as long as the file is the same."""
     with open_regular(path, error, "the archive", takes=0) as file:
         size = file.seek(0, os.SEEK_END)
         file.seek(max(0, size - LAST))

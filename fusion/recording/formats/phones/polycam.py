@@ -199,9 +199,12 @@ def _cameras(given: list[Keyframe], images: Images) -> tuple[Camera, dict[int, C
     warnings = []
     if not same_shape(size, (width, height)):
         warnings = [f"depth ({width} x {height}) and colour ({size[0]} x {size[1]}) are of other shapes"]
-    seen = [depth_camera(camera_of(int(k.width), int(k.height), k.fx, k.fy, k.cx, k.cy), width, height) for k in given]
-    stated = np.array([[c.fx, c.fy, c.cx, c.cy] for c in seen])
-    camera, own, more = common_camera(seen[0], stated)
+    k = given[0]
+    camera = depth_camera(camera_of(int(k.width), int(k.height), k.fx, k.fy, k.cx, k.cy), width, height)
+    stated = np.array([[k.fx, k.fy, k.cx, k.cy] for k in given])
+    scale = np.array([width, height]) / np.array([[k.width, k.height] for k in given])
+    inside = np.hstack([stated[:, :2] * scale, stated[:, 2:] * scale - 0.5])
+    camera, own, more = common_camera(camera, inside)
     first = next((i for i in range(len(given)) if images.tree.has(images.picture(i))), None)
     if first is not None:
         name = images.picture(first)
@@ -210,11 +213,12 @@ def _cameras(given: list[Keyframe], images: Images) -> tuple[Camera, dict[int, C
 
 
 def _poses(given: list[Keyframe], stamps: NDArray[np.float64], tree: Tree) -> Trajectory:
-    poses = np.empty((len(given), 4, 4))
-    for T_world_camera, k in zip(poses, given, strict=True):
-        rows = [[k.t_00, k.t_01, k.t_02], [k.t_10, k.t_11, k.t_12], [k.t_20, k.t_21, k.t_22]]
-        T_world_camera[:] = from_arkit(np.array(rows), np.array([k.t_03, k.t_13, k.t_23]))
-        # 0.01: as of other files that are written with few decimals
-        if not is_rigid(T_world_camera, 0.01):
-            raise RecordingError("a pose is not rigid", tree.path, "t_00 to t_23", "a rotation and metres")
+    numbers = [
+        [k.t_00, k.t_01, k.t_02, k.t_03, k.t_10, k.t_11, k.t_12, k.t_13, k.t_20, k.t_21, k.t_22, k.t_23] for k in given
+    ]
+    stated = np.array(numbers).reshape(-1, 3, 4)
+    poses = from_arkit(stated[..., :3], stated[..., 3])
+    # 0.01: as of other files that are written with few decimals
+    if not all(is_rigid(T_world_camera, 0.01) for T_world_camera in poses):
+        raise RecordingError("a pose is not rigid", tree.path, "t_00 to t_23", "a rotation and metres")
     return Trajectory(stamps, poses)
