@@ -80,7 +80,7 @@ def profile(kind, size, lengths, lens, model):
     )
 
 
-def write(path, unit=FINE, encoding="z16", model=4):
+def write(path, unit=FINE, encoding="z16", model=4, made_depth=None):
     """Frames of the scene at 0.2 mm a count, colour as JPEG."""
     per_count = 0.0002
     with rosbag1.Writer(path) as bag:
@@ -93,7 +93,8 @@ def write(path, unit=FINE, encoding="z16", model=4):
                 )
             bag.write(made[topic], round(seconds * 1e9), data)
 
-        for number, value in ((0, struct.pack("<d", 2.1)), *([unit] if unit else [])):  # 0: the file's version
+        more = [] if made_depth is None else [(85, struct.pack("<i", made_depth))]
+        for number, value in ((0, struct.pack("<d", 2.1)), *([unit] if unit else []), *more):  # 0: the file's version
             data = header(0) + struct.pack("<II", number, len(value)) + value + struct.pack("<I", len(value))
             put("/cam/property", "custom_msg/msg/OBProperty", PROPERTY, 1.0, data)
         for frame in range(3):
@@ -133,6 +134,13 @@ def test_scene_unit_clock_and_device(tmp_path):
     for index, frame in enumerate(recording):
         # half a count of 0.2 mm
         np.testing.assert_allclose(frame.depth, box_scene.depth(camera.rays().astype(float), index), atol=0.11e-3)
+
+
+def test_disparities_are_not_taken_for_depth(tmp_path):
+    """Recorded frames are those before the SDK's own conversion: of cameras that leave it to the SDK, disparities."""
+    with pytest.raises(RecordingError, match=r"holds disparities.*property 85"):
+        open_recording(write(tmp_path / "disparities", made_depth=0))
+    assert len(open_recording(write(tmp_path / "depth", made_depth=1))) == 3
 
 
 def test_colour_with_its_lens_and_place(tmp_path):

@@ -24,6 +24,9 @@ IR, COLOR, DEPTH, IR_LEFT = 1, 2, 3, 6  # OBSensorType, and OBStreamType alike
 # OBDepthPrecisionLevel: millimetres per count
 LEVELS_MM = (1.0, 0.8, 0.4, 0.1, 0.2, 0.5, 0.05)
 LEVEL, UNIT_MM = 75, 176  # numbers of the properties that say the unit: a level, or millimetres
+# OB_PROP_DISPARITY_TO_DEPTH_BOOL: the camera made depth of disparities itself. Frames are recorded before the SDK does
+# it, under the same encoding (SensorBase::outputFrame, PlaybackDevice.cpp)
+MADE_DEPTH = 85
 MODELS = ("none", "modified brown conrady", "true inverse", "brown conrady", "rational_polynomial", "fisheye")
 PROFILE = struct.Struct("<BB9f3fHHH4f8fB")
 PRINCIPLES = {"Femto": "itof", "Gemini": "active_stereo", "Astra": "structured_light"}
@@ -41,8 +44,12 @@ def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
     if look.kind != "depth":
         expected = "z16 or mono16 (the SDK may record disparities and packed depth: record depth)"
         raise RecordingError("the depth stream holds no depth", name, repr(look.encoding), expected)
+    properties = _properties(store)
+    if properties.get(MADE_DEPTH) and not any(properties[MADE_DEPTH][:4]):
+        do = "record with the camera's own conversion (hardware disparity to depth), or save depth images in its viewer"
+        raise RecordingError("the depth stream holds disparities", name, f"property {MADE_DEPTH} is 0", "depth", do)
     stated, T = _profile(store, DEPTH)
-    millimetres = _unit_mm(store)
+    millimetres = _unit_mm(properties)
     if millimetres is None:
         warnings.append("the recording does not state the unit of its depth: taken for millimetres, as the SDK does")
     scale = 1000 / (millimetres or 1.0)
@@ -103,8 +110,8 @@ def _profile(store: Store, stream: int) -> tuple[Camera | None, Array | None]:
     return made_camera(width, height, (fx, fy, cx, cy), model, lens, topic.name), T if is_rigid(T) else None
 
 
-def _unit_mm(store: Store) -> float | None:
-    """Millimetres per count, None where the recording does not tell."""
+def _properties(store: Store) -> dict[int, bytes]:
+    """The first eight bytes of each property that the recording holds, by its number."""
     found: dict[int, bytes] = {}
     topic = store.topics.get("/cam/property")
     for index in range(min(len(topic), 10_000)) if topic is not None else ():
@@ -113,6 +120,11 @@ def _unit_mm(store: Store) -> float | None:
         if at + 12 <= len(data):
             number, length = struct.unpack_from("<II", data, at)
             found[number] = data[at + 8 : at + 8 + min(length, 8)]
+    return found
+
+
+def _unit_mm(found: dict[int, bytes]) -> float | None:
+    """Millimetres per count, None where the recording does not tell."""
     if len(found.get(UNIT_MM, b"")) >= 4:
         (value,) = struct.unpack_from("<f", found[UNIT_MM])
         return value if 1e-3 <= value <= 1e3 else None
