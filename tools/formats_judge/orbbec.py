@@ -14,8 +14,9 @@ from formats_judge.take import Lens, Take
 
 COLOR, DEPTH = 2, 3  # of sensor, frame and stream types alike
 VERSION, UNIT_MM = 0, 176  # properties, of include/libobsensor/h/Property.h
-# its disparity is depth already; laser level, exposure and gain of depth
-SETTINGS = {85: 1, 3004: 0, 99: 5, 2017: 8500, 2018: 16}
+# laser's level, exposure and gain of depth; of one byte: the camera made depth of disparities, and the SDK need not
+SETTINGS = {99: 5, 2017: 8500, 2018: 16}
+SWITCHES = {85: True, 3004: False}
 K6 = 4  # OB_DISTORTION_BROWN_CONRADY_K6
 # the definitions that the SDK writes are not those of the bytes; it goes by these sums
 WORDS = {
@@ -93,6 +94,7 @@ def bag(take: Take, path: Path) -> Path:
         first, last = float(take.stamps[0]), float(take.stamps[-1])
         told = {VERSION: struct.pack("<d", 2.1), UNIT_MM: struct.pack("<f", 1000 * take.unit)}
         told |= {number: struct.pack("<i", value) for number, value in SETTINGS.items()}
+        told |= {number: struct.pack("<?", value) for number, value in SWITCHES.items()}
         for number, value in told.items():
             put("/cam/property", "custom_msg/msg/OBProperty", OTHER_SUM, first, prop(number, value))
         for i, counts in enumerate(take.counts()):

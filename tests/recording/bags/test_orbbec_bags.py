@@ -93,7 +93,7 @@ def write(path, unit=FINE, encoding="z16", model=4, made_depth=None):
                 )
             bag.write(made[topic], round(seconds * 1e9), data)
 
-        more = [] if made_depth is None else [(85, struct.pack("<i", made_depth))]
+        more = [] if made_depth is None else [(85, struct.pack("<B", made_depth))]  # of one byte, as the SDK has it
         for number, value in ((0, struct.pack("<d", 2.1)), *([unit] if unit else []), *more):  # 0: the file's version
             data = header(0) + struct.pack("<II", number, len(value)) + value + struct.pack("<I", len(value))
             put("/cam/property", "custom_msg/msg/OBProperty", PROPERTY, 1.0, data)
