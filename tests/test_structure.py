@@ -15,8 +15,8 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 # each room may import from itself and from those before it
 ROOMS = [
     "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
-    "printing", "repeatability", "coloring", "sensor", "calibration", "evaluation", "tracking", "volume", "certainty",
-    "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes", "batch",
+    "printing", "repeatability", "coloring", "texture", "sensor", "calibration", "evaluation", "tracking", "volume",
+    "certainty", "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes", "batch",
     "live", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {

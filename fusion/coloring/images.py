@@ -1,6 +1,7 @@
 """The colour images of a recording: which camera took them, from where, and what the depth camera saw meanwhile."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,14 +30,19 @@ class ColorImage:
 
     def sampled(self, pixels: Array) -> NDArray[np.float32]:
         """Colours (n, 3) at pixels (n, 2) within the image, bilinear."""
-        h, w = self.color.shape[:2]
-        u, v = (np.clip(pixels[:, i], 0, size - 1) for i, size in ((0, w), (1, h)))
-        left, top = np.minimum(u.astype(int), max(w - 2, 0)), np.minimum(v.astype(int), max(h - 2, 0))
-        right, below = np.minimum(left + 1, w - 1), np.minimum(top + 1, h - 1)
-        a, b = (u - left).astype(np.float32)[:, None], (v - top).astype(np.float32)[:, None]
-        upper = (1 - a) * self.color[top, left] + a * self.color[top, right]
-        lower = (1 - a) * self.color[below, left] + a * self.color[below, right]
-        return np.asarray((1 - b) * upper + b * lower, np.float32)
+        return bilinear(self.color, pixels)
+
+
+def bilinear(picture: NDArray[Any], pixels: Array) -> NDArray[np.float32]:
+    """Values (n, 3) of a picture (h, w, 3) at pixels (n, 2) within it."""
+    h, w = picture.shape[:2]
+    u, v = (np.clip(pixels[:, i], 0, size - 1) for i, size in ((0, w), (1, h)))
+    left, top = np.minimum(u.astype(int), max(w - 2, 0)), np.minimum(v.astype(int), max(h - 2, 0))
+    right, below = np.minimum(left + 1, w - 1), np.minimum(top + 1, h - 1)
+    a, b = (u - left).astype(np.float32)[:, None], (v - top).astype(np.float32)[:, None]
+    upper = (1 - a) * picture[top, left] + a * picture[top, right]
+    lower = (1 - a) * picture[below, left] + a * picture[below, right]
+    return np.asarray((1 - b) * upper + b * lower, np.float32)
 
 
 @dataclass(frozen=True)

@@ -16,17 +16,21 @@ class Surface:
 
     Attributes:
         centre: (3,) [m]; coordinates count from here, so that single precision is exact enough.
-        vertices: (3, n) from the centre [m]; coordinates lie in rows, as they are worked on one by one.
+        vertices: (3, n) from the centre [m], the points that are asked for; coordinates lie in rows, as they are
+            worked on one by one.
         normals: (3, n) outward unit normals.
     """
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: Mesh, at: Mesh | None = None) -> None:
+        """Triangles that hide each other, and the points on them that are asked for: their vertices, or those `at`."""
         import open3d as o3d
+
+        asked = mesh if at is None else at
 
         self.centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
         local = (mesh.vertices - self.centre).astype(np.float32)
-        normals = mesh.normals if mesh.normals is not None else vertex_normals(mesh)
-        self.vertices = np.ascontiguousarray(local.T)
+        normals = asked.normals if asked.normals is not None else vertex_normals(asked)
+        self.vertices = np.ascontiguousarray((asked.vertices - self.centre).T, np.float32)
         self.normals = np.ascontiguousarray(normals.T, np.float32)
         self._tensor = o3d.core.Tensor.from_numpy
         self._scene = o3d.t.geometry.RaycastingScene()

@@ -31,14 +31,14 @@ class Visible:
     weight: NDArray[np.float32]
 
 
-def visible(surface: Surface, seen: Seen) -> Visible:
-    """The vertices of a surface that an image shows.
+def visible(surface: Surface, seen: Seen, front: NDArray[np.float32] | None = None) -> Visible:
+    """The vertices of a surface that an image shows; `front` is its depth in coarse pixels where that is known.
 
     The weight falls with the square of the angle's cosine and of the distance, as fewer pixels share the surface, and
     with the square of the distance to the next rim where that is near.
     """
     camera, coarse = seen.camera, seen.coarse
-    front = surface.depth(coarse, seen.T_world_camera)
+    front = surface.depth(coarse, seen.T_world_camera) if front is None else front
     clear = _from_rims(front, seen.measured, coarse)
     index = surface.seen_by(camera, seen.T_world_camera)
     cosine = surface.cosine(index, seen.T_world_camera)

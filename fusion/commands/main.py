@@ -30,6 +30,7 @@ COMMANDS = {
     "reconstruct": "correct, track, integrate: a recording becomes a mesh",
     "turntable": "the same for an object on a turntable, with axis and closed loop",
     "merge": "several passes of one object, turned over between them, become one",
+    "texture": "the colour images of a scan, laid on its mesh as a picture: GLB, OBJ, USDZ",
     "batch": "a command over many recordings: a row, a folder and a picture for each",
     "simulate": "a recording as a sensor would have made it; the same seed, the same bits",
     "sensor": "a sensor model as a table with units and sources, for other simulators, or beside another one",

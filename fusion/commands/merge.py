@@ -126,6 +126,7 @@ def fill(folder: Path, merged: "Merged", page: bool = True) -> None:
     write("merge.json", merged.merge())
     content = {
         "passes": [str(one.recording.path) for one in merged.passes],
+        "cameras": [{k: getattr(one.recording.camera, k) for k in ("fx", "fy", "cx", "cy")} for one in merged.passes],
         "sensors": [one.sensor for one in merged.passes],
         "voxel_m": merged.volume.voxel,
         "truncation_m": merged.volume.truncation,

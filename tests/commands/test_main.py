@@ -22,6 +22,7 @@ ARGUMENTS = {
     "reconstruct": ["IN", "-o", "OUT"],
     "turntable": ["IN", "-o", "OUT"],
     "merge": ["IN", "IN2", "-o", "OUT"],
+    "texture": ["IN", "-o", "OUT"],
     "batch": ["IN", "-o", "OUT", "--", "evaluate", "{rec}", "-o", "{out}"],
     "simulate": ["IN", "-o", "OUT"],
     "sensor": ["show", "IN"],

@@ -1,0 +1,65 @@
+"""Textured meshes as files: GLB, OBJ with its MTL and PNG, USDZ."""
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fusion.files.publish import atomic_file
+from fusion.mesh.conventions import for_file
+from fusion.texture.textured import Textured
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+
+def write_glb(path: Path, made: Textured) -> None:
+    """One file with the picture in it; metres, y up, as viewers take it."""
+    import trimesh
+
+    material = trimesh.visual.material.PBRMaterial(
+        name="texture", baseColorTexture=_picture(made), metallicFactor=0.0, roughnessFactor=1.0
+    )
+    mesh = for_file(made.mesh, ".glb")
+    whole = trimesh.Trimesh(
+        mesh.vertices,
+        mesh.faces,
+        vertex_normals=np.asarray(mesh.normals, float),
+        visual=trimesh.visual.TextureVisuals(made.uv, material=material),
+        process=False,
+    )
+    data: Any = whole.export(file_type="glb", include_normals=True)
+    with atomic_file(path) as partial:
+        partial.write_bytes(data)
+
+
+def write_obj(path: Path, made: Textured) -> None:
+    """OBJ in metres, z up, beside it the material and the picture under the same name (.mtl, .png)."""
+    mesh, stem = made.mesh, path.stem
+    with atomic_file(path.with_suffix(".png")) as partial:
+        partial.write_bytes(png(made))
+    with atomic_file(path.with_suffix(".mtl")) as partial:
+        text = f"newmtl texture\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 1\nmap_Kd {stem}.png\n"
+        partial.write_text(text, encoding="utf-8")
+    corners = mesh.faces + 1
+    lines = [f"mtllib {stem}.mtl", "usemtl texture"]
+    lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices.tolist()]
+    lines += [f"vt {u:.7g} {v:.7g}" for u, v in made.uv.tolist()]
+    lines += [f"vn {x:.5g} {y:.5g} {z:.5g}" for x, y, z in np.asarray(mesh.normals).tolist()]
+    lines += [f"f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}" for a, b, c in corners.tolist()]
+    with atomic_file(path) as partial:
+        partial.write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+def png(made: Textured) -> bytes:
+    """The picture as a PNG file."""
+    out = io.BytesIO()
+    _picture(made).save(out, "PNG")
+    return out.getvalue()
+
+
+def _picture(made: Textured) -> "Image":
+    from PIL import Image
+
+    return Image.fromarray(np.ascontiguousarray(made.image))

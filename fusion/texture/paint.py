@@ -1,0 +1,92 @@
+"""Colours of the texels: what is coarse is the mean of all good views, what is fine comes from the best.
+
+So light that differs between views leaves no seam, and print is not smeared by poses that are off by a pixel
+(Allene, Pons and Keriven, Seamless image-based texture atlases using multi-band blending, ICPR 2008).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fusion.coloring.surface import Surface
+from fusion.mesh.mesh import Mesh
+from fusion.texture.levels import Levels, Look, levels_of
+from fusion.texture.views import Views
+
+SAMPLES = 20_000  # points at which views are compared
+# power of the weights of what is fine. Left-out images want all views (1, or 2: the same), hard choices lose: 0.1 dB by
+# 4, 0.3 by 8 (tools/texture_held_out.py, a simulated and a real scan)
+BEST = 2.0
+
+
+@dataclass(frozen=True)
+class Painted:
+    """Colours of points.
+
+    Attributes:
+        colors: (k, 3) [counts]; no meaning where no view shows a point.
+        seen: (k,) shown by a view.
+        images: how many were used.
+        gains: smallest and largest factor by which an image was made brighter.
+    """
+
+    colors: NDArray[np.float32]
+    seen: NDArray[np.bool_]
+    images: int
+    gains: tuple[float, float]
+
+
+class Mean:
+    """Weighted means of colours at points, added up view by view."""
+
+    def __init__(self, points: int) -> None:
+        self.weight = np.zeros((points, 1), np.float32)
+        self._sum = np.zeros((points, 3), np.float32)
+
+    def add(self, index: NDArray[np.int64], weight: NDArray[np.float32], colors: NDArray[np.float32]) -> None:
+        """Colours (k, 3) of points `index` (k,), each once, with weights (k,)."""
+        self.weight[index, 0] += weight
+        self._sum[index] += weight[:, None] * colors
+
+    def value(self) -> NDArray[np.float32]:
+        """(points, 3); 0 where there is none."""
+        return np.asarray(self._sum / np.maximum(self.weight, 1e-30), np.float32)
+
+
+def painted(points: Mesh, mesh: Mesh, views: Views) -> Painted:
+    """Colours of points (k) with normals on a mesh, from views of it."""
+    some = _some(mesh)
+    levels, numbers = _compared(Surface(mesh, some), views)
+    _, nearest = cKDTree(some.vertices).query(points.vertices)
+    surface, count = Surface(mesh, points), len(points.vertices)
+    low, high = Mean(count), Mean(count)
+    for shot in views.shots(surface, "texture"):
+        at, shown = numbers[shot.number], shot.shows(surface)
+        good = shown.weight * levels.trust[at, nearest[shown.index]]
+        coarse, print_ = shot.at(shown.pixels)
+        low.add(shown.index, good, coarse * levels.gain[at])
+        high.add(shown.index, (good * levels.sharp[at] ** 2) ** BEST, print_ * levels.gain[at])
+    gains = (float(levels.gain.min()), float(levels.gain.max())) if len(numbers) else (1.0, 1.0)
+    colors = np.clip(low.value() + high.value(), 0, 255)
+    return Painted(colors, low.weight[:, 0] > 0, len(numbers), gains)
+
+
+def _some(mesh: Mesh) -> Mesh:
+    """Some vertices of a mesh, as points."""
+    count = len(mesh.vertices)
+    rows = np.sort(np.random.default_rng(0).permutation(count)[:SAMPLES])
+    return Mesh(mesh.vertices[rows], normals=np.asarray(mesh.normals)[rows])
+
+
+def _compared(surface: Surface, views: Views) -> tuple[Levels, dict[int, int]]:
+    """How views compare, and the row of each that could be read."""
+    looks: list[Look] = []
+    numbers: dict[int, int] = {}
+    for shot in views.shots(surface, "exposure"):
+        shown = shot.shows(surface)
+        low, high = shot.at(shown.pixels)
+        numbers[shot.number] = len(looks)
+        looks.append(Look(shown.index, shown.weight, low, np.abs(high).mean(axis=1)))
+    return levels_of(looks, surface.vertices.shape[1]), numbers

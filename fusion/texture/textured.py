@@ -1,0 +1,126 @@
+"""A mesh with a picture on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fusion.coloring.color_mesh import color_from
+from fusion.errors import MeshError, RecordingError
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.mesh import Mesh
+from fusion.mesh.surface_samples import vertex_normals
+from fusion.printing.fewer import decimated, moved_by
+from fusion.progress import stage
+from fusion.recording.recording import Recording
+from fusion.texture.atlas import laid_flat
+from fusion.texture.paint import painted
+from fusion.texture.texels import texels_of
+from fusion.texture.views import Views
+
+TRIANGLES = 10_000  # a scan to a tenth of a millimetre or two, and flat in a second; phones are quick with it
+OVERSAMPLED = 2.5  # texels along a pixel: each is looked up between four twice, in the image and in the texture
+
+
+@dataclass(frozen=True)
+class Textured:
+    """A mesh with a picture on it.
+
+    Attributes:
+        mesh: with normals, z up; a vertex at a seam is there once for each side.
+        uv: (n, 2) place of each vertex in the picture, 0 to 1, u to the right, v upwards.
+        image: (h, w, 3) uint8 RGB.
+        texel: edge of a texel on the surface [m].
+        moved: rms and largest distance from the mesh before [m].
+        images: how many colour images were used.
+        gains: smallest and largest factor by which one was made brighter.
+        unseen_share: of the surface, shown by no image: there the colour is that of the vertices around, or grey.
+    """
+
+    mesh: Mesh
+    uv: NDArray[np.float64]
+    image: NDArray[np.uint8]
+    texel: float
+    moved: tuple[float, float]
+    images: int
+    gains: tuple[float, float]
+    unseen_share: float
+
+    def values(self) -> dict[str, Any]:
+        """What `texture.json` tells."""
+        return {
+            "triangles": len(self.mesh.faces),
+            "width": self.image.shape[1],
+            "height": self.image.shape[0],
+            "texel_m": self.texel,
+            "moved_rms_m": self.moved[0],
+            "moved_max_m": self.moved[1],
+            "images": self.images,
+            "gain_min": self.gains[0],
+            "gain_max": self.gains[1],
+            "unseen_share": self.unseen_share,
+        }
+
+
+def texture_mesh(
+    mesh: Mesh, taken: Sequence[tuple[Recording, Trajectory]], triangles: int = TRIANGLES, texel: float | None = None
+) -> Textured:
+    """Lay the colour images of recordings on a mesh that was made from them.
+
+    Args:
+        mesh: triangles in the world of the trajectories [m]; its own colours stand where no image looks.
+        taken: recordings, each with the trajectory (frames) `T_world_camera` of its depth camera.
+        triangles: at most so many are left of the mesh.
+        texel: edge of a texel on the surface [m]; None: two fifths of what a pixel covers.
+
+    Raises:
+        MeshError: no triangles.
+        RecordingError: no colour image that can be used.
+    """
+    if not len(mesh.faces):
+        raise MeshError("a texture needs triangles", "mesh", f"{len(mesh.vertices)} points", "a mesh")
+    views = Views.of(taken)
+    if not views.frames:
+        where = ", ".join(str(recording.path) for recording, _ in taken)
+        raise RecordingError("there is no colour image to make a texture of", where, do="record colour too")
+    if mesh.normals is None:
+        mesh = replace(mesh, normals=vertex_normals(mesh).astype(np.float32))
+    if mesh.colors is None:
+        mesh = color_from(mesh, taken).mesh
+    if mesh.colors is None:
+        where = ", ".join(str(recording.path) for recording, _ in taken)
+        expected = "images of the colour camera's size"
+        raise RecordingError("no colour image can be used", where, "damaged or of another size", expected)
+    with stage("atlas"):
+        less = decimated(replace(mesh, scalars={}), triangles)
+        centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+        atlas = laid_flat(less, texel or views.pixel(centre) / OVERSAMPLED)
+        texels = texels_of(atlas)
+    found = painted(texels.points, mesh, views)
+    colors = found.colors
+    unseen = np.flatnonzero(~found.seen)
+    _, nearest = cKDTree(mesh.vertices).query(texels.points.vertices[unseen])
+    colors[unseen] = np.asarray(mesh.colors)[nearest]
+    return Textured(
+        replace(atlas.mesh, colors=None),
+        atlas.uv,
+        texels.picture(colors),
+        texel_of(atlas.mesh, atlas.uv * [atlas.width, atlas.height]),
+        moved_by(mesh, less) if less is not mesh else (0.0, 0.0),
+        found.images,
+        found.gains,
+        float(np.mean(~found.seen)) if len(found.seen) else 0.0,
+    )
+
+
+def texel_of(mesh: Mesh, places: NDArray[np.float64]) -> float:
+    """Edge of a texel on the surface [m], from the places (n, 2) of the vertices in the picture [texels]."""
+    a, b, c = (places[mesh.faces[:, i]] for i in range(3))
+    (x, y), (z, w) = (b - a).T, (c - a).T
+    flat = float(np.abs(x * w - y * z).sum() / 2)
+    p, q, r = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    area = float(np.linalg.norm(np.cross(q - p, r - p), axis=1).sum() / 2)
+    return float(np.sqrt(area / max(flat, 1e-12)))

@@ -1,0 +1,90 @@
+"""The colour images that a surface is painted from, one after the other."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.coloring.color_mesh import ENOUGH, SHARE
+from fusion.coloring.images import ColorImage, ColorImages, bilinear, color_images
+from fusion.coloring.surface import Surface
+from fusion.coloring.visible import Visible, visible
+from fusion.errors import RecordingError
+from fusion.geometry.pose import Array
+from fusion.geometry.trajectory import Trajectory
+from fusion.progress import each
+from fusion.recording.recording import Recording
+from fusion.texture.bands import Bands, bands_of
+
+
+@dataclass(frozen=True)
+class Shot:
+    """An image that was read.
+
+    Attributes:
+        number: among all that are used.
+        source, image: whose it is, and what is in it.
+        T_world_color: (4, 4).
+        front: (h', w') depth of the surface in coarse pixels, infinite where there is none.
+        bands: the image, taken apart.
+    """
+
+    number: int
+    source: ColorImages
+    image: ColorImage
+    T_world_color: Array
+    front: NDArray[np.float32]
+    bands: Bands
+
+    def shows(self, surface: Surface) -> Visible:
+        """The points of a surface that it shows."""
+        return visible(surface, self.source.seen(self.image, self.T_world_color), self.front)
+
+    def at(self, pixels: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Coarse and fine colours (k, 3) at pixels (k, 2)."""
+        return bilinear(self.bands.low, pixels), bilinear(self.bands.high, pixels)
+
+
+@dataclass(frozen=True)
+class Views:
+    """Images that are used: which of which recording, and from where.
+
+    Attributes:
+        sources, frames: of each image, whose it is and which frame.
+        T_world_color: (views, 4, 4).
+    """
+
+    sources: list[ColorImages]
+    frames: list[int]
+    T_world_color: Array
+
+    @staticmethod
+    def of(taken: Sequence[tuple[Recording, Trajectory]]) -> "Views":
+        """Well spread ones of recordings with their trajectories."""
+        sources, frames, poses = [], [], []
+        for recording, course in taken:
+            source = color_images(recording)
+            if source is not None:
+                for index in source.spread(course, max(ENOUGH, int(SHARE * len(course)))):
+                    sources.append(source)
+                    frames.append(index)
+                    poses.append(source.T_world_color(course.poses[index]))
+        return Views(sources, frames, np.reshape(poses, (-1, 4, 4)))
+
+    def pixel(self, point: Array) -> float:
+        """What a pixel covers at a point (3,) [m]: the median of all views."""
+        widths = np.linalg.norm(self.T_world_color[:, :3, 3] - point, axis=1)
+        return float(np.median(widths / [source.camera.fx for source in self.sources]))
+
+    def shots(self, surface: Surface, what: str) -> Iterator[Shot]:
+        """Each image that can be read, with its bands; one at a time."""
+        for number in each(range(len(self.frames)), what):
+            source, T = self.sources[number], self.T_world_color[number]
+            try:
+                image = source.read(self.frames[number])
+            except RecordingError:  # damaged, missing, or of another size
+                continue
+            if image is not None:
+                front = surface.depth(source.coarse, T)
+                yield Shot(number, source, image, T, front, bands_of(image.color, front))

@@ -1,0 +1,160 @@
+"""Textured files read by others' readers (trimesh, Open3D, Pixar's USD): the same colour at the same place."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "coloring"))
+from painted import HALF, cube, off, paint, scene
+
+from fusion import read_mesh, write_mesh, write_recording
+from fusion.commands.main import main
+from fusion.errors import MeshError
+from fusion.recording.trajectory_file import write_trajectory
+from fusion.texture.files import write_glb, write_obj
+from fusion.texture.textured import texture_mesh
+from fusion.texture.usd import write_usdz
+
+NEAR = 6  # [counts] the paint at a millimetre's distance, and what bilinear looks differ by
+
+
+@pytest.fixture(scope="module")
+def taken():
+    return scene(lambda _: [cube()])
+
+
+@pytest.fixture(scope="module")
+def made(taken):
+    return texture_mesh(off(cube(), 0.001), [(taken.recording, taken.poses)], triangles=1500)
+
+
+@pytest.fixture
+def result(tmp_path, taken):
+    """A result folder, as far as a texture needs one."""
+    write_recording(tmp_path / "scan", taken.recording.camera, taken.recording)
+    folder = tmp_path / "out"
+    folder.mkdir()
+    write_mesh(folder / "mesh.ply", off(cube(), 0.001))
+    write_trajectory(folder / "trajectory.txt", taken.poses)
+    camera = {key: getattr(taken.recording.camera, key) for key in ("fx", "fy", "cx", "cy")}
+    settings = {"recording": str(tmp_path / "scan"), "camera": camera}
+    (folder / "settings.json").write_text(json.dumps(settings))
+    return folder
+
+
+def wrong_at_middles(vertices, faces, corner_uv, image):
+    """Median difference [counts] from the paint at the middles of triangles that a camera saw, by a picture's colours.
+
+    Args:
+        vertices, faces: z up [m].
+        corner_uv: (m, 3, 2), v upwards.
+        image: (h, w, 3), top row first.
+    """
+    middle, (u, v) = vertices[faces].mean(axis=1), corner_uv.mean(axis=1).T
+    h, w = image.shape[:2]
+    rows = np.clip(((1 - v) * h).astype(int), 0, h - 1)
+    colors = image[rows, np.clip((u * w).astype(int), 0, w - 1)].astype(float)
+    seen = middle[:, 2] > -HALF + 0.01
+    return np.median(np.abs(colors - paint(np.clip(middle, -HALF, HALF))).max(axis=1)[seen])
+
+
+def test_glb_by_trimesh_is_y_up_with_the_picture_in_it(tmp_path, made):
+    write_glb(tmp_path / "a.glb", made)
+    found = trimesh.load(tmp_path / "a.glb", force="mesh", process=False)
+    assert len(found.faces) == len(made.mesh.faces)
+    z_up = found.vertices @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # rows: x, y up, z towards us
+    np.testing.assert_allclose(z_up, made.mesh.vertices, atol=1e-6)
+    image = np.asarray(found.visual.material.baseColorTexture)[..., :3]
+    np.testing.assert_array_equal(image, made.image)
+    assert wrong_at_middles(z_up, found.faces, found.visual.uv[found.faces], image) < NEAR
+
+
+def test_obj_by_open3d_finds_its_picture(tmp_path, made):
+    import open3d as o3d
+
+    write_obj(tmp_path / "a.obj", made)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mtl", "a.obj", "a.png"]
+    found = o3d.io.read_triangle_mesh(str(tmp_path / "a.obj"), True)
+    vertices, faces = np.asarray(found.vertices), np.asarray(found.triangles)
+    image, uv = np.asarray(found.textures[0])[::-1], np.asarray(found.triangle_uvs).reshape(-1, 3, 2)
+    # Open3D keeps pictures upside down for OpenGL, or not, by its release: one way the paint fits
+    assert min(wrong_at_middles(vertices, faces, uv, one) for one in (image, image[::-1])) < NEAR
+    by_trimesh = trimesh.load(tmp_path / "a.obj", process=False)
+    picture = np.asarray(by_trimesh.visual.material.image.convert("RGB"))
+    assert wrong_at_middles(by_trimesh.vertices, by_trimesh.faces, by_trimesh.visual.uv[by_trimesh.faces], picture) < 6
+
+
+def test_obj_and_glb_are_references_too(tmp_path, made):
+    """What others textured is read: the seams, where corners are there twice, are joined again."""
+    write_obj(tmp_path / "a.obj", made)
+    write_glb(tmp_path / "a.glb", made)
+    obj, glb = read_mesh(tmp_path / "a.obj"), read_mesh(tmp_path / "a.glb")
+    for mesh in (obj, glb):
+        assert len(mesh.faces) == len(made.mesh.faces) and len(mesh.vertices) < len(made.mesh.vertices)
+        assert mesh.to_trimesh().is_watertight and mesh.to_trimesh().volume == pytest.approx(8 * 0.101**3, rel=0.005)
+
+
+def test_usdz_says_metres_and_y_up_and_passes_its_makers_checks(tmp_path, made):
+    from pxr import Usd, UsdGeom, UsdShade, UsdValidation
+
+    write_usdz(tmp_path / "a.usdz", made)
+    stage = Usd.Stage.Open(str(tmp_path / "a.usdz"))
+    assert UsdGeom.GetStageUpAxis(stage) == "Y" and UsdGeom.GetStageMetersPerUnit(stage) == 1
+    (shape,) = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    vertices = np.asarray(UsdGeom.Mesh(shape).GetPointsAttr().Get())
+    np.testing.assert_allclose(np.ptp(vertices, axis=0), 0.202, atol=0.001)
+    z_up = vertices @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    faces = np.asarray(UsdGeom.Mesh(shape).GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    uv = np.asarray(UsdGeom.PrimvarsAPI(shape).GetPrimvar("st").Get())[faces]
+    assert wrong_at_middles(z_up, faces, uv, made.image) < NEAR
+    assert UsdShade.MaterialBindingAPI(shape).ComputeBoundMaterial()[0]
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    errors = UsdValidation.ValidationContext(validators).Validate(stage)
+    assert len(validators) > 20 and not [error.GetErrorAsString() for error in errors]
+
+
+def test_the_command_makes_a_folder(result, tmp_path, capsys):
+    out = tmp_path / "textured"
+    assert main(["texture", str(result), "-o", str(out), "--usdz", "--triangles", "1500"]) == 0
+    told = capsys.readouterr().out
+    assert "1,500 triangles" in told and str(out / "textured.glb") in told
+    names = {path.name for path in out.iterdir()}
+    assert names >= {f"textured.{end}" for end in ("glb", "obj", "mtl", "png", "usdz")} | {"texture.json"}
+    assert json.loads((out / "texture.json").read_text())["images"] > 5
+    assert main(["texture", str(result), "-o", str(out)]) == 1  # an earlier result stays unless told
+    assert main(["texture", str(result), "-o", str(out), "--overwrite", "--json", "--triangles", "1500"]) == 0
+    assert not (out / "textured.usdz").exists()
+
+
+def test_broken_results_are_one_line_and_leave_nothing(result, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "textured"
+
+    def refused(words, *more):
+        assert main(["texture", str(result), "-o", str(out), *more]) == 1
+        said = capsys.readouterr().err
+        assert words in said and said.count("\n") == 1 and not out.exists()
+
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    refused('pip install "fusion-scan[usd]"', "--usdz")
+    settings = json.loads((result / "settings.json").read_text())
+    (result / "settings.json").write_text(json.dumps(settings | {"recording": "gone"}))
+    refused("--recording")
+    (result / "settings.json").write_text("{}")
+    refused("does not say what it was made of")
+    (result / "settings.json").write_text(json.dumps(settings))
+    depth_only = tmp_path / "scan"
+    (depth_only / "rgb.txt").unlink()
+    refused("no colour image")
+    (result / "settings.json").unlink()
+    refused("no result with a mesh")
+
+
+def test_without_the_library_usdz_is_refused(tmp_path, made, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    with pytest.raises(MeshError, match=r"fusion-scan\[usd\]"):
+        write_usdz(tmp_path / "a.usdz", made)
+    assert not list(tmp_path.iterdir())
