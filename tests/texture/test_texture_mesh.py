@@ -129,6 +129,20 @@ def test_exposure_is_evened_out():
     assert found.trust.min() > 0.9
 
 
+def test_a_lamp_beside_the_table_is_no_exposure():
+    """Sides of one object brighter in some views, others darker: what is left over is as large as what views share."""
+    rng = np.random.default_rng(0)
+    true, side = rng.uniform(60, 150, (600, 3)), np.arange(600) // 100
+    looks = []
+    for _ in range(12):
+        shown = rng.permutation(6)[:3]  # a view shows three sides
+        index = np.flatnonzero(np.isin(side, shown))
+        light = np.exp(0.1 * rng.standard_normal(6))[side[index], None]
+        looks.append(Look(index, np.ones(len(index), np.float32), (true[index] * light).astype(np.float32),
+                          np.ones(len(index), np.float32)))  # fmt: skip
+    assert np.log(levels_of(looks, 600).gain).std() < 0.03  # half of what a mean over three sides would say
+
+
 def test_a_view_of_something_else_is_not_trusted():
     true = np.random.default_rng(0).uniform(80, 200, (500, 3)).astype(np.float32)
     looks = [Look(np.arange(500), np.ones(500, np.float32), true.copy(), np.ones(500, np.float32)) for _ in range(5)]
