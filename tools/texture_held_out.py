@@ -6,9 +6,10 @@
 Both are made anew from the other images alone and seen from where the left-out images were taken, by Open3D's ray
 caster. Pixels: those that both meshes cover, two or more pixels from where the mesh ends or hides itself by more than
 1 % of the depth: at a rim both are wrong by the pose and not by the colour; --rims counts them too. No exposure is
-fitted, for neither. On a turntable before lamps that stand still a side's brightness changes while it turns, which no
-colour on a surface can show; so the fine part is told too: all three images without what is coarser than some pixels,
-that is the print.
+fitted, for neither; the left-out camera is settled by the print, for each on what that one shows: its pose is as
+uncertain as those of the others. On a turntable before lamps that stand still a side's brightness changes while it
+turns, which no colour on a surface can show; so the fine part is told too: all three images without what is coarser
+than some pixels, that is the print.
 """
 
 import argparse
@@ -25,13 +26,15 @@ from fusion.coloring.color_mesh import color_from
 from fusion.coloring.images import bilinear, color_images
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
-from fusion.geometry.pose import Array
+from fusion.geometry.pose import Array, transform
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.texture.result_folder import open_result
+from fusion.texture.settled import settled
 from fusion.texture.textured import TRIANGLES, Textured, texture_mesh
 
 JUMP, RIM = 0.01, 2  # of the depth; [px]
+SAMPLES = 20_000
 COARSE = 6.0  # [px] standard deviation
 
 
@@ -80,8 +83,8 @@ def measure(mesh: Mesh, taken: list[tuple[Any, Trajectory]], options: argparse.N
         image = source.read(index)
         if image is None:
             continue
-        textured, a = shown_texture(made, source.camera, T)
-        vertices, b = shown_vertices(colored, source.camera, T)
+        textured, a = fitted(lambda T, s=source: shown_texture(made, s.camera, T), source.camera, image.color, T)
+        vertices, b = fitted(lambda T, s=source: shown_vertices(colored, s.camera, T), source.camera, image.color, T)
         pixels = np.isfinite(a) & np.isfinite(b)
         if not options.rims:
             pixels &= inside(a) & inside(b)
@@ -96,6 +99,22 @@ def measure(mesh: Mesh, taken: list[tuple[Any, Trajectory]], options: argparse.N
             beside = np.hstack([truth[cut], textured[cut], vertices[cut]])
             cv2.imwrite(str(options.pictures / f"{index:04d}.png"), np.rint(beside[..., ::-1]).astype(np.uint8))
     return np.array(rows)
+
+
+def fitted(show: Any, camera: Camera, color: NDArray[np.uint8], stated: Array) -> Any:
+    """What `show` gives at the place where the image fits it best, by the print."""
+    T = stated
+    for _ in range(2):
+        picture, depth = show(T)
+        v, u = np.nonzero(inside(depth))
+        some = np.random.default_rng(0).permutation(len(v))[:SAMPLES]
+        u, v = u[some], v[some]
+        rays = np.dstack([camera.rays(), np.ones(camera.shape)])[v, u]
+        points = transform(T, rays * depth[v, u][:, None].astype(float))
+        known = np.isfinite(depth)
+        model, image = (one - coarse(one, known) for one in (picture, color.astype(float)))
+        T = settled(camera, image.astype(np.float32), stated, T, (points, model[v, u].astype(np.float32)))
+    return show(T)
 
 
 def coarse(picture: NDArray[np.float64], known: NDArray[np.bool_]) -> NDArray[np.float64]:

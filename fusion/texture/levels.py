@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-ROUNDS = 30  # of an alternation that halves its error each time where views overlap
+ROUNDS = 15  # of an alternation that halves its error each time where views overlap
 FITS = 0.3  # in the logarithm: a place that differs by more counts less (guess: what light does to a side that turns)
 SIDES = 3  # of an object in one view, that light changes apart from each other: those of a box
 DARKEST = 8.0  # [counts] below, ratios are noise

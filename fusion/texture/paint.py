@@ -4,21 +4,25 @@ So light that differs between views leaves no seam, and print is not smeared by 
 (Allene, Pons and Keriven, Seamless image-based texture atlases using multi-band blending, ICPR 2008).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fusion.coloring.images import bilinear
 from fusion.coloring.surface import Surface
+from fusion.geometry.pose import Array, inverse, transform
 from fusion.mesh.mesh import Mesh
 from fusion.texture.levels import Levels, Look, levels_of
+from fusion.texture.settled import settled, without_common
 from fusion.texture.views import Views
 
-SAMPLES = 20_000  # points at which views are compared
+SAMPLES = 10_000  # points at which views are compared
 # power of the weights of what is fine. Left-out images want all views (1, or 2: the same), hard choices lose: 0.1 dB by
 # 4, 0.3 by 8 (tools/texture_held_out.py, a simulated and a real scan)
 BEST = 2.0
+ROUNDS = 2  # of settling the cameras, each on what the last one has made
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,11 @@ class Mean:
 def painted(points: Mesh, mesh: Mesh, views: Views) -> Painted:
     """Colours of points (k) with normals on a mesh, from views of it."""
     some = _some(mesh)
-    levels, numbers = _compared(Surface(mesh, some), views)
+    sampled = Surface(mesh, some)
+    levels, numbers, fine = _compared(sampled, views)
+    stated = views.T_world_color
+    for _ in range(ROUNDS):
+        views, fine = _settled((sampled, some), (views, stated), (levels, numbers), fine)
     _, nearest = cKDTree(some.vertices).query(points.vertices)
     surface, count = Surface(mesh, points), len(points.vertices)
     low, high = Mean(count), Mean(count)
@@ -80,13 +88,32 @@ def _some(mesh: Mesh) -> Mesh:
     return Mesh(mesh.vertices[rows], normals=np.asarray(mesh.normals)[rows])
 
 
-def _compared(surface: Surface, views: Views) -> tuple[Levels, dict[int, int]]:
-    """How views compare, and the row of each that could be read."""
+def _compared(surface: Surface, views: Views) -> tuple[Levels, dict[int, int], NDArray[np.float32]]:
+    """How views compare, the row of each that could be read, and the fine colours of the points."""
     looks: list[Look] = []
     numbers: dict[int, int] = {}
+    fine = Mean(surface.vertices.shape[1])
     for shot in views.shots(surface, "exposure"):
         shown = shot.shows(surface)
         low, high = shot.at(shown.pixels)
         numbers[shot.number] = len(looks)
         looks.append(Look(shown.index, shown.weight, low, np.abs(high).mean(axis=1)))
-    return levels_of(looks, surface.vertices.shape[1]), numbers
+        fine.add(shown.index, shown.weight, high)
+    return levels_of(looks, surface.vertices.shape[1]), numbers, fine.value()
+
+
+def _settled(
+    samples: tuple[Surface, Mesh], told: tuple[Views, Array], known: tuple[Levels, dict[int, int]],
+    fine: NDArray[np.float32],
+) -> tuple[Views, NDArray[np.float32]]:  # fmt: skip
+    """Views whose cameras fit the fine colours of sample points, and what these are then."""
+    (surface, some), (views, stated), (levels, numbers) = samples, told, known
+    poses, mean = views.T_world_color.copy(), Mean(len(some.vertices))
+    for shot in views.shots(surface, "settling"):
+        number, shown = shot.number, shot.shows(surface)
+        high = shot.bands.high * levels.gain[numbers[number]]
+        fits = (some.vertices[shown.index], fine[shown.index])
+        poses[number] = settled(shot.source.camera, high, stated[number], poses[number], fits)
+        pixels = shot.source.camera.project(transform(inverse(poses[number]), fits[0]))
+        mean.add(shown.index, shown.weight, bilinear(high, pixels))
+    return replace(views, T_world_color=without_common(poses, stated)), mean.value()
