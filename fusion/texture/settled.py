@@ -34,7 +34,8 @@ def settled(
     """
     if len(shown[0]) < FEWEST:
         return at
-    points, print_ = (values[:: -(-len(values) // ENOUGH)] for values in shown)
+    every = -(-len(shown[0]) // ENOUGH)
+    points, print_ = shown[0][::every], shown[1][::every]
     across, down = np.gradient(high, axis=1), np.gradient(high, axis=0)
     T, local = at, transform(inverse(stated), points)
     start, near = camera.project(local), camera.fx / float(np.median(local[:, 2]))  # [px], [px/m]
