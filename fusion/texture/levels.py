@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 ROUNDS = 15  # of an alternation that halves its error each time where views overlap
 FITS = 0.3  # in the logarithm: a place that differs by more counts less (guess: what light does to a side that turns)
 SIDES = 3  # of an object in one view, that light changes apart from each other: those of a box
+WHITE, BRIGHTEST = 255.0, 0.99  # [counts]; share of the surface that is to be no brighter
 DARKEST = 8.0  # [counts] below, ratios are noise
 # [counts] a view that differs by more from the middle of all shows another thing, or a gloss. 20 cost 0.2 dB of a real
 # box whose sides a lamp lights differently while they turn (tools/texture_held_out.py)
@@ -37,7 +38,7 @@ class Levels:
     """How views compare.
 
     Attributes:
-        gain: (views, 3) what a view's colours are multiplied with, 0.5 to 2.
+        gain: (views, 3) what a view's colours are multiplied with, at most 2.
         sharp: (views,) how much of the fine a view shows, beside the others at the same places; 0.25 to 1.
         trust: (views, points) 0 to 1; 1 where a view does not see a point.
     """
@@ -55,6 +56,10 @@ def levels_of(looks: list[Look], points: int) -> Levels:
     fine, _ = _parted(looks, [np.log1p(look.fine)[:, None] for look in looks], points)
     sharp = np.exp(fine[:, 0] - fine[:, 0].max()) if len(looks) else np.ones(0)
     middle = _medians(looks, [look.low * gain[i] for i, look in enumerate(looks)], points)
+    # white that a camera took darker would be made whiter than white: then all is made darker
+    seen = middle[middle.any(axis=1)]
+    fit = min(1.0, WHITE / float(np.quantile(seen.max(axis=1), BRIGHTEST))) if len(seen) else 1.0
+    gain, middle = gain * fit, middle * np.float32(fit)
     trust = np.ones((len(looks), points), np.float32)
     for i, look in enumerate(looks):
         apart = ((look.low * gain[i] - middle[look.index]) ** 2).sum(axis=1)

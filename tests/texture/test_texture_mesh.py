@@ -129,6 +129,20 @@ def test_exposure_is_evened_out():
     assert found.trust.min() > 0.9
 
 
+def test_white_is_not_made_whiter():
+    true = np.random.default_rng(0).uniform(100, 180, (500, 3))
+    true[:100] = 240  # paper, taken by the darker exposures only
+    looks = []
+    for k, gain in enumerate([0.8, 0.8, 1.25, 1.25]):
+        index = np.arange(0 if k < 2 else 100, 500)
+        looks.append(Look(index, np.ones(len(index), np.float32), (true[index] * gain).astype(np.float32),
+                          np.ones(len(index), np.float32)))  # fmt: skip
+    found = levels_of(looks, 500)
+    even = np.stack([look.low[-1] * gain for look, gain in zip(looks, found.gain, strict=True)])
+    np.testing.assert_allclose(even, even[:1].repeat(4, axis=0), rtol=0.01)
+    assert (looks[0].low[:100] * found.gain[0]).max() <= 255 * 1.001
+
+
 def test_a_lamp_beside_the_table_is_no_exposure():
     """Sides of one object brighter in some views, others darker: what is left over is as large as what views share."""
     rng = np.random.default_rng(0)
