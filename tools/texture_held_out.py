@@ -44,11 +44,12 @@ def main() -> int:
     parser.add_argument("result", type=Path)
     parser.add_argument("--every", type=int, default=4)
     parser.add_argument("--triangles", type=int, default=TRIANGLES)
+    parser.add_argument("--camera", help="of the recording, if it says none")
     parser.add_argument("--rims", action="store_true", help="rims count too")
     parser.add_argument("--pictures", type=Path, help="folder for photograph, texture, vertex colours side by side")
     options = parser.parse_args()
     try:
-        mesh, taken = open_result(options.result)
+        mesh, taken = open_result(options.result, camera=options.camera)
         measured = measure(mesh, taken, options)
     except FusionError as error:
         sys.stderr.write(f"{error}\n")

@@ -16,8 +16,10 @@ from fusion.commands.main import main
 from fusion.errors import MeshError
 from fusion.recording.trajectory_file import write_trajectory
 from fusion.texture.files import write_glb, write_obj
+from fusion.texture.result_folder import open_result
 from fusion.texture.textured import texture_mesh
 from fusion.texture.usd import write_usdz
+from fusion.texture.views import Views
 
 NEAR = 6  # [counts] the paint at a millimetre's distance, and what bilinear looks differ by
 
@@ -128,6 +130,21 @@ def test_the_command_makes_a_folder(result, tmp_path, capsys):
     assert main(["texture", str(result), "-o", str(out)]) == 1  # an earlier result stays unless told
     assert main(["texture", str(result), "-o", str(out), "--overwrite", "--json", "--triangles", "1500"]) == 0
     assert not (out / "textured.usdz").exists()
+
+
+def test_a_merge_takes_the_images_of_all_passes(result, capsys):
+    settings = json.loads((result / "settings.json").read_text())
+    both = {"passes": [settings["recording"]] * 2, "cameras": [settings["camera"]] * 2}
+    (result / "settings.json").write_text(json.dumps(both))
+    for k in (1, 2):
+        (result / f"trajectory_{k}.txt").write_text((result / "trajectory.txt").read_text())
+    (result / "trajectory.txt").unlink()
+    mesh, taken = open_result(result)
+    assert len(taken) == 2 and all(course.valid.all() for _, course in taken)
+    assert len(Views.of(taken).frames) == 2 * len(taken[0][0]) and len(mesh.faces)
+    (result / "settings.json").write_text(json.dumps(both | {"cameras": both["cameras"][:1]}))
+    assert main(["texture", str(result), "-o", str(result.with_name("t"))]) == 1
+    assert "does not say what it was made of" in capsys.readouterr().err
 
 
 def test_broken_results_are_one_line_and_leave_nothing(result, tmp_path, capsys, monkeypatch):
