@@ -40,7 +40,7 @@ PAGLIARI = {
 
 def author_corners(path: Path) -> np.ndarray:
     """(35, 2) corners [px] of an author's list, as written."""
-    text = re.search(r"\[(.*)\]", path.read_text(), re.S)
+    text = re.search(r"\[(.*)\]", path.read_text(encoding="utf-8"), re.S)
     return np.array([float(x) for x in text.group(1).split(",")]).reshape(-1, 2) if text else np.zeros((0, 2))
 
 

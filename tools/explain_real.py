@@ -126,12 +126,12 @@ def _explained(recordings: list[Path], sensor: str, output: Path) -> str:
 
 def _without(effect: str, sensor: Path, poorer: Path) -> Path:
     """A sensor file without one effect, written; the path again."""
-    content = json.loads(sensor.read_text())
+    content = json.loads(sensor.read_text(encoding="utf-8"))
     names = [entry["effect"] for entry in content["effects"]]
     if effect not in names:
         raise SystemExit(f"{sensor} has no {effect}, but {', '.join(names)}")
     content["effects"] = [entry for entry in content["effects"] if entry["effect"] != effect]
-    poorer.write_text(json.dumps(content, indent=1) + "\n")
+    poorer.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return poorer
 
 

@@ -101,7 +101,11 @@ def _guarded(name: str, minutes: float, made: Path) -> int:
 
 def _runs(log: Path) -> int:
     """The number of inputs that libFuzzer says it tried."""
-    counts = [line.split()[0][1:] for line in log.read_text(errors="replace").splitlines() if line.startswith("#")]
+    counts = [
+        line.split()[0][1:]
+        for line in log.read_text(encoding="utf-8", errors="replace").splitlines()
+        if line.startswith("#")
+    ]
     return max((int(count) for count in counts if count.isdigit()), default=0)
 
 

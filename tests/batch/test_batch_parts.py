@@ -192,11 +192,11 @@ def test_the_tables_are_the_same_bytes_each_time(tmp_path):
 
 def test_the_page_escapes_names_and_holds_all_rows(tmp_path):
     write_index(tmp_path, [ROW, replace(ROW, recording="<script>alert(1)</script>", light="failed")], ["do", "{rec}"])
-    page = (tmp_path / "index.html").read_text()
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert page.count('<tr data-light="') == 2 and "<script>alert" not in page and "://" not in page
     first = page
     write_index(tmp_path, [ROW, replace(ROW, recording="<script>alert(1)</script>", light="failed")], ["do", "{rec}"])
-    assert (tmp_path / "index.html").read_text() == first
+    assert (tmp_path / "index.html").read_text(encoding="utf-8") == first
 
 
 def test_names_for_folders_are_plain(tmp_path):
@@ -226,7 +226,7 @@ def test_wrong_input_is_one_line_and_makes_nothing(scans, tmp_path_factory, monk
 def test_a_folder_that_no_batch_made_is_left_alone(scans, tmp_path_factory, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path_factory.mktemp("here"))
     Path("mine").mkdir()
-    Path("mine/thesis.txt").write_text("mine")
+    Path("mine/thesis.txt").write_text("mine", encoding="utf-8")
     assert main(["batch", str(scans), *["-o", "mine", "--", "turntable", "{rec}", "-o", "{out}"]]) == 1
     assert "the output is not empty" in capsys.readouterr().err
     assert [path.name for path in Path("mine").iterdir()] == ["thesis.txt"]

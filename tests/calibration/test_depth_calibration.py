@@ -306,7 +306,7 @@ def test_a_board_places_itself(tmp_path):
     assert found.best.error < 1e-3
     assert any("printed squares" in text for _, text in found.notes)
     depth_report(tmp_path / "report.html", found)
-    assert "printed size looks like a scale" in (tmp_path / "report.html").read_text()
+    assert "printed size looks like a scale" in (tmp_path / "report.html").read_text(encoding="utf-8")
     with pytest.raises(FusionError, match="no picture shows the board"):
         calibrate_depth([open_recording(tmp_path / "board")], DepthSettings(board=Board(9, 8, 0.06)))
 

@@ -29,7 +29,7 @@ def test_it_writes_numbers_and_report(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     written = json.loads((out / "evaluation.json").read_text())
     assert written["summary"] == told["summary"] and len(written["stretches"]) == 2
-    page = (out / "report.html").read_text()
+    page = (out / "report.html").read_text(encoding="utf-8")
     for part in ("Sensor evaluation", "Noise of the depth", "Residuals from the surface", "IR: mean and noise",
                  "The depth is off by", "Quantisation", "values are valid"):  # fmt: skip
         assert part in page

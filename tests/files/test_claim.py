@@ -53,7 +53,7 @@ def test_a_file_of_a_person_gives_way_to_a_new_one_of_its_name_but_is_kept(tmp_p
     (tmp_path / "out" / "report.html").write_text("mine")
     make(tmp_path / "out", "mesh.ply", "report.html", overwrite=True)
     assert names(tmp_path / "out") == ["mesh.ply", "report.html", "report.kept1.html"]
-    assert (tmp_path / "out" / "report.kept1.html").read_text() == "mine"
+    assert (tmp_path / "out" / "report.kept1.html").read_text(encoding="utf-8") == "mine"
     assert "report.html was not made by fusion: kept as report.kept1.html" in caplog.text
 
 

@@ -1,5 +1,6 @@
 """3MF: read back by trimesh, which shares no code with the library that writes it; others' files by hand."""
 
+import locale
 import sys
 import zipfile
 
@@ -52,6 +53,18 @@ def test_a_foreign_reader_finds_millimetres_and_the_same_triangles(tmp_path):
     np.testing.assert_allclose(found.vertices, CORNERS * 1000, atol=1e-4)
     np.testing.assert_array_equal(found.faces, FACES)
     assert found.volume == pytest.approx(0.1 * 0.2 * 0.3 / 6 * 1e9, rel=1e-6)
+
+
+def test_the_process_keeps_its_locale(tmp_path):
+    """The library sets C, in which Python reads every later text as ASCII."""
+    before = locale.setlocale(locale.LC_ALL)
+    locale.setlocale(locale.LC_ALL, "C.UTF-8")
+    try:
+        write_mesh(tmp_path / "scan.3mf", SCAN)
+        read_mesh(tmp_path / "scan.3mf")
+        assert locale.setlocale(locale.LC_CTYPE) == "C.UTF-8"
+    finally:
+        locale.setlocale(locale.LC_ALL, before)
 
 
 def test_it_comes_back_in_metres_with_its_colours(tmp_path):

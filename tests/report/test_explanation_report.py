@@ -56,7 +56,7 @@ def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, verdict, tmp_pa
         mask = cv2.imread(str(tmp_path / entry["where"]["mask"]), cv2.IMREAD_UNCHANGED)
         assert mask.dtype == np.uint8 and mask.shape == waved.looks[0].view.camera.shape
         assert mask.max() == 255
-    page = (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     titles = re.findall("<h2>(.*?)</h2>", page)
     assert titles[:3] == ["Summary", "Before and after", "Missing: cyclic error"]
     assert escape(verdict["headline"]) in page and page.index("<b>Verdict</b>") < page.index("<b>Cyclic error</b>")
@@ -94,7 +94,7 @@ def test_the_sentence_has_the_size_and_how_sure_and_is_the_same_everywhere(waved
     assert lines.startswith(headline) and in_words(CyclicError).happens.rstrip(".") in lines
     assert re.search(r"amplitude +3\.\d+ \+- 0\.\d+ mm; [12]\.\d+ \+- 0\.\d+ mm", lines) and "chi2" not in lines
     explanation_report(tmp_path, waved, verdict)
-    page = (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     first = page[: page.index("Before and after</h2>")]
     assert escape(headline) in first and "chi2" not in first
     assert page.count("<details>") >= 4  # what could be seen, what could still be there, ...: for those who ask
@@ -104,7 +104,7 @@ def test_the_sentence_has_the_size_and_how_sure_and_is_the_same_everywhere(waved
 def test_nothing_missing_says_so_and_shows_noise(nothing, tmp_path):
     verdict = verdict_of(nothing)
     explanation_report(tmp_path, nothing, verdict)
-    page = (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert verdict["nothing_missing"] and "Nothing is missing" in page
     assert "times as much as noise alone" in page and "Before and after" not in page
     assert not list(tmp_path.glob("mask_*"))
@@ -138,12 +138,12 @@ def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
     verdict = with_masks(tmp_path / "a", unknown, verdict_of(unknown))
     explanation_report(tmp_path / "a", unknown, verdict)
     assert verdict["missing"][0]["where"]["mask"] == "mask_0.png"
-    page = (tmp_path / "a" / "report.html").read_text()
+    page = (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
     assert "an unknown effect" in page and "The nearest entry is" in page and "Established" in page
     bright = explanation_of("itof", AmbientLight(ambient=6000.0))
     assert bright.spread
     explanation_report(tmp_path / "b", bright, verdict_of(bright))
-    assert "times as large" in (tmp_path / "b" / "report.html").read_text()
+    assert "times as large" in (tmp_path / "b" / "report.html").read_text(encoding="utf-8")
 
 
 def test_frames_that_were_fitted_serve_where_none_were_held_out(waved):

@@ -16,5 +16,5 @@ def test_missing_values_have_their_section(tmp_path):
     explanation_report(tmp_path, found, verdict)
     (claim,) = [entry for entry in verdict["missing"] if entry["channel"] == "dropout"]
     assert claim["effect"] == "amplitude_dropout" and (tmp_path / claim["where"]["mask"]).is_file()
-    page = (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "of the values are missing beyond what the model loses" in page and "missing values [%]" in page

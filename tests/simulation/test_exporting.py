@@ -136,7 +136,7 @@ def test_a_model_beside_itself_is_nowhere_apart_and_beside_another_it_is(tmp_pat
     assert main(["sensor", "compare", "kinect-v1", "azure-kinect", "--json", "-o", str(tmp_path / "out")]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["parameters"]["depth_quantization.step"] == [0.0, 0.001]
-    page = (tmp_path / "out" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert page.count("<figure>") == 3 and json.loads((tmp_path / "out" / "comparison.json").read_text()) == told
 
 

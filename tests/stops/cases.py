@@ -114,7 +114,7 @@ def simulated(folder: Path, words: str) -> None:
 def _write_camera(path: Path, width: int, height: int) -> None:
     fields = {"width": width, "height": height, "fx": 0.9 * width, "fy": 0.9 * width}
     fields |= {"cx": width / 2 - 0.5, "cy": height / 2 - 0.5, "depth_scale": 5000}
-    path.write_text(json.dumps(fields | {"principle": "structured_light"}))
+    path.write_text(json.dumps(fields | {"principle": "structured_light"}), encoding="utf-8")
 
 
 def _ball() -> Mesh:

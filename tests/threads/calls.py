@@ -24,6 +24,7 @@ def camera(given: Inputs, out: Path) -> Any:
     return (
         seen,
         one.rays(),
+        one.blind(),
         points,
         one.project(points[np.isfinite(given.depth)]),
         one.halved().rays(),

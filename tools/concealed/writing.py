@@ -77,7 +77,7 @@ def _log(folder: Path, shots: list[Shot], temperature: bool) -> None:
 
 
 def _lines(path: Path, lines: list[str]) -> None:
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def mesh_text(panels: list[Panel], one_grey: bool) -> str:

@@ -132,7 +132,7 @@ def flat(write: Write) -> Write:
 
 def camera_file(lens: Lens) -> str:
     """A camera.json: formats with a usual size take another one from it alone."""
-    with tempfile.NamedTemporaryFile("w", suffix=".json", delete=False) as file:
+    with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".json", delete=False) as file:
         told = {"width": lens.width, "height": lens.height, "fx": lens.fx, "fy": lens.fy, "cx": lens.cx, "cy": lens.cy}
         json.dump(told | {"depth_scale": 1000}, file)
     return file.name

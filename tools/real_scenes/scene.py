@@ -44,7 +44,7 @@ def sensor_file(path: Path, principle: str, effects: dict[str, dict[str, tuple[f
         for name, parameters in effects.items()
     ]
     content = {"format": "fusion-sensor/1", "name": path.stem, "principle": principle, "effects": entries}
-    path.write_text(json.dumps(content, indent=1) + "\n")
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return path
 
 

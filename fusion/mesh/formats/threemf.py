@@ -1,8 +1,10 @@
 """3MF, what slicers take: millimetres, colours at the corners of triangles; by the consortium's own library, lib3mf."""
 
 import io
+import locale
 import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,8 @@ def read_3mf(data: bytes, path: Path) -> Mesh:
         if damaged := file.testzip():  # the library does not look at the sums
             raise ValueError(f"a damaged part: {damaged[:60]}")
     model = library.get_wrapper().CreateModel()
-    model.QueryReader("3mf").ReadFromBuffer(data)
+    with _own_locale():
+        model.QueryReader("3mf").ReadFromBuffer(data)
     parts: list[Mesh] = []
     for count, (thing, T) in enumerate(_placed(model)):
         if count == MOST_PARTS:
@@ -72,12 +75,23 @@ def write_3mf(path: Path, mesh: Mesh) -> None:
     if mesh.colors is not None:
         _paint(library, model, part, mesh)
     model.AddBuildItem(part, wrapper.GetIdentityTransform())
-    model.QueryWriter("3mf").WriteToFile(str(path))
+    with _own_locale():
+        model.QueryWriter("3mf").WriteToFile(str(path))
 
 
 def threemf_library(path: Path) -> Any:
     """lib3mf; MeshError where it is not installed."""
     return extra("lib3mf", "print", "a 3MF file", path, MeshError)
+
+
+@contextmanager
+def _own_locale() -> Iterator[None]:
+    """The process keeps its locale: the library leaves it in C, where Python takes text without a name for ASCII."""
+    own = locale.setlocale(locale.LC_ALL)
+    try:
+        yield
+    finally:
+        locale.setlocale(locale.LC_ALL, own)
 
 
 def _placed(model: Any) -> Iterator[tuple[Any, Array]]:

@@ -86,7 +86,7 @@ def test_a_folder_becomes_a_camera_and_a_report(folder, tmp_path, capsys):
         assert camera.std[name] < 5
     assert np.array(fit["correlation"]["matrix"]).shape == (9, 9)
     assert fit["uncertainty"]["distance_m"] == pytest.approx(0.6, abs=0.1)
-    page = (out / "report.html").read_text()
+    page = (out / "report.html").read_text(encoding="utf-8")
     assert "Traceback" not in page
     for part in ("IR camera", "corners", "correlation", "Rays are known"):
         assert part in page
