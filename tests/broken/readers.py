@@ -1,11 +1,13 @@
 """Every public reader, as a function of the bytes of one file: what properties and the fuzzer call."""
 
 import json
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from broken import bases, foreign, meshes
+from broken.inputs import phones, recorded
 from broken.inputs.foreign import FORMATS
 from broken.pictures import with_right_sums
 
@@ -45,6 +47,8 @@ def readers() -> Iterator[Reader]:
         "board.json", json.dumps(bases.BOARD).encode(), lambda folder: None, _file("board.json", fusion.read_board)
     )
     yield Reader("scene.json", scene, lambda folder: bases.lump(folder / "lump.ply"), _file("scene.json", _scene))
+    told = json.dumps({"source": "kinect-v1", "serial": "A1", "settings": {"gain": "16"}, "tables": {}}).encode()
+    yield Reader("recording's device.json", told, _copied, _recording("device.json"))
     for name in ("depth.txt", "groundtruth.txt", "telemetry.csv", "scene.json", "camera.json", "depth/000000.png"):
         yield Reader(f"recording's {name}", _text(name), _copied, _recording(name))
     image = _recording("depth/000000.png")
@@ -59,10 +63,27 @@ def readers() -> Iterator[Reader]:
 
 
 def _bags() -> Iterator[Reader]:
-    """RealSense's own recordings: a ROS 1 bag packed by LZ4, and an SQLite file with PNGs in it."""
-    samples = Path(__file__).resolve().parents[1] / "recording" / "bags"
-    for name in ("realsense_2_56.bag", "realsense_2_59.db3"):
-        yield Reader(name, (samples / name).read_bytes(), lambda folder: None, _file("rec", walk))
+    """Recordings that are one file: the makers' samples, those written from layouts, archives of phones, MCAP."""
+    from fusion.recording.formats.bags.write import write_mcap
+    from fusion.recording.open import open_recording
+
+    for name, content, more in [*recorded.good(), *phones.good_archives()]:
+        size = bases.CAMERA | recorded.SIZES.get(Path(name).suffix, {})
+        camera = "camera.json" if more else None
+
+        def prepare(folder: Path, size: dict = size) -> None:
+            bases.write_json(folder / "camera.json", size)
+
+        def read(folder: Path, content: bytes, camera: str | None = camera) -> None:
+            (folder / "rec").write_bytes(content)
+            walk(folder / "rec", folder / camera if camera else None)
+
+        yield Reader(name, content, prepare, read)
+    with tempfile.TemporaryDirectory() as folder:
+        bases.recording(Path(folder))
+        write_mcap(Path(folder) / "rec.mcap", open_recording(Path(folder) / "rec"))
+        content = (Path(folder) / "rec.mcap").read_bytes()
+    yield Reader("rec.mcap", content, lambda folder: None, _file("rec", walk))
 
 
 def _text(name: str) -> bytes:

@@ -58,6 +58,14 @@ NAMES = [
     "Open3D intrinsic.json",
     "realsense_2_56.bag",
     "realsense_2_59.db3",
+    "openni2_dummy.oni",
+    "azure.mkv",
+    "room.sens",
+    "room.klg",
+    "phone.r3d",
+    "polycam.zip",
+    "rec.mcap",
+    "recording's device.json",
 ]
 
 

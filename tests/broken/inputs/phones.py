@@ -2,9 +2,13 @@
 
 import io
 import json
+import struct
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+
+import cv2
+import numpy as np
 
 from broken.case import ACCEPTED, EITHER, REFUSED, Case
 from broken.foreign import odometry, transforms
@@ -67,9 +71,27 @@ def dumps() -> Iterator[Case]:
         yield from of(kind, f"first depth all {name}", text("0.bin", content), REFUSED, ("rec",), ("convert",))
 
 
-def _archive(members: dict[str, bytes]) -> bytes:
+def good_archives() -> Iterator[tuple[str, bytes, list[str]]]:
+    """Name, content, and further words of archives of two frames each, not packed: a changed byte stays one."""
+    lens = {"fx": 144.0, "fy": 144.0, "cx": 80.0, "cy": 60.0}
+    metadata = {"w": 160, "h": 120, "dw": 160, "dh": 120, "K": [144, 0, 0, 0, 144, 0, 80, 60, 1], "fps": 30}
+    metadata |= {"frameTimestamps": [1.0, 1.1], "poses": [[0, 0, 0, 1, 0, 0, 0.1 * n] for n in range(2)]}
+    metres = np.full((120, 160), 1.2, "<f4").tobytes()
+    # LZFSE's block that is not packed
+    depth = b"bvx-" + struct.pack("<I", len(metres)) + metres + b"bvx$"
+    frames = {f"rgbd/{n}.depth": depth for n in range(2)}
+    yield "phone.r3d", _archive({"metadata": json.dumps(metadata).encode(), **frames}, zipfile.ZIP_STORED), []
+    turn = {f"t_{row}{column}": float(row == column) for row in range(3) for column in range(4)}
+    camera = json.dumps({**lens, "width": 160, "height": 120, "timestamp": 1, **turn}).encode()
+    png = cv2.imencode(".png", np.full((120, 160), 1200, np.uint16))[1].tobytes()
+    members = {f"keyframes/cameras/{n}.json": camera for n in (1000, 2000)}
+    members |= {f"keyframes/depth/{n}.png": png for n in (1000, 2000)}
+    yield "polycam.zip", _archive(members, zipfile.ZIP_STORED), []
+
+
+def _archive(members: dict[str, bytes], packed: int = zipfile.ZIP_DEFLATED) -> bytes:
     made = io.BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(made, "w", packed) as archive:
         for name, content in members.items():
             archive.writestr(name, content)
     return made.getvalue()

@@ -26,7 +26,7 @@ HUGE = b"\xff\xff\xff\x7f"
 
 def cases() -> Iterator[Case]:
     """Every case of files that are recordings."""
-    for name, content, more in _good():
+    for name, content, more in good():
         yield from _over(name, "good", content, more, ACCEPTED, quick=True)
         for share in CUTS:
             right = REFUSED if share <= CUTS[1] else EITHER
@@ -41,7 +41,7 @@ def cases() -> Iterator[Case]:
         yield from _over(name, "zeros behind its head", content[:64] + bytes(len(content)), more, EITHER)
 
 
-def _good() -> Iterator[tuple[str, bytes, list[str]]]:
+def good() -> Iterator[tuple[str, bytes, list[str]]]:
     """Name, content, and further words of each kind of file."""
     for name in ("bags/realsense_2_56.bag", "bags/realsense_2_59.db3", "samples/openni2_dummy.oni"):
         more = ["--camera", "camera.json"] if name.endswith(".oni") else []
