@@ -32,14 +32,25 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     if not are_focal(fx, fy) or max(abs(cx), abs(cy)) > 1e6:
         raise RecordingError("the camera cannot be used", "--camera", camera, "fx,fy,cx,cy in pixels")
     try:
-        own = read(None).camera
+        own = read(None)
     except RecordingError:  # most states no camera; if it is something else it is met again
         opened = read(Camera(0, 0, fx, fy, cx, cy, depth_scale=usual_scale))
-        if opened.camera.width or opened.files is None:
-            return opened.camera
-        width, height = image_size(opened.files.folder / opened.files.depth[0])
-        return replace(opened.camera, width=width, height=height)
-    return replace(own, fx=fx, fy=fy, cx=cx, cy=cy, distortion=(), std={})
+        return opened.camera if opened.camera.width else _of_images(opened)
+    return replace(_of_images(own), fx=fx, fy=fy, cx=cx, cy=cy, distortion=(), std={})
+
+
+def _of_images(recording: Recording) -> Camera:
+    """The camera with the size of the depth images, where they are files: a usual camera's may be another."""
+    files, camera = recording.files, recording.camera
+    if files is None:
+        return camera
+    try:
+        width, height = image_size(files.folder / files.depth[0])
+    except RecordingError:
+        if not camera.width:
+            raise
+        return camera
+    return replace(camera, width=width, height=height)
 
 
 def are_numbers(camera: Camera | Path | str) -> bool:

@@ -46,10 +46,40 @@ def test_many_of_them_are_a_warning():
         np.cumsum(np.random.default_rng(1).choice([5.0, 10.0, 7.0], 100)),  # a person who turns by hand
         np.cumsum(np.random.default_rng(2).uniform(0.02, 0.2, 300)),  # as fast as it came
         np.arange(12) / 30,
+        np.delete(np.arange(9) / 30, 4),  # too few steps to tell a rate
+        np.append(np.arange(20) / 30, 21 / 30),  # the last one may have come late
+        EVEN + np.where(np.arange(300) % 40 == 7, 1 / 30, 0.0),  # frames that came late, not missing ones
+        np.cumsum(np.tile([1 / 30, 1 / 30, 2 / 30 + 0.01, 1 / 30 - 0.01], 20)),  # another exposure, now and then
     ],
 )
 def test_other_recordings_miss_nothing(stamps):
     assert not missing_frames(stamps, GAP)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.05])
+def test_a_short_recording_tells_them_as_well(jitter):
+    rng = np.random.default_rng(5)
+    found = 0
+    for _ in range(200):
+        stamps = (np.arange(24) + jitter * rng.standard_normal(24)) / 30
+        told = missing_frames(np.delete(stamps, [5, 9, 14]), GAP)
+        found += bool(told) and told[0].severity == "warning" and "3 of 24" in told[0].seen
+    assert found > 180  # a clock that jitters by a twentieth costs the count itself in one of twenty
+
+
+CHANCE = {
+    "jitter": lambda rng, n: np.sort((np.arange(n) + rng.uniform(0, 0.3) * rng.standard_normal(n)) / 30),
+    "even": lambda rng, n: np.cumsum(rng.uniform(0.02, 0.19, n)),
+    "exponential": lambda rng, n: np.cumsum(0.01 + rng.exponential(0.05, n)),
+    "log-normal": lambda rng, n: np.cumsum(0.05 * np.exp(0.5 * rng.standard_normal(n))),
+}
+
+
+@pytest.mark.parametrize("kind", CHANCE)
+def test_steps_of_chance_hardly_ever_look_like_missing_frames(kind):
+    rng = np.random.default_rng(11)
+    alarms = sum(bool(missing_frames(CHANCE[kind](rng, int(rng.integers(9, 25))), GAP)) for _ in range(2000))
+    assert alarms <= 8  # 0.1 % expected at most, and what chance adds
 
 
 @pytest.mark.parametrize("jump", [-3.0, 0.4, 60.0])

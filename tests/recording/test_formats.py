@@ -174,3 +174,9 @@ def test_what_is_no_recording_is_named(tmp_path):
         open_recording(tmp_path / "nowhere")
     with pytest.raises(RecordingError, match="empty folder"):
         open_recording(tmp_path / "photos")
+
+
+def test_four_numbers_go_with_the_size_of_the_images(tmp_path):
+    given = seven_scenes(tmp_path)  # 160 x 120, not the data set's 640 x 480
+    camera = open_recording(tmp_path, f"{given.fx},{given.fy},{given.cx},{given.cy}").camera
+    assert (camera.width, camera.height) == (160, 120) and camera.fx == given.fx

@@ -5,6 +5,7 @@ import numpy as np
 from fusion.recording.checks.clocks import clock_jumps, missing_frames
 from fusion.recording.finding import Finding
 from fusion.recording.frame_files import ASSOCIATION_SECONDS
+from fusion.recording.recording import Recording
 from fusion.recording.sample import Sample
 
 # in medians: a pause this long is more than dropped frames
@@ -14,12 +15,9 @@ GAP = 10.0
 def check_stamps(sample: Sample) -> list[Finding]:
     """Unsorted and equal stamps, gaps, missing frames, jumps of the clock, images without a depth frame."""
     recording = sample.recording
-    stamps, files = recording.timestamps, recording.files or recording.streams
+    stamps = recording.timestamps
     steps = np.diff(stamps)
-    findings = []
-    if files is not None and files.steps_back:
-        seen = f"stamps of the depth list go back {files.steps_back} times; the frames were sorted"
-        findings.append(Finding("stamps", "warning", seen, "sort depth.txt by its first column"))
+    findings = _back(recording)
     equal = int((steps == 0).sum())
     if equal:
         do = "take the doubled lines out of depth.txt"
@@ -31,6 +29,27 @@ def check_stamps(sample: Sample) -> list[Finding]:
         text = f"in order, {rate:.2f} frames a second" if rate else "in order"
         findings.append(Finding("stamps", "ok", text))
     return findings + _without_color(sample)
+
+
+def _back(recording: Recording) -> list[Finding]:
+    """Stamps that were, or are, not in the order in which the frames were stored."""
+    files, backward = recording.files or recording.streams, -np.diff(recording.timestamps)
+    if (backward > 0).any():
+        at = int(backward.argmax()) + 1
+        seen = (
+            f"time stamps go back {int((backward > 0).sum())} times, the most by {backward.max():.3g} s at frame {at}"
+        )
+        return [
+            Finding("stamps", "warning", seen, "do not trust what is joined by time (poses, colour, a table's log)")
+        ]
+    if files is None or not files.steps_back:
+        return []
+    if recording.files is not None:
+        seen = f"stamps of the depth list go back {files.steps_back} times; the frames were sorted"
+        return [Finding("stamps", "warning", seen, "sort depth.txt by its first column")]
+    seen = f"time stamps go back {files.steps_back} times in the file; the frames were sorted"
+    do = "where a clock was set back, frames of two moments are mixed now: use the part before or after it"
+    return [Finding("stamps", "warning", seen, do)]
 
 
 def frames_per_second(stamps: np.ndarray) -> float | None:

@@ -19,6 +19,7 @@ from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import DepthScale, Size, are_focal
 from fusion.recording.camera_presets import PRESETS
+from fusion.recording.formats.recorded.parts import even_or_stated
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.load_frame import load_frame
@@ -60,14 +61,14 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     depth = _images(folder, "depth")
     color = next((found for name in COLOR_FOLDERS if (found := _images(folder, name))), [])
     camera = camera or _camera(folder)
-    stamps, warnings = _stamps(depth), []
+    stamps, warnings = _stamps(depth)
     matched: list[str | None] = []
     if color and len(color) == len(depth):
         matched = list(color)
     elif color:
         by_number = {_number(name): name for name in color}
         matched = [by_number.get(_number(name)) for name in depth]
-        warnings = [f"{len(depth)} depth and {len(color)} colour images: joined by the number in their names"]
+        warnings += [f"{len(depth)} depth and {len(color)} colour images: joined by the number in their names"]
     files, more = with_color_placed(FrameFiles(folder=folder, depth=depth, color=matched), camera)
     return Recording(
         path=folder,
@@ -95,13 +96,11 @@ def _number(name: str) -> int:
     return int(digits[0][:18]) if digits else -1
 
 
-def _stamps(names: list[str]) -> NDArray[np.float64]:
+def _stamps(names: list[str]) -> tuple[NDArray[np.float64], list[str]]:
     times = [REDWOOD.match(Path(name).stem) for name in names]
     if all(times):
-        stamps = np.array([int(match[1][:18]) for match in times if match]) * 1e-6
-        if (np.diff(stamps) > 0).all():
-            return stamps
-    return np.arange(len(names)) / FRAMES_PER_SECOND
+        return even_or_stated(np.array([int(match[1][:18]) for match in times if match]) * 1e-6, FRAMES_PER_SECOND)
+    return np.arange(len(names)) / FRAMES_PER_SECOND, []
 
 
 def _camera(folder: Path) -> Camera:

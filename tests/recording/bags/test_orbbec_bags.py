@@ -80,7 +80,7 @@ def profile(kind, size, lengths, lens, model):
     )
 
 
-def write(path, unit=FINE, encoding="z16", model=4, made_depth=None):
+def write(path, unit=FINE, encoding="z16", model=4, made_depth=None, properties=()):
     """Frames of the scene at 0.2 mm a count, colour as JPEG."""
     per_count = 0.0002
     with rosbag1.Writer(path) as bag:
@@ -94,7 +94,12 @@ def write(path, unit=FINE, encoding="z16", model=4, made_depth=None):
             bag.write(made[topic], round(seconds * 1e9), data)
 
         more = [] if made_depth is None else [(85, struct.pack("<B", made_depth))]  # of one byte, as the SDK has it
-        for number, value in ((0, struct.pack("<d", 2.1)), *([unit] if unit else []), *more):  # 0: the file's version
+        for number, value in (
+            (0, struct.pack("<d", 2.1)),
+            *([unit] if unit else []),
+            *more,
+            *properties,
+        ):  # 0: the file's version
             data = header(0) + struct.pack("<II", number, len(value)) + value + struct.pack("<I", len(value))
             put("/cam/property", "custom_msg/msg/OBProperty", PROPERTY, 1.0, data)
         for frame in range(3):
@@ -175,3 +180,11 @@ def test_disparities_are_refused(tmp_path):
 def test_a_lens_that_is_not_known_leaves_the_colour_out(tmp_path):
     recording = open_recording(write(tmp_path / "bag", model=5))
     assert recording.camera.color is None and "lens model" in " ".join(recording.warnings)
+
+
+def test_how_the_camera_was_set_is_shown(tmp_path):
+    numbers = [(99, struct.pack("<i", 5)), (2017, struct.pack("<i", 8500)), (2016, b"\0"), (2018, b"\x10")]
+    told = open_recording(write(tmp_path / "bag", properties=numbers)).settings
+    assert told["name"] == "Orbbec Femto Bolt" and told["depth unit [mm]"] == "0.2"
+    assert (told["laser power level"], told["depth exposure"], told["depth auto exposure"]) == ("5", "8500", "0")
+    assert "depth gain" not in told  # one byte is no number of four

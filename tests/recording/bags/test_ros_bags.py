@@ -171,3 +171,12 @@ def test_colour_of_another_clock_is_joined_by_when_it_was_recorded(tmp_path, clo
         np.testing.assert_array_equal(frame.color, box_scene.color(*ros_bags.SIZE, index))
     (told,) = recording.warnings
     assert "/cam/depth/rgb" in told and f"{clock + 0.003:+.3f} s off" in told
+
+
+@pytest.mark.parametrize("kind", ["ros1", "sqlite3", "mcap"])
+def test_a_clock_that_was_set_back_is_told(tmp_path, kind, monkeypatch):
+    given = ros_bags.stamps()
+    monkeypatch.setattr(ros_bags, "stamps", lambda: [*given[:-1], given[0] - 2.0])
+    recording = open_recording(ros_bags.write(tmp_path / "bag", kind, color=""))
+    assert (np.diff(recording.timestamps) > 0).all()
+    assert any("go back 1 times in the file" in finding.seen for finding in inspect(recording).findings)

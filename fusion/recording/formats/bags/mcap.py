@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.reading import beginning, open_regular
 from fusion.recording.formats.bags.packed import Chunk, Chunks, unpack
-from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut, short_type
+from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut, falls, short_type
 
 START = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = 2, 3, 4, 5, 6, 7, 8
@@ -61,6 +61,7 @@ def read(path: Path) -> Store:
     for name, numbers in names.items():
         places = np.concatenate([part for number in numbers for part in found.places[number]])
         places = places[np.argsort(places["stamp"], kind="stable")]
+        begins = np.array([chunk.at for chunk in found.chunks])
         schema, _, encoding = found.channels[numbers[0]]
         kind, how, definition = found.schemas[schema]
         topics[name] = Topic(
@@ -71,6 +72,7 @@ def read(path: Path) -> Store:
             definition if how in ("ros1msg", "ros2msg") else "",
             encoding == "cdr",
             any(chunk.how for chunk in found.chunks),
+            falls(places["stamp"], begins[places["chunk"]], places["offset"]),
         )
     return Store(path, topics, warnings)
 

@@ -27,6 +27,46 @@ LEVEL, UNIT_MM = 75, 176  # numbers of the properties that say the unit: a level
 # OB_PROP_DISPARITY_TO_DEPTH_BOOL: the camera made depth of disparities itself. Frames are recorded before the SDK does
 # it, under the same encoding (SensorBase::outputFrame, PlaybackDevice.cpp)
 MADE_DEPTH = 85
+# properties of how the depth was made (include/libobsensor/h/Property.h): name, and how the value is stored
+SET: dict[int, tuple[str, str]] = {
+    3: ("laser", "?"),
+    8: ("temperature compensation", "?"),
+    16: ("depth postfilter", "?"),
+    17: ("depth hole filter", "?"),
+    22: ("least depth [mm]", "<i"),
+    23: ("most depth [mm]", "<i"),
+    24: ("depth noise removal filter", "?"),
+    40: ("noise removal filter: largest difference", "<i"),
+    41: ("noise removal filter: largest speckle", "<i"),
+    42: ("depth in the colour's pixels", "?"),
+    61: ("lens taken out by the camera", "?"),
+    75: ("depth precision level", "<i"),
+    76: ("time-of-flight filter range", "<i"),
+    79: ("laser mode", "<i"),
+    85: ("depth from disparities in the camera", "?"),
+    98: ("infrared mode", "<i"),
+    99: ("laser power level", "<i"),
+    119: ("laser power level, as it is", "<i"),
+    174: ("laser always on", "?"),
+    175: ("laser on and off pattern", "<i"),
+    176: ("depth unit [mm]", "<f"),
+    182: ("laser control", "<i"),
+    191: ("disparity search range mode", "<i"),
+    196: ("disparity search offset", "<i"),
+    211: ("noise removal in hardware", "?"),
+    212: ("noise removal in hardware: threshold", "<f"),
+    2000: ("color auto exposure", "?"),
+    2001: ("color exposure", "<i"),
+    2002: ("color gain", "<i"),
+    2016: ("depth auto exposure", "?"),
+    2017: ("depth exposure", "<i"),
+    2018: ("depth gain", "<i"),
+    2025: ("infrared auto exposure", "?"),
+    2026: ("infrared exposure", "<i"),
+    2027: ("infrared gain", "<i"),
+    2029: ("depth without distortion", "?"),
+    2037: ("depth of two exposures", "?"),
+}
 MODELS = ("none", "modified brown conrady", "true inverse", "brown conrady", "rational_polynomial", "fisheye")
 PROFILE = struct.Struct("<BB9f3fHHH4f8fB")
 PRINCIPLES = {"Femto": "itof", "Gemini": "active_stereo", "Astra": "structured_light"}
@@ -57,7 +97,7 @@ def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
     if chosen is None:
         do = "pass --camera camera.json"
         raise RecordingError("the recording has no camera", store.path, "no streamProfileType_3", do=do)
-    told = _told(store)
+    told = _told(store) | _settings(properties)
     if camera is None:
         name = told.get("name", "")
         principle = next((kind for word, kind in PRINCIPLES.items() if word in name), "unknown")
@@ -132,6 +172,13 @@ def _unit_mm(found: dict[int, bytes]) -> float | None:
         (level,) = struct.unpack_from("<i", found[LEVEL])
         return LEVELS_MM[level] if 0 <= level < len(LEVELS_MM) else None
     return None
+
+
+def _settings(found: dict[int, bytes]) -> dict[str, str]:
+    """How the device was set, of the properties that say something about the depth."""
+    held = [(name, how, found[number]) for number, (name, how) in SET.items() if number in found]
+    values = {name: struct.unpack_from(how, data)[0] for name, how, data in held if len(data) >= struct.calcsize(how)}
+    return {name: f"{value:.6g}" if isinstance(value, float) else str(int(value)) for name, value in values.items()}
 
 
 def _told(store: Store) -> dict[str, str]:

@@ -17,7 +17,7 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning, open_regular
 from fusion.recording.formats.bags.packed import Chunk, Chunks, unpack
-from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut
+from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut, falls
 
 START = b"#ROSBAG V2.0\n"
 MESSAGE, BAG, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
@@ -189,6 +189,7 @@ def _topic(
         definition=_text(fields.get(b"message_definition", b"")),
         ros2=False,
         packed=any(chunk.how not in ("", "none") for chunk in chunks),
+        steps_back=falls(places["stamp"], places["chunk"], places["offset"]),
     )
 
 

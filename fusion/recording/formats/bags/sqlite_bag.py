@@ -15,7 +15,7 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning
 from fusion.recording.formats.bags.packed import ZSTD, unpack_message
-from fusion.recording.formats.bags.store import MOST_MESSAGES, Store, Topic, cut, short_type
+from fusion.recording.formats.bags.store import MOST_MESSAGES, Store, Topic, cut, falls, short_type
 from fusion.recording.formats.known import SQLITE, tables
 
 SERIALIZED = ("", "cdr")
@@ -45,7 +45,9 @@ def read(path: Path) -> Store:
         if len(mine) and str(form) in SERIALIZED:
             read_one = partial(_message, source, mine[:, 2].copy())
             stamps, kind = mine[:, 1].copy(), short_type(str(kind))
-            topics[str(name)] = Topic(str(name), kind, stamps, read_one, definitions.get(kind, ""))
+            topics[str(name)] = Topic(
+                str(name), kind, stamps, read_one, definitions.get(kind, ""), steps_back=falls(stamps, mine[:, 2])
+            )
     return Store(path, topics)
 
 

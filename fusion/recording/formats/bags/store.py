@@ -29,6 +29,7 @@ class Topic:
         definition: the type's definition as the file holds it, "" where it holds none.
         ros2: messages are CDR; else ROS 1's own packing.
         packed: to get at the start of one message others must be unpacked.
+        steps_back: how many messages have an earlier stamp than the one before them in the file.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Topic:
     definition: str = ""
     ros2: bool = True
     packed: bool = False
+    steps_back: int = 0
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -103,7 +105,18 @@ def _joined(parts: list[Topic]) -> Topic:
 
     first = parts[0]
     stamps = np.concatenate([part.stamps for part in parts])
-    return Topic(first.name, first.type, stamps, read, first.definition, first.ros2, any(p.packed for p in parts))
+    packed, back = any(part.packed for part in parts), sum(part.steps_back for part in parts)
+    return Topic(first.name, first.type, stamps, read, first.definition, first.ros2, packed, back)
+
+
+def falls(stamps: NDArray[np.int64], *places: NDArray) -> int:
+    """How many of the stamps (n,) are earlier than the one before, in the order of their places in the file.
+
+    Args:
+        stamps: in any order.
+        places: (n,) each, what counts most first: the chunk, the byte in it.
+    """
+    return int((np.diff(stamps[np.lexsort(places[::-1])]) < 0).sum())
 
 
 def short_type(name: str) -> str:

@@ -115,7 +115,7 @@ def recording_of(path: Path, chosen: Chosen) -> Recording:
         ir=at_ir >= 0,
         counts=None if chosen.metres else lambda index: depth_image(depth.topic, int(order[index]), camera.shape),  # type: ignore[arg-type,return-value]
         color_apart=partial(_apart, color, at_color) if apart and color is not None else None,
-        steps_back=int((np.diff(depth.stamps) < 0).sum()),
+        steps_back=max(depth.topic.steps_back, int((np.diff(depth.stamps) < 0).sum())),
         arrivals=depth.arrivals[order],
         unmatched={
             s.topic.name: (lost, len(s.stamps)) for s, lost in ((color, lost_color), (ir, lost_ir)) if s is not None

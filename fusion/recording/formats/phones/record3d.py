@@ -36,6 +36,7 @@ from fusion.recording.formats.phones.arkit import (
     sure,
 )
 from fusion.recording.formats.phones.lzfse import unpack
+from fusion.recording.formats.recorded.parts import even_or_stated
 from fusion.recording.images import color_in, size_in
 from fusion.recording.own_cameras import common_camera
 from fusion.recording.recording import Recording
@@ -214,7 +215,7 @@ def _picture_size(images: Images) -> tuple[int, int] | None:
 def _stamps(given: Metadata, numbers: list[int]) -> tuple[NDArray[np.float64], list[str]]:
     times = given.frameTimestamps
     if numbers[-1] < len(times):
-        return np.array([times[number] for number in numbers]), []
+        return even_or_stated(np.array([times[number] for number in numbers]), given.fps)
     told = f"time stamps are missing: frames are taken for {given.fps:g} a second"
     return np.array(numbers) / given.fps, [told]
 

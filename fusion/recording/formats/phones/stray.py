@@ -32,6 +32,7 @@ from fusion.recording.formats.phones.arkit import (
     sure,
 )
 from fusion.recording.formats.phones.video import Video, open_video
+from fusion.recording.formats.recorded.parts import even_or_stated
 from fusion.recording.images import check_shape, grey_in, image_size, read_bytes, read_counts
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
@@ -185,4 +186,5 @@ def _odometry(path: Path, frames: list[int]) -> tuple[NDArray[np.float64], Traje
     if lost.any():
         told.append(f"{int(lost.sum())} of {len(frames)} depth images are not in odometry.csv: their time is between")
         stamps = np.interp(frames, np.array(frames)[~lost], stamps[~lost])
-    return stamps, Trajectory(stamps, poses), told
+    stamps, more = even_or_stated(stamps, FRAMES_PER_SECOND)
+    return stamps, Trajectory(stamps, poses), told + more

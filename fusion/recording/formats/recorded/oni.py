@@ -90,14 +90,18 @@ def read(path: Path, camera: Camera | None) -> Recording:
 
 
 def _nominal(node: Node, width: int, height: int, path: Path) -> Camera:
-    """A camera of the stated field of view [rad], its axis in the middle. Raises RecordingError where none is."""
+    """A camera of the stated field of view [rad], as OpenNI itself uses it. Raises RecordingError where none is.
+
+    Its converter (Source/Core/OniStream.cpp, convertDepthToWorldCoordinates) takes the number of a pixel's column:
+    X / Z = 2 tan(fov / 2) (column / width - 1 / 2), so the axis goes through pixel width / 2.
+    """
     data = node.properties.get("xnFOV", b"")
     across, down = struct.unpack("<2d", data) if len(data) == 16 else (0.0, 0.0)
     if not (0.05 < across < 3 and 0.05 < down < 3):
         do = "pass --camera fx,fy,cx,cy (pixels), a camera.json or a preset: " + ", ".join(PRESETS)
         raise RecordingError("the recording has no camera", path, "no field of view", "intrinsics", do)
     fx, fy = width / 2 / np.tan(across / 2), height / 2 / np.tan(down / 2)
-    return Camera(width, height, float(fx), float(fy), (width - 1) / 2, (height - 1) / 2)
+    return Camera(width, height, float(fx), float(fy), width / 2, height / 2)
 
 
 def _counts(path: Path, node: Node, shape: tuple[int, int], mirrored: bool, index: int) -> NDArray[np.uint16]:
@@ -136,7 +140,8 @@ def _nodes(path: Path) -> tuple[dict[int, Node], bool]:
             elif number in nodes and kind == DATA and len(values) >= 8 and data:
                 count += 1
                 check_size(TAKES * count, path, RecordingError, "the list of frames")
-                nodes[number].stamps.append(int.from_bytes(values[:8], "little"))
+                # with a sign: since the first frame, before it where the device's clock was set back
+                nodes[number].stamps.append(int.from_bytes(values[:8], "little", signed=True))
                 nodes[number].parts.append(Part(at + fields, data))
             at += fields + data
     return nodes, False

@@ -58,4 +58,10 @@ def even_or_stated(stamps: NDArray[np.float64], rate: float) -> tuple[NDArray[np
     steps = np.diff(stamps)
     if len(stamps) < 2 or (np.isfinite(stamps).all() and (steps >= 0).all() and 1e-3 <= np.median(steps) <= 60):
         return stamps, []
-    return np.arange(len(stamps)) / rate, [f"the time stamps cannot be used: frames are taken for {rate:g} a second"]
+    if np.isfinite(stamps).all() and (steps < 0).any():
+        back = int(steps.argmin())
+        why = f"go back {int((steps < 0).sum())} times (by {-steps[back]:.3g} s at frame {back + 1})"
+    else:
+        why = "are no seconds"
+    told = f"the time stamps cannot be used, as they {why}: frames are taken for {rate:g} a second"
+    return np.arange(len(stamps)) / rate, [told]
