@@ -8,7 +8,7 @@ from fusion.commands.printing import add_printing, asked, check_printing, printa
 from fusion.commands.results import add_topic
 from fusion.errors import FusionError
 
-WRITTEN = ("native", "tum", "open3d", "nerfstudio", "mcap")
+RECORDINGS = ("native", "tum", "open3d", "nerfstudio", "mcap")
 EXAMPLE = "fusion convert out/cup/mesh.ply cup.stl --watertight --triangles 100000"
 
 
@@ -20,8 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("output", type=Path, metavar="OUT", help="new folder or file")
     parser.add_argument(
         "--format",
-        choices=WRITTEN,
-        default=WRITTEN[0],
+        choices=RECORDINGS,
+        default=RECORDINGS[0],
         help="of OUT; tum, open3d: folders as these have; nerfstudio: one for splats; mcap: one file for ROS 2 "
         "(default: native)",
     )
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def check(options: argparse.Namespace) -> None:
     """What OUT cannot be, before anything is read: a recording becomes a folder or an MCAP file, a mesh a file."""
     from fusion.files.publish import place_of
-    from fusion.mesh.files import FORMATS, check_written
+    from fusion.mesh.files import FORMATS, WRITTEN, check_written
     from fusion.recording.formats.known import refusal
     from fusion.recording.open import recognised
 
@@ -60,7 +60,7 @@ def check(options: argparse.Namespace) -> None:
     if not options.recorded and made.suffix.lower() != options.output.suffix.lower():
         do = "remove the link, or name the file itself"
         raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
-    if not options.recorded and (options.poses is not None or options.format != WRITTEN[0]):
+    if not options.recorded and (options.poses is not None or options.format != RECORDINGS[0]):
         raise FusionError("--format and --poses are for recordings", options.input, "a mesh file", "a recording")
     endings = [path.suffix.lower() for path in (options.input, options.output)]
     if options.unit is not None and (options.recorded or endings.count(".stl") != 1):
@@ -69,7 +69,7 @@ def check(options: argparse.Namespace) -> None:
     check_printing(options, options.recorded)
     if not options.recorded:
         check_written(options.output)
-    elif options.output.suffix.lower() in FORMATS and not options.output.is_dir():
+    elif options.output.suffix.lower() in (*FORMATS, *WRITTEN) and not options.output.is_dir():
         do = "name a folder; fusion reconstruct and fusion turntable make a mesh of a recording"
         raise FusionError("a recording becomes no mesh file", options.output, "a mesh's name", "a folder's name", do)
 

@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def check(options: argparse.Namespace) -> None:
     """Refuse what no work can mend."""
     if options.usdz:
-        from fusion.texture.usd import usd_library
+        from fusion.mesh.formats.usdz import usd_library
 
         usd_library(options.output / "textured.usdz")
 

@@ -10,6 +10,7 @@ from fusion.mesh.units import UNITS, times
 
 STL_UNIT = "mm"
 # z up to y up: what looked along y looks along -z (glTF 2.0, section 3.4)
+Y_UP = (".glb", ".gltf", ".usdz")  # USDZ says its axis, this one
 _Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
@@ -21,12 +22,12 @@ def for_file(mesh: Mesh, ending: str, unit: str = STL_UNIT) -> Mesh:
         ending: such as ".stl".
         unit: of STL, which says none, one of `UNITS`.
     """
-    return _turned(mesh, _Y_UP) if ending in (".glb", ".gltf") else times(mesh, 1 / _unit(ending, unit))
+    return _turned(mesh, _Y_UP) if ending in Y_UP else times(mesh, 1 / _unit(ending, unit))
 
 
 def from_file(mesh: Mesh, ending: str, unit: str = STL_UNIT) -> Mesh:
     """The mesh in metres, z up, that a file of that ending holds; arguments as of `for_file`."""
-    return _turned(mesh, _Y_UP.T) if ending in (".glb", ".gltf") else times(mesh, _unit(ending, unit))
+    return _turned(mesh, _Y_UP.T) if ending in Y_UP else times(mesh, _unit(ending, unit))
 
 
 def _unit(ending: str, unit: str) -> float:

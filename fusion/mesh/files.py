@@ -19,6 +19,7 @@ from fusion.mesh.formats.obj import checked_obj
 from fusion.mesh.formats.off import checked_off
 from fusion.mesh.formats.stl import checked_stl
 from fusion.mesh.formats.threemf import read_3mf, threemf_library, write_3mf
+from fusion.mesh.formats.usdz import usd_library, write_usdz
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import read_ply, write_ply
 from fusion.mesh.vertices import joined, vertices_kept
@@ -29,9 +30,12 @@ _CHECKED = {".obj": checked_obj, ".stl": checked_stl, ".off": checked_off}  # be
 _TEXT = (".obj", ".off", ".xyz", ".asc")  # the others may be
 _TRIANGLE_SOUP = (".obj", ".stl", ".glb", ".gltf", ".off")  # which may store the corners of each triangle apart
 _NEED_A_LIBRARY = {".e57": read_e57, ".3mf": read_3mf}
-_WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz, ".asc": write_xyz, ".3mf": write_3mf}
-_NO_POINTS = (".stl", ".off", ".3mf")
+_WRITERS = {".ply": write_ply, ".pcd": write_pcd, ".xyz": write_xyz, ".asc": write_xyz}
+_WRITERS |= {".3mf": write_3mf, ".usdz": write_usdz}
+_NO_POINTS = (".stl", ".off", ".3mf", ".usdz")
 _ONLY_READ = {".gltf": ".glb", ".e57": ".ply"}  # what to write instead
+WRITTEN = (*(ending for ending in FORMATS if ending not in _ONLY_READ), ".usdz")
+_WRITTEN_BY = {".3mf": threemf_library, ".usdz": usd_library}
 LARGEST = 1e9  # a coordinate beyond this is no length in metres or millimetres: a broken file
 TEXT_TOLD_BY = 1 << 16  # numbers that are not written as text hold a null byte before this one
 _log = logging.getLogger("fusion")
@@ -93,7 +97,8 @@ def _by_library(data: bytes, ending: str, path: Path) -> Mesh:
 def write_mesh(path: Path | str, mesh: Mesh) -> None:
     """Write PLY (all of the mesh), OBJ, STL, GLB, OFF (what they can hold), PCD, XYZ or ASC (its points).
 
-    3MF too (metres become its millimetres), with the extra `print`.
+    3MF too (metres become its millimetres), with the extra `print`, and USDZ, with `usd`. Other numbers are written as
+    they stand: `fusion convert` turns them to the y axis up for GLB and USDZ.
 
     Raises:
         MeshError: an unknown ending, or a point cloud for a format of triangles.
@@ -114,11 +119,10 @@ def check_written(path: Path) -> None:
     ending = path.suffix.lower()
     if ending in _ONLY_READ:
         raise MeshError("this format is only read", path, ending, f"the ending {_ONLY_READ[ending]}", "change the name")
-    if ending not in FORMATS:
-        written = " ".join(name for name in FORMATS if name not in _ONLY_READ)
-        raise MeshError("unknown mesh format", path, ending or "no ending", f"one of {written}")
-    if ending == ".3mf":
-        threemf_library(path)  # told before any work
+    if ending not in WRITTEN:
+        raise MeshError("unknown mesh format", path, ending or "no ending", "one of " + " ".join(WRITTEN))
+    if ending in _WRITTEN_BY:
+        _WRITTEN_BY[ending](path)  # told before any work
 
 
 def _ending(path: Path) -> str:
@@ -128,6 +132,9 @@ def _ending(path: Path) -> str:
     if path.is_dir():
         raise MeshError("not a mesh file", path, "a folder", "a file such as mesh.ply")
     ending = path.suffix.lower()
+    if ending in WRITTEN and ending not in FORMATS:
+        do = "read the file that it was made of, or export GLB"
+        raise MeshError("this format is only written", path, ending, "one of " + " ".join(FORMATS), do)
     if ending not in FORMATS:
         raise MeshError("unknown mesh format", path, path.suffix or "no ending", "one of " + " ".join(FORMATS))
     return ending

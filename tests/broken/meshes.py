@@ -1,7 +1,9 @@
 """Writers of every mesh format, by the formats' definitions, so that any part of a file can be made wrong."""
 
+import io
 import json
 import struct
+import zipfile
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,6 +158,33 @@ def glb(shape: Shape) -> bytes:
     return glb_file(*glb_json(shape))
 
 
+def threemf(shape: Shape) -> bytes:
+    """Millimetres, of one part; the least that the core specification asks for."""
+    corners = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in 1000 * shape.vertices)
+    sides = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in shape.faces)
+    model = (
+        '<?xml version="1.0"?><model unit="millimeter" '
+        'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources><object id="1" type="model">'
+        f"<mesh><vertices>{corners}</vertices><triangles>{sides}</triangles></mesh></object></resources>"
+        '<build><item objectid="1"/></build></model>'
+    )
+    kinds = (
+        '<?xml version="1.0"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+        '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+        '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>'
+    )
+    relations = (
+        '<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+        '<Relationship Target="/3D/3dmodel.model" Id="r" '
+        'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
+    )
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w") as file:  # as they are: a changed byte meets the XML
+        for name, text in (("[Content_Types].xml", kinds), ("_rels/.rels", relations), ("3D/3dmodel.model", model)):
+            file.writestr(zipfile.ZipInfo(name), text)
+    return made.getvalue()
+
+
 # every format that is read, by the name's end; two kinds of one format have names of their own
 GOOD = {
     "ascii.ply": ply_ascii,
@@ -169,4 +198,5 @@ GOOD = {
     "ascii.stl": stl_ascii,
     "binary.stl": stl_binary,
     "cube.glb": glb,
+    "cube.3mf": threemf,
 }

@@ -39,6 +39,7 @@ NAMES = [
     "ascii.stl",
     "binary.stl",
     "cube.glb",
+    "cube.3mf",
     "camera.json",
     "sensor.json",
     "board.json",
