@@ -51,17 +51,23 @@ def counts_of(data: bytes, shape: tuple[int, int], where: object) -> NDArray[np.
 
 
 def even_or_stated(stamps: NDArray[np.float64], rate: float) -> tuple[NDArray[np.float64], list[str]]:
-    """Stamps (n,) [s] as they are where they go on, else as many a second; and what is told.
+    """Stamps (n,) [s] as they are where they go on, else as many a second as is usual there; and what is told.
 
     A recording whose middle step is shorter than a millisecond or longer than a minute has another unit of time.
+
+    Args:
+        stamps: as they are stored.
+        rate: where the steps forward tell none.
     """
     steps = np.diff(stamps)
     if len(stamps) < 2 or (np.isfinite(stamps).all() and (steps >= 0).all() and 1e-3 <= np.median(steps) <= 60):
         return stamps, []
     if np.isfinite(stamps).all() and (steps < 0).any():
-        back = int(steps.argmin())
+        back, forward = int(steps.argmin()), steps[steps > 0]
+        if len(forward) and 1e-3 <= np.median(forward) <= 60:
+            rate = 1 / float(np.median(forward))
         why = f"go back {int((steps < 0).sum())} times (by {-steps[back]:.3g} s at frame {back + 1})"
     else:
         why = "are no seconds"
-    told = f"the time stamps cannot be used, as they {why}: frames are taken for {rate:g} a second"
+    told = f"the time stamps cannot be used, as they {why}: frames are taken for {rate:.4g} a second"
     return np.arange(len(stamps)) / rate, [told]
