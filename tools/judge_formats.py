@@ -3,6 +3,7 @@
     python tools/judge_formats.py turn -o OUT      one turn through five formats, the meshes beside native's
     python tools/judge_formats.py scenes -o OUT    size, place and hand of a scene of known size through every format
     python tools/judge_formats.py long -o OUT      20 000 frames: seconds to open, memory
+    python tools/judge_formats.py commands -o OUT  reconstruct, turntable and convert, once for each format
     python tools/judge_formats.py told -o OUT      dropped frames, clock jumps and settings: what `fusion info` tells
 
 Other hands' writers live in environments of their own, named by options:
@@ -24,10 +25,10 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # products of small matrices: threads would only wait
 
-from formats_judge import long, scenes, told, turn
+from formats_judge import commands, long, scenes, told, turn
 from formats_judge.writers import Tools
 
-PARTS = {"turn": turn, "scenes": scenes, "long": long, "told": told}
+PARTS = {"turn": turn, "scenes": scenes, "long": long, "commands": commands, "told": told}
 
 
 def main() -> int:

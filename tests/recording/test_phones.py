@@ -245,3 +245,25 @@ def test_a_clock_that_was_set_back_is_told(tmp_path):
     assert any("go back 1 times (by 1.9 s at frame 2)" in told for told in recording.warnings)
     np.testing.assert_allclose(recording.timestamps, np.arange(3) / 10)  # the one step forward
     np.testing.assert_allclose(recording.poses.timestamps, recording.timestamps)
+
+
+UPRIGHT = Scene(480, 640, (120, 160), [[500.0, 505.0, 236.0, 331.0]] * 3)
+
+
+@pytest.mark.parametrize("write", [record3d, polycam])
+def test_upright_images_come_out_upright_and_in_place(tmp_path, monkeypatch, write):
+    """The app turns images, camera and poses together: what is stored is one camera, whose axes are the images'."""
+    monkeypatch.setitem(globals(), "CONFIDENCE", np.full((160, 120), 2, np.uint8))
+    recording = open_recording(write(tmp_path / "x", UPRIGHT))
+    assert recording.camera.shape == (160, 120) and recording.camera.color.shape == (640, 480)
+    worst = np.abs(rendered.errors(recording, UPRIGHT.faces()))
+    assert len(worst) >= 6 and worst.max() < CLOSE
+
+
+@pytest.mark.parametrize("write", [record3d, polycam])
+def test_depth_that_lies_beside_colour_that_stands_is_not_squeezed(tmp_path, monkeypatch, write):
+    monkeypatch.setitem(globals(), "CONFIDENCE", np.full((120, 160), 2, np.uint8))
+    path = write(tmp_path / "x", Scene(480, 640))
+    with pytest.raises(RecordingError, match=r"160 x 120, colour of 480 x 640.*--camera"):
+        open_recording(path)
+    assert open_recording(path, "125,126,80,60").camera.shape == (120, 160)

@@ -30,6 +30,17 @@ def stated(mode: str) -> Lens:
     return Lens(width, height, fx * size, fy * size, *place, (k1, k2, p1, p2, k3, k4, k5, k6))
 
 
+def color_camera() -> tuple[Lens, Array]:
+    """The colour camera in the 16:9 mode, by the same formula, and points of the depth camera in its frame, (4, 4)."""
+    cx, cy, fx, fy, k1, k2, k3, k4, k5, k6, _, _, p2, p1 = azure_sample.LENS_COLOR
+    _, width, height = azure_sample.COLORS[COLOR]
+    place = cx * width - 0.5, cy * width * 3 / 4 - width * 3 / 32 - 0.5
+    lens = Lens(width, height, fx * width, fy * width * 3 / 4, *place, (k1, k2, p1, p2, k3, k4, k5, k6))
+    T, c, s = np.eye(4), np.cos(azure_sample.ANGLE), np.sin(azure_sample.ANGLE)
+    T[:3, :3], T[:3, 3] = [[1, 0, 0], [0, c, -s], [0, s, c]], azure_sample.SHIFT
+    return lens, T
+
+
 def rays(libraries: Path, mode: str) -> Array:
     """(h, w, 2) by the library, NaN where it has none."""
     k4a, _ = azure_sample.load(libraries)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import trimesh
 from planted.measure import Surface
+from scipy.spatial import cKDTree
 
 from formats_judge import azure, folders, phones, ros
 from formats_judge.take import Take, save
@@ -58,6 +59,8 @@ def takes(tools: Tools, seed: int) -> dict[str, Take]:
     if tools.k4a is not None:
         lens, rays = azure.stated(MODE), azure.rays(tools.k4a, MODE)
         made["native-azure"] = turn(lens, rays, seed, 0.001, flight=True)
+        color, T = azure.color_camera()
+        made["azure, colour"] = turn(lens, rays, seed, 0.001, flight=True, color=(color, T))
     return made
 
 
@@ -90,6 +93,12 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
         out.append(Way("native-azure", "by CONTRACT.md", "native-azure", lambda p: folders.native(bare, p, **said)))
         out.append(Way("Azure .mkv", "libk4arecord 1.4", "native-azure",
                        lambda p: azure.write(bare, p.with_suffix(".mkv"), libraries, MODE), "no colour"))  # fmt: skip
+        out.append(
+            Way("native-azure, colour", "by CONTRACT.md", "native-azure", lambda p: folders.native(seen, p, **said))
+        )
+        out.append(Way("Azure .mkv, colour", "libk4arecord 1.4", "native-azure, colour",
+                       lambda p: azure.write(bare, p.with_suffix(".mkv"), libraries, MODE, made["azure, colour"].color),
+                       "colour as JPEG, another camera's"))  # fmt: skip
     return out
 
 
@@ -132,8 +141,20 @@ def row(way: Way, meshes: dict[str, trimesh.Trimesh | None], told: str) -> Row:
     far = [Surface(b).distance(np.asarray(trimesh.sample.sample_surface(a, SAMPLES, seed=0)[0], float))
            for a, b in ((mine, other), (other, mine))]  # fmt: skip
     both = 1000 * np.concatenate(far)
+    if (off := color_off(mine, other)) is not None:
+        told += f"; colours {off:.1f} of 255 apart"
     rms, worst = float(np.sqrt(np.mean(both**2))), float(both.max())
     return Row(way.name, way.writer, way.beside, way.lossy, rms, worst, same, told)
+
+
+def color_off(mine: trimesh.Trimesh, other: trimesh.Trimesh) -> float | None:
+    """Middle difference of the colours of nearest vertices, 0 to 255; None where one has none."""
+    shown: list[Any] = [mine.visual, other.visual]
+    if any(one is None or one.kind != "vertex" for one in shown):
+        return None
+    _, at = cKDTree(other.vertices).query(mine.vertices)
+    off = np.asarray(shown[0].vertex_colors, float)[:, :3] - np.asarray(shown[1].vertex_colors, float)[at, :3]
+    return float(np.median(np.abs(off)))
 
 
 HEAD = f"{'format':20s} {'written by':38s} {'beside':15s} {'rms mm':>8s} {'max mm':>8s} same  lossy part"

@@ -3,7 +3,7 @@
 Two cameras: 640 x 480 without a lens, matching; and Azure Kinect's 640 x 576 along rays of the maker's own library.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,8 +29,13 @@ class Seen(Pinhole):
         return np.dstack([self.given, np.ones(self.given.shape[:2])])
 
 
-def turn(lens: Lens, rays: Array | None, seed: int, unit: float, flight: bool) -> Take:
-    """One turn of the object; depth is rounded to `unit` [m] for all formats alike."""
+def turn(
+    lens: Lens, rays: Array | None, seed: int, unit: float, flight: bool, color: tuple[Lens, Array] | None = None
+) -> Take:
+    """One turn of the object; depth is rounded to `unit` [m] for all formats alike.
+
+    `color`: another camera that takes the colours, and points of the depth camera in its frame, (4, 4).
+    """
     rng = np.random.default_rng(seed)
     given = lens.rays() if rays is None else rays
     blind = ~np.isfinite(given[..., 0])
@@ -40,11 +45,14 @@ def turn(lens: Lens, rays: Array | None, seed: int, unit: float, flight: bool) -
     item.apply_translation([0.008, -0.005, 0])
     stage = stage_of(rng, camera, item, 0.75)
     backdrop = stage.backdrop(stage.T_world_camera)
+    if color is not None:
+        apart = replace(stage, camera=Seen(color[0].width, color[0].height, 1, 0, 0, color[0].rays()))
+        behind = apart.backdrop(stage.T_world_camera @ np.linalg.inv(color[1]))
     depth, colors = [], []
     for angle in np.linspace(0, 360, FRAMES, endpoint=False) + 0.05 * rng.standard_normal(FRAMES):
-        hits, color = stage.seen(backdrop, turned(angle), turned(angle))
+        hits, painted = stage.seen(backdrop, turned(angle), turned(angle))
         z = np.where(blind, 0.0, device.depth(hits, 0.0, rng))
         depth.append((np.rint(z / unit) * unit).astype(np.float32))
-        colors.append(color)
+        colors.append(painted if color is None else apart.seen(behind, turned(angle), turned(angle))[1])
     stamps = START + STEP_S * np.arange(FRAMES)
-    return Take(lens, np.stack(depth), stamps, np.stack(colors), lens, unit=unit)
+    return Take(lens, np.stack(depth), stamps, np.stack(colors), lens if color is None else color[0], unit=unit)

@@ -27,11 +27,12 @@ from fusion.recording.formats.phones.arkit import (
     UNKNOWN,
     Confidence,
     camera_of,
+    check_shapes,
     confidence_of,
     depth_camera,
     from_arkit,
     noisier,
-    same_shape,
+    sized,
     sure,
 )
 from fusion.recording.images import color_in, counts_in, grey_in, size_in
@@ -155,7 +156,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     if camera is None:
         camera, own, more = _cameras(given, images)
         warnings += more
-    camera = replace(camera, depth_scale=DEPTH_SCALE)
+    camera = replace(sized(camera, images.shape), depth_scale=DEPTH_SCALE)
     stamps = np.array([int(name) for name in names]) * 1e-6
     source = Source(
         path=path,
@@ -196,9 +197,7 @@ def _cameras(given: list[Keyframe], images: Images) -> tuple[Camera, dict[int, C
     """The depth camera, those of frames that see otherwise, and what to tell."""
     height, width = images.shape
     size = int(given[0].width), int(given[0].height)
-    warnings = []
-    if not same_shape(size, (width, height)):
-        warnings = [f"depth ({width} x {height}) and colour ({size[0]} x {size[1]}) are of other shapes"]
+    check_shapes((width, height), size, images.tree.path)
     k = given[0]
     camera = depth_camera(camera_of(int(k.width), int(k.height), k.fx, k.fy, k.cx, k.cy), width, height)
     stated = np.array([[k.fx, k.fy, k.cx, k.cy] for k in given])
@@ -209,7 +208,7 @@ def _cameras(given: list[Keyframe], images: Images) -> tuple[Camera, dict[int, C
     if first is not None:
         name = images.picture(first)
         camera = with_color_of(camera, camera.resized(*size_in(images.tree.read(name), images.tree.where(name))))
-    return camera, own, warnings + more
+    return camera, own, more
 
 
 def _poses(given: list[Keyframe], stamps: NDArray[np.float64], tree: Tree) -> Trajectory:

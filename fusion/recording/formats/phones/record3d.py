@@ -28,11 +28,12 @@ from fusion.recording.formats.phones.arkit import (
     UNKNOWN,
     Confidence,
     camera_of,
+    check_shapes,
     confidence_of,
     depth_camera,
     from_arkit,
     noisier,
-    same_shape,
+    sized,
     sure,
 )
 from fusion.recording.formats.phones.lzfse import unpack
@@ -137,7 +138,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     if camera is None:
         camera, own, more = _cameras(given, content, images)
         warnings += more
-    camera = replace(camera, depth_scale=REAL_SCALE)
+    camera = replace(sized(camera, shape), depth_scale=REAL_SCALE)
     stamps, more = _stamps(given, numbers)
     source = Source(
         path=path,
@@ -190,9 +191,7 @@ def _cameras(given: Metadata, content: Content, images: Images) -> tuple[Camera,
         raise content.wrong(Metadata, "perFrameIntrinsicCoeffs" if given.perFrameIntrinsicCoeffs else "K")
     height, width = images.shape
     picture = camera_of(int(given.w), int(given.h), *stated[0].tolist())
-    warnings = []
-    if not same_shape((int(given.w), int(given.h)), (width, height)):
-        warnings = [f"depth ({width} x {height}) and colour ({picture.width} x {picture.height}) are of other shapes"]
+    check_shapes((width, height), (picture.width, picture.height), images.tree.path)
     camera = depth_camera(picture, width, height)
     scale = np.array([width / given.w, height / given.h])
     inside = np.hstack([stated[:, :2] * scale, stated[:, 2:] * scale - 0.5])
@@ -200,7 +199,7 @@ def _cameras(given: Metadata, content: Content, images: Images) -> tuple[Camera,
     size = _picture_size(images)
     if size is not None:
         camera = with_color_of(camera, camera.resized(*size))
-    return camera, own, warnings + more
+    return camera, own, more
 
 
 def _picture_size(images: Images) -> tuple[int, int] | None:

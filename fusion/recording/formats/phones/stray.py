@@ -25,10 +25,11 @@ from fusion.recording.formats.phones.arkit import (
     UNKNOWN,
     Confidence,
     camera_of,
+    check_shapes,
     confidence_of,
     depth_camera,
     noisier,
-    same_shape,
+    sized,
     sure,
 )
 from fusion.recording.formats.phones.video import Video, open_video
@@ -101,7 +102,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     warnings = list(images.confident.told)
     video, more = open_video(folder, "rgb.mp4")
     warnings += more
-    camera = replace(camera or _camera(folder, shape, video), depth_scale=DEPTH_SCALE)
+    camera = replace(sized(camera, shape) if camera else _camera(folder, shape, video), depth_scale=DEPTH_SCALE)
     frames = [int(Path(name).stem) for name in names]
     stamps, poses, more = _odometry(inside(folder, "odometry.csv", RecordingError), frames)
     source = Source(
@@ -147,9 +148,7 @@ def _camera(folder: Path, shape: tuple[int, int], video: Video | None) -> Camera
     if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
         raise RecordingError("the camera matrix cannot be used", path, f"{len(rows)} rows", "3 rows of 3, pixels")
     size = PICTURE if video is None else (video.width, video.height)
-    if not same_shape(size, (shape[1], shape[0])):
-        found = f"depth of {shape[1]} x {shape[0]}, video of {size[0]} x {size[1]} pixels"
-        raise RecordingError("depth and video are of other shapes", folder, found, "the same", "pass --camera")
+    check_shapes((shape[1], shape[0]), size, folder)
     color = camera_of(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2])
     camera = depth_camera(color, shape[1], shape[0])
     return camera if video is None else with_color_of(camera, color)
