@@ -63,6 +63,7 @@ NAMES = [
     "azure.mkv",
     "room.sens",
     "room.klg",
+    "room_Depth.dat",
     "phone.r3d",
     "polycam.zip",
     "rec.mcap",

@@ -57,16 +57,13 @@ class Kind:
 def kinds(tools: Tools) -> list[Kind]:
     """All that can be written here."""
 
-    def beside(take: Take) -> Take:
-        return replace(take, color_lens=take.lens)
-
     out = [
         Kind("TUM RGB-D", HALF, folders.tum, of(HALF)),
         Kind("7-Scenes", HALF, lambda take, path: folders.seven_scenes(placed(take), path), of(HALF)),
         Kind("BOP", HALF, lambda take, path: folders.bop(placed(take), path)),
         Kind("fakenect", SQUARE, files.fakenect, of(SQUARE)),
         Kind("Open3D", HALF, lambda take, path: folders.open3d(placed(take), path)),
-        Kind("Orbbec .bag", HALF, lambda take, path: orbbec.bag(beside(take), path)),
+        Kind("Orbbec .bag", HALF, orbbec.bag),
         Kind("ROS 1 .bag", HALF, partial(ros.bag, kind="ros1")),
         Kind("ROS 2 SQLite", HALF, partial(ros.bag, kind="sqlite3")),
         Kind("ROS 2 MCAP", HALF, partial(ros.bag, kind="mcap")),
@@ -126,7 +123,7 @@ def judged(tools: Tools, work: Path, seed: int) -> list[Row]:
     """One row each."""
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
-    native: dict[tuple[Lens, str], trimesh.Trimesh | None] = {}
+    native: dict[tuple, trimesh.Trimesh | None] = {}
     rows = []
     for kind in kinds(tools):
         if tools.only in kind.name:
@@ -137,25 +134,33 @@ def judged(tools: Tools, work: Path, seed: int) -> list[Row]:
     return rows
 
 
-def row(kind: Kind, takes: tuple[Take, Take], work: Path, native: dict[tuple[Lens, str], Any]) -> Row:
+def row(kind: Kind, takes: tuple[Take, Take], work: Path, native: dict[tuple, Any]) -> Row:
     """Both takes through a format and through native, a mesh of each; the turn is converted and opened as well."""
     far, told, frames = {}, [], 0
     place = work / "".join(c if c.isalnum() else "_" for c in kind.name)
     for command, take in zip(("reconstruct", "turntable"), takes, strict=True):
-        if (kind.lens, command) not in native:
-            path = folders.native(take, work / f"native_{kind.lens.width}_{command}")
-            native[kind.lens, command] = made(command, path, None)[0]
-        mesh = None
+        mesh = other = None
         try:
             path = kind.write(take, place.with_name(f"{place.name}_{command}"))
+            other = beside(command, take, fusion.open_recording(path, kind.said).camera, work, native)
             mesh, why = made(command, path, kind.said)
             told += [f"{command}: {why}"] if mesh is None else []
             if command == "turntable":
                 frames = converted(path, kind.said)
         except (OSError, subprocess.CalledProcessError, fusion.FusionError) as error:
             told.append(f"{command}: {' '.join(str(error).split())}")
-        far[command] = apart(mesh, native[kind.lens, command])
+        far[command] = apart(mesh, other)
     return Row(kind.name, far["reconstruct"], far["turntable"], frames, "; ".join(told))
+
+
+def beside(command: str, take: Take, camera: Any, work: Path, native: dict[tuple, Any]) -> trimesh.Trimesh | None:
+    """The mesh of the native recording whose camera is said to be of the same kind: by that noise and weights go."""
+    key = command, take.lens, camera.principle, camera.sensor
+    if key not in native:
+        path = work / f"native_{len(native)}"
+        folders.native(take, path, principle=camera.principle, sensor=camera.sensor)
+        native[key] = made(command, path, None)[0]
+    return native[key]
 
 
 def made(command: str, path: Path, said: str | None) -> tuple[trimesh.Trimesh | None, str]:

@@ -12,7 +12,11 @@ from fusion.files.reading import beginning
 SQLITE = b"SQLite format 3\0"
 # how files begin: what it is, what to do. The first that fits counts
 _BEGINNINGS: tuple[tuple[bytes, str, str], ...] = (
-    (rb"EVENTS1\0", "a Kinect Studio recording (.xef)", "export its depth as 16-bit PNG images"),
+    (
+        rb"EVENTS1\0",
+        "a Kinect Studio recording (.xef)",
+        "take its depth out: xefextract -d FILE (github.com/Isaac-W/KinectXEFTools), and open the _Depth.dat",
+    ),
     (
         rb"\x1aE\xdf\xa3",
         "a Matroska video without Azure Kinect's depth",

@@ -49,6 +49,7 @@ def good() -> Iterator[tuple[str, bytes, list[str]]]:
     yield "azure.mkv", gzip.decompress((SAMPLES / "samples/azure_box.mkv.gz").read_bytes()), []
     yield "room.sens", _sens(), []
     yield "room.klg", _klg(), ["--camera", "camera.json"]
+    yield "room_Depth.dat", _xef_depth(), []
 
 
 def _over(
@@ -83,6 +84,13 @@ def _sens() -> bytes:
     for stamp in (0, 33_000):
         head += turn.tobytes() + struct.pack("<QQQQ", stamp, stamp, 0, len(depth)) + depth
     return head + struct.pack("<Q", 0)
+
+
+def _xef_depth() -> bytes:
+    """As XEFExtract writes it: its head, then a number and 512 x 424 millimetres for each of two frames."""
+    depth = np.tile(np.arange(600, 1112, dtype="<u2"), (424, 1)).tobytes()
+    frames = b"".join(struct.pack("<q", k) + depth for k in range(2))
+    return struct.pack("<qIII", 2, 512, 424, len(depth)) + frames
 
 
 def _klg() -> bytes:
