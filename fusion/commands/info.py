@@ -2,10 +2,13 @@
 
 import argparse
 import json
+import math
+from datetime import UTC, datetime
 from pathlib import Path
 
 from fusion.commands.results import add_topic
 
+SINCE_1970 = (1e9, 4e9)  # [s] September 2001 to 2096: no device's own clock runs that long
 SHOWN = 24  # settings on the terminal
 EXAMPLE = "fusion info my_scan --json"
 
@@ -49,8 +52,9 @@ def _lines(content: dict) -> list[str]:
     lines = [
         f"{content['path']}: {content['format']}, {frames}, {content['duration_s']:.2f} s"
         + (f", {rate:.2f} frames a second" if rate else ""),
-        f"camera: fx {camera['fx']:.2f} fy {camera['fy']:.2f} cx {camera['cx']:.2f} cy {camera['cy']:.2f} px, "
-        f"depth_scale {camera['depth_scale']:g}, {camera['sensor'] or 'sensor not named'}, {camera['principle']}",
+        f"camera: {_lens(camera)}, {_unit(content)}, {camera['sensor'] or 'sensor not named'}, {camera['principle']}",
+        *_color_camera(camera),
+        *_clock(content["clock_s"]),
         f"colour frames: {content['color_frames']}, IR frames: {content['ir_frames']}, "
         f"stated poses: {content['poses']}, telemetry: {', '.join(content['telemetry']) or 'none'}",
     ]
@@ -65,6 +69,37 @@ def _lines(content: dict) -> list[str]:
         do = f" -> {finding['do']}" if finding["do"] else ""
         lines.append(f"{finding['severity']:>7}  {finding['check']}: {finding['seen']}{do}")
     return lines
+
+
+def _lens(camera: dict) -> str:
+    four = f"fx {camera['fx']:.2f} fy {camera['fy']:.2f} cx {camera['cx']:.2f} cy {camera['cy']:.2f} px"
+    bent = sum(value != 0 for value in camera["distortion"])
+    return f"{four}, lens of {bent} values" if bent else four
+
+
+def _unit(content: dict) -> str:
+    """What a number of the stored depth means."""
+    scale = content["camera"]["depth_scale"]
+    return f"{1000 / scale:g} mm a count" if content["depth_stored"] == "counts" else "depth stored in metres"
+
+
+def _color_camera(camera: dict) -> list[str]:
+    """The camera of colours that are not in the depth's pixels."""
+    seen = camera.get("color")
+    if seen is None:
+        return []
+    apart = 1000 * math.dist((0, 0, 0), [row[3] for row in seen["T_color_depth"][:3]])
+    return [f"colour camera: {seen['width']} x {seen['height']}, {_lens(seen)}, {apart:.1f} mm from the depth camera"]
+
+
+def _clock(ends: list[float] | None) -> list[str]:
+    """First and last stamp; with the date where they count from 1970, as computers do."""
+    if ends is None:
+        return []
+    told = f"clock: {ends[0]:.3f} to {ends[1]:.3f} s"
+    if not SINCE_1970[0] < ends[0] < SINCE_1970[1]:
+        return [told]
+    return [f"{told} ({datetime.fromtimestamp(ends[0], UTC):%Y-%m-%d %H:%M:%S} UTC)"]
 
 
 def _settings(told: dict[str, str]) -> str:

@@ -4,6 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import synthetic
 
 from fusion.commands.main import main
@@ -20,7 +21,22 @@ def test_settings_of_a_realsense_recording_are_kept_by_a_conversion(tmp_path, ca
     convert_recording(recording, tmp_path / "native")
     assert open_recording(tmp_path / "native").settings == recording.settings
     assert main(["info", str(tmp_path / "native"), "--quick"]) == 0
-    assert "Depth Units 0.0001" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "Depth Units 0.0001" in told and "0.1 mm a count" in told and "clock: " in told
+
+
+def test_cameras_unit_and_clock_are_shown(tmp_path, capsys):
+    from dataclasses import replace
+
+    beside = replace(synthetic.CAMERA, distortion=(0.1, 0.0, 0.0, 0.0, -0.02, 0.0, 0.0, 0.0))
+    T = np.eye(4)
+    T[:3, 3] = [0.03, 0.04, 0.0]
+    camera = replace(synthetic.CAMERA, color=beside, T_color_depth=T)
+    frames = [replace(frame, timestamp=1_400_000_000.0 + frame.timestamp) for frame in synthetic.frames(2)]
+    write_recording(tmp_path, camera, frames)
+    main(["info", str(tmp_path), "--quick"])
+    told = capsys.readouterr().out
+    assert "lens of 2 values, 50.0 mm from the depth camera" in told and "(2014-05-13 " in told
 
 
 def test_a_device_file_that_is_broken_costs_no_frame(tmp_path):
