@@ -12,6 +12,8 @@ Other hands' writers live in environments of their own, named by options:
     python3 -m venv C; C/bin/pip install numpy mcap-ros2-support==0.6.0       --mcap C/bin/python
     pip download --no-deps pyk4a-bundle==1.5.0; python -m zipfile -e *.whl K  --k4a K
     apt-get download libopenni2-0 libopenni2-dev; dpkg -x each R              --oni R     (and g++)
+    apt-get -y --download-only -o Dir::Cache::archives=D install python3-rosbag python3-tf2-msgs python3-sensor-msgs
+        python3-geometry-msgs python3-numpy; dpkg -x each R                   --rosbag R
     git clone https://github.com/ScanNet/ScanNet S                            --sens S    (and g++)
 The project's own environment needs `.[dev]`. tools/formats_judge shares no code with the program's readers.
 """
@@ -35,7 +37,7 @@ def main() -> int:
     """Run one part, print its table and write it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("part", choices=list(PARTS))
-    for name in ("bag", "db3", "mcap", "k4a", "oni", "sens"):
+    for name in ("bag", "db3", "mcap", "k4a", "oni", "sens", "rosbag"):
         parser.add_argument(f"--{name}", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="rows whose name has this word; default: all")
@@ -43,7 +45,7 @@ def main() -> int:
     said = parser.parse_args()
     part = PARTS[said.part]
     rows = part.judged(
-        Tools(said.bag, said.db3, said.mcap, said.k4a, said.oni, said.sens, said.only),
+        Tools(said.bag, said.db3, said.mcap, said.k4a, said.oni, said.sens, said.rosbag, said.only),
         said.output / said.part,
         said.seed,
     )

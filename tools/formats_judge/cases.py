@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from formats_judge import azure, files, folders, openni, orbbec, phones, ros, scannet
 from formats_judge.boxes import ramp, taken
 from formats_judge.take import Lens, Take, save
-from formats_judge.writers import Tools, elsewhere
+from formats_judge.writers import Tools, by_debian, elsewhere
 
 # numbers that single precision holds; the principal point is far from the middle in both directions
 PLAIN = Lens(320, 240, 287.5, 291.25, 141.25, 128.5)
@@ -136,6 +136,10 @@ def foreign(tools: Tools) -> list[Case]:
     if tools.mcap is not None:
         write = partial(foxglove, python=tools.mcap)
         out.append(Case("bare MCAP", "mcap-ros2-support 0.6", still(PLAIN), write))
+    if tools.rosbag is not None:
+        for how in ("none", "lz4", "bz2"):
+            write = partial(debian, root=tools.rosbag, how=how)
+            out.append(Case(f"ROS 1 .bag, rosbag {how}", "Debian's rosbag 1.15", taken(PLAIN), write))
     if tools.k4a is not None:
         for mode in ("NFOV_2X2BINNED", "NFOV_UNBINNED", "WFOV_2X2BINNED") if tools.only in "Azure .mkv" else ():
             rays = azure.rays(tools.k4a, mode)
@@ -167,3 +171,8 @@ def foxglove(take: Take, path: Path, python: Path) -> Path:
 def azure_mkv(take: Take, path: Path, libraries: Path, mode: str) -> Path:
     """By Microsoft's library."""
     return azure.write(take, path.with_suffix(".mkv"), libraries, mode)
+
+
+def debian(take: Take, path: Path, root: Path, how: str) -> Path:
+    """By ROS 1's own library."""
+    return by_debian(root, "debian_rosbag.py", save(take, path.with_suffix(".npz")), path.with_suffix(".bag"), how)

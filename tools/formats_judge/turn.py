@@ -109,6 +109,8 @@ def judged(tools: Tools, work: Path, seed: int) -> list[Row]:
     meshes: dict[str, trimesh.Trimesh | None] = {}
     rows = []
     for way in ways(tools, takes(tools, seed), work):
+        if tools.only not in way.name:
+            continue
         place = work / way.name.replace(" ", "_").replace(",", "").replace(".", "")
         try:
             meshes[way.name], told = scanned(way.write(place), place.with_name(place.name + "_out"))
@@ -134,7 +136,7 @@ def scanned(path: Path, out: Path) -> tuple[trimesh.Trimesh | None, str]:
 
 def row(way: Way, meshes: dict[str, trimesh.Trimesh | None], told: str) -> Row:
     """Distances of a way's mesh and that of its native recording, as they stand."""
-    mine, other = meshes[way.name], meshes[way.beside]
+    mine, other = meshes[way.name], meshes.get(way.beside)
     if mine is None or other is None:
         return Row(way.name, way.writer, way.beside, way.lossy, float("nan"), float("nan"), False, told)
     same = mine.vertices.shape == other.vertices.shape and bool(np.array_equal(mine.vertices, other.vertices))
