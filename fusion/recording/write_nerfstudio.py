@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.lens_forms import fisheye, to_fisheye, to_polynomial, with_lens
-from fusion.geometry.pose import other_axes, transform
+from fusion.geometry.pose import Array, inverse, other_axes, transform
 from fusion.progress import each
+from fusion.recording.over_color import depth_over, fine_as
 from fusion.recording.recording import Recording
 from fusion.recording.write import depth_counts, tell, write_png
 
@@ -26,17 +27,20 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
     """A nerfstudio data set into a folder that is being made.
 
     Depth keeps its counts, and colour images their pixels; where the two are of one place and of other sizes, so are
-    the files (nerfstudio brings depth to the colour's size itself). The cloud is of the depth, in the same world.
+    the files (nerfstudio brings depth to the colour's size itself). Depth of a camera beside the colour's is brought
+    before that, which is told. The cloud is of the depth, in the same world.
 
     Args:
         folder: empty.
-        recording: with poses and colour images that lie over the depth.
+        recording: with poses and colour images.
         notes: what is to be known about the result is appended here.
 
     Raises:
-        RecordingError: no colour, no poses, colour of another place than depth, a lens that nerfstudio does not know.
+        RecordingError: no colour, no poses, a lens that nerfstudio does not know.
     """
     camera = _seen_by(recording)
+    apart = _apart(recording)
+    measured = recording.camera if apart is None else fine_as(camera, recording.camera)
     poses = recording.poses.at(recording.timestamps).poses if recording.poses is not None else None
     if poses is None or not np.isfinite(poses).any():
         do = "fusion reconstruct finds them; then --poses OUT/trajectory.txt"
@@ -52,15 +56,19 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
             continue
         image, depth = f"images/{frame.index:06d}.png", f"depths/{frame.index:06d}.png"
         write_png(folder / image, color)
-        write_png(folder / depth, depth_counts(frame.depth, recording.camera.depth_scale))
+        over = frame.depth
+        if apart is not None:
+            over = depth_over(frame.depth, recording.camera, measured, apart)
+            T_world_camera = T_world_camera @ inverse(apart)
+        write_png(folder / depth, depth_counts(over, recording.camera.depth_scale))
         frames.append({"file_path": image, "depth_file_path": depth, "timestamp": frame.timestamp,
                        "transform_matrix": other_axes(T_world_camera).tolist()})  # fmt: skip
-        points, seen = _points(recording.camera, frame.depth, camera, color, step)
+        points, seen = _points(measured, over, camera, color, step)
         cloud.append(transform(T_world_camera, points))
         colors.append(seen)
     if not frames:
         raise RecordingError("there is no frame to write", recording.path, "none with colour and a pose", "one or more")
-    told: list[str] = []
+    told = [] if apart is None else ["depth was brought before the colour camera: between its counts, not one by one"]
     content = _camera_fields(camera, recording.path, told) | {
         "depth_unit_scale_factor": 1 / recording.camera.depth_scale,
         "ply_file_path": "points.ply",
@@ -81,14 +89,13 @@ def _seen_by(recording: Recording) -> Camera:
     if has is None or not has.any():
         do = "splats are made of colour: record it, or convert to another format"
         raise RecordingError("there are no colour images to write", recording.path, "depth alone", "colour", do)
-    if recording.color_is_apart and camera.color is not None:
-        T = np.eye(4) if camera.T_color_depth is None else camera.T_color_depth
-        if not np.allclose(T, np.eye(4), atol=SAME_PLACE):
-            do = "register depth to colour where it is recorded"
-            where, expected = recording.path, "depth that lies over colour"
-            raise RecordingError("colour and depth are of two cameras side by side", where, expected=expected, do=do)
-        camera = camera.color
-    return camera
+    return camera.color if recording.color_is_apart and camera.color is not None else camera
+
+
+def _apart(recording: Recording) -> Array | None:
+    """Where the colour camera stands, (4, 4), where that is not the depth camera's place."""
+    T = recording.camera.T_color_depth
+    return None if not recording.color_is_apart or T is None or np.allclose(T, np.eye(4), atol=SAME_PLACE) else T
 
 
 def _camera_fields(camera: Camera, where: Path, told: list[str]) -> dict[str, Any]:
