@@ -126,7 +126,7 @@ def judged(tools: Tools, work: Path, seed: int) -> list[Row]:
     native: dict[tuple, trimesh.Trimesh | None] = {}
     rows = []
     for kind in kinds(tools):
-        if tools.only in kind.name:
+        if any(word in kind.name for word in tools.only.split(",")):
             rows.append(
                 row(kind, _taken(kind.lens, None if kind.rays is None else MODE, tools.k4a, seed), work, native)
             )
@@ -142,7 +142,7 @@ def row(kind: Kind, takes: tuple[Take, Take], work: Path, native: dict[tuple, An
         mesh = other = None
         try:
             path = kind.write(take, place.with_name(f"{place.name}_{command}"))
-            other = beside(command, take, fusion.open_recording(path, kind.said).camera, work, native)
+            other = beside(command, take, fusion.open_recording(path, kind.said), work, native)
             mesh, why = made(command, path, kind.said)
             told += [f"{command}: {why}"] if mesh is None else []
             if command == "turntable":
@@ -153,12 +153,17 @@ def row(kind: Kind, takes: tuple[Take, Take], work: Path, native: dict[tuple, An
     return Row(kind.name, far["reconstruct"], far["turntable"], frames, "; ".join(told))
 
 
-def beside(command: str, take: Take, camera: Any, work: Path, native: dict[tuple, Any]) -> trimesh.Trimesh | None:
-    """The mesh of the native recording whose camera is said to be of the same kind: by that noise and weights go."""
-    key = command, take.lens, camera.principle, camera.sensor
+def beside(
+    command: str, take: Take, recording: fusion.Recording, work: Path, native: dict[tuple, Any]
+) -> trimesh.Trimesh | None:
+    """The mesh of the native recording of the same kind of camera, with colour where there is some: noise, weights and
+    what an object is told by go by these."""
+    camera, colored = recording.camera, recording.has_color is not None and bool(recording.has_color.any())
+    key = command, take.lens, camera.principle, camera.sensor, colored
     if key not in native:
         path = work / f"native_{len(native)}"
-        folders.native(take, path, principle=camera.principle, sensor=camera.sensor)
+        held = take if colored else replace(take, color=None)
+        folders.native(held, path, principle=camera.principle, sensor=camera.sensor)
         native[key] = made(command, path, None)[0]
     return native[key]
 
