@@ -35,8 +35,8 @@ _TABLES: tuple[tuple[frozenset[str], str, str], ...] = (
         frozenset({"node", "data", "link"}),
         "an RTAB-Map database",
         # 10: time stamp, place, quaternion, as in TUM's files; the default has a number behind them
-        "export it: rtabmap-export --images --poses_camera --poses_format 10 FILE, and open its ..._depth (--camera: the "
-        "numbers of ..._calib; --poses ..._camera_poses.txt)",
+        "export it: rtabmap-export --images --poses_camera --poses_format 10 FILE, and open its ..._depth (--camera: "
+        "the numbers of ..._calib; --poses ..._camera_poses.txt)",
     ),
     (
         frozenset({"cameras", "images", "keypoints"}),
