@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.devices.source import SourceFrame
-from fusion.live.feed import FEW, Feed
+from fusion.live.feed import FEW, WAITING, Feed
 from fusion.live.grow import Grower, Placed
 from fusion.live.state import LiveState
 
@@ -62,28 +62,37 @@ class Watch:
 
     def _run(self) -> None:
         try:
-            waiting: deque[tuple[SourceFrame, float]] = deque(maxlen=45)
+            waiting: deque[tuple[SourceFrame, float]] = deque()
             while (taken := self.feed.take()) is not None:
                 frame = taken[0]
                 self.grower.looking.see(taken[1], frame.depth)
                 waiting.append(taken)
                 if self.grower.found:
-                    while waiting:
-                        self._place(*waiting.popleft())
-                    self.feed.room = FEW
+                    # before the model begins, frames that show too little wait: what turns is yet known in part
+                    while waiting and self._place(*waiting[0]):
+                        waiting.popleft()
+                    self.feed.room = WAITING if waiting else FEW
                 else:
                     self._tell(frame, None)
+                if len(waiting) > WAITING:
+                    waiting.popleft()
+                    self.untracked += 1
+            self.untracked += len(waiting)
         except Exception as error:  # the recording goes on
             self.error = error
             self.state = replace(self.state, tracking="lost", reason=f"the view has ended: {error}")
 
-    def _place(self, frame: SourceFrame, came: float) -> None:
+    def _place(self, frame: SourceFrame, came: float) -> bool:
+        """False where it shows too little for a model to begin with: it may when more is known."""
         if self._undo:
             frames, self._undo = self._undo, 0
             after = self.grower.undo(frames)
             if after is not None:
                 self.undone.append((after, frame.timestamp))
         placed = self.grower.take(frame)
+        if not placed.tracked.tried and not self.grower.count:
+            self._tell(frame, placed)
+            return False
         now = time.monotonic()
         self.tracked += placed.tracked.ok
         self.untracked += not placed.tracked.ok
@@ -93,6 +102,7 @@ class Watch:
             self.behind.append(now - came)
             self._last_angle = float(np.rad2deg(self.grower.turned.angle))
         self._tell(frame, placed)
+        return True
 
     def _tell(self, frame: SourceFrame, placed: Placed | None) -> None:
         now = time.monotonic()
