@@ -12,6 +12,7 @@ from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.turntable.turning.background import RARE, Behind, find_background
 from fusion.turntable.turning.noise_seen import noise_over_stated
+from fusion.turntable.turning.visitors import undisturbed, without_visitors
 
 Array = NDArray[np.float64]
 EDGE = 0.015  # [m] around what turns that may still be it (guess)
@@ -59,6 +60,7 @@ def find_moving(
         TrackingError: when nothing moves.
     """
     behind, moved = look_behind(depths, sigma)
+    moved = without_visitors(moved, depths)
     points, frames, stride = _points_of(moved, depths, camera)
     if len(points) < LEAST * len(depths):
         raise TrackingError(
@@ -67,7 +69,10 @@ def find_moving(
             expected="an object on a turntable in front of a camera that stands still",
             do="use `fusion reconstruct` if the camera moved, or give --box",
         )
-    chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride))]
+    kept = _persistent(points, frames, (len(depths), camera.fx**2 / stride))
+    points, frames = points[kept], frames[kept]
+    calm = undisturbed(points, frames)
+    chosen, visited = points[calm], np.setdiff1d(np.arange(len(depths)), frames[calm])
     wall = find_background(behind, outside_of(_box(chosen), behind.far, camera))
     # with it the whole object shows, not only where something was seen behind it
     with np.errstate(invalid="ignore"):
@@ -76,6 +81,8 @@ def find_moving(
         clear = before & (depths < wall - FLAT)
     if clear.sum() > MOSTLY * before.sum():
         before = clear
+    before = without_visitors(before, depths)
+    before[visited] = False
     points, frames, stride = _points_of(before, depths, camera)
     chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride), chosen)]
     return Moving(chosen, *_box(chosen), behind.still, wall)
