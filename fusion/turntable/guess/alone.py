@@ -27,6 +27,7 @@ from fusion.turntable.views import Region, View
 Array = NDArray[np.float64]
 KEYS = 24  # views of which all pairs are compared; the others find their place between them
 POINTS, POINTS_JOINT = 800, 2000
+SOME = 4  # views that show what is behind them all
 PROBED = 8  # neighbours that tell the axis
 NEIGHBOURS = np.deg2rad(75)  # largest turn between these that is tried (guess)
 AGREES = np.deg2rad(8)  # of a pair and the labels (guess)
@@ -94,10 +95,9 @@ def _thin(view: View, most: int) -> View:
 def _upright(views: Sequence[View], seen: Stack, region: Region, keys: NDArray[np.intp]) -> Axis:
     """The axis that brings neighbours together best: upright on what the object stands on, or leaning like a guess."""
     points = np.concatenate([v.points[:: max(1, len(v.points) // 3000)] for v in views]).astype(float)
-    camera = views[0].map.camera
     foot = None
-    if region.wall is not None and region.wall.shape == camera.shape:
-        foot = foot_normal(region.wall, camera, points)
+    if region.wall is not None and region.wall.shape == views[0].map.camera.shape:
+        foot = foot_normal(_seen_behind(views, region.wall), points)
     guesses = [axis_through(g.direction, points) for g in axis_guesses(np.median(points, axis=0))]
     tried = guesses if foot is None else [axis_through(foot, points)]
     some = np.unique(np.linspace(0, len(keys) - 2, min(PROBED, len(keys) - 1)).astype(int))
@@ -126,6 +126,12 @@ def _upright(views: Sequence[View], seen: Stack, region: Region, keys: NDArray[n
         foot = None
         value, axis = max((fit(axis) for axis in guesses), key=lambda found: found[0])
     return axis
+
+
+def _seen_behind(views: Sequence[View], wall: NDArray[np.float32]) -> Array:
+    """Points (n, 3) of some views that lie behind the object: seen there, not filled in where it hides all."""
+    some = (v.map.points.reshape(-1, 3) for v in views[:: max(1, len(views) // SOME)])
+    return np.concatenate([points[points[:, 2] >= wall.ravel()] for points in some]).astype(float)
 
 
 def seen_view(seen: Stack, k: int) -> View:

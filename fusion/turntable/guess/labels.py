@@ -1,6 +1,7 @@
 """The turns of all views at once, from what pairs of them say: several turns may fit a pair, one set fits them all."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 CELLS = 180  # of the circle: 2 degrees each
 BLUR = np.deg2rad(3.0)  # about what a pair of views may be off
-SWEEPS = 40
+MOVES = 200
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Said:
 def consistent(n: int, said: Said) -> Array:
     """Turns (n,) [rad] of the views on the circle, 0 at the first, with which most of what was said agrees.
 
-    From the trees that the best pairs span, ever better: one view at a time, and all views after one together, as
+    From the trees that the best pairs span, ever better: one view at a time, and stretches of views together, as
     long as that agrees with more.
     """
     table = _table(n, said)
@@ -77,25 +78,20 @@ def _tree(table: Array, root: int) -> NDArray[np.intp]:
 
 
 def _improved(table: Array, label: NDArray[np.intp]) -> NDArray[np.intp]:
-    n = len(table)
-    cells = np.arange(CELLS)
-    for _ in range(SWEEPS):
-        before = label.copy()
-        for j in range(n):
-            votes = np.zeros(CELLS)
-            for i in range(n):
-                if i != j:
-                    votes += np.roll(table[i, j], label[i])
-            if votes.max() > votes[label[j]] + 1e-9:
-                label[j] = int(np.argmax(votes))
-        for k in range(1, n):  # all views from k on together
-            before_k, after_k = (a.ravel() for a in np.meshgrid(np.arange(k), np.arange(k, n), indexing="ij"))
-            turn = (label[after_k] - label[before_k])[:, None] + cells
-            votes = table[before_k[:, None], after_k[:, None], turn % CELLS].sum(axis=0)
-            if votes.max() > votes[0] + 1e-9:
-                label[k:] = (label[k:] + int(np.argmax(votes))) % CELLS
-        if np.array_equal(before, label):
+    """Labels (n,) after the best shifts of a view, or of views that follow each other, one after the other."""
+    n, label = len(table), label.copy()
+    first, last = np.array([*combinations(range(n + 1), 2)]).T  # of all stretches of views
+    for _ in range(MOVES):
+        turn = np.subtract.outer(label, label).T[..., None] + np.arange(CELLS)
+        sums = np.zeros((n + 1, n + 1, CELLS))
+        sums[1:, 1:] = np.take_along_axis(table, turn % CELLS, axis=2).cumsum(axis=0).cumsum(axis=1)
+        inside = sums[last, last] - sums[first, last] - sums[last, first] + sums[first, first]
+        votes = sums[n, last] - sums[n, first] - inside  # what all others say of a stretch
+        gain = votes - votes[:, :1]
+        best, shift = np.unravel_index(int(np.argmax(gain)), gain.shape)
+        if gain[best, shift] < 1e-9:
             break
+        label[first[best] : last[best]] = (label[first[best] : last[best]] + shift) % CELLS
     return label
 
 

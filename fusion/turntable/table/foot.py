@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
 from fusion.turntable.axis import Axis
 
 Array = NDArray[np.float64]
@@ -11,24 +10,22 @@ FLAT = 0.004  # [m] off a plane (guess)
 TRIES = 300
 SOME = 4000  # points that are looked at
 LEAST = 0.03  # share of the background that makes a foot (guess)
-UNDER = 0.03  # [m] the foot may lie so far below the lowest of the object, which its own wall hides (guess)
+UNDER = 0.5  # of the object's size: so far below the lowest that is seen a foot may lie, as below a ball (guess)
 ABOVE = 0.97  # share of the object above the foot (guess)
 UPWARDS = 0.15  # least cosine between the image's up and the foot's: no camera is held on its side (guess)
 
 
-def foot_normal(wall: NDArray[np.float32], camera: Camera, points: Array) -> Array | None:
-    """Unit normal (3,) of the level surface under points (n, 3) of the object, upwards; None when there is none.
+def foot_normal(behind: Array, points: Array) -> Array | None:
+    """Unit normal (3,) of the level surface under the object, upwards; None when there is none.
 
     Args:
-        wall: (h, w) the background [m], see `background`.
-        camera: of that image.
-        points: of the object in all views, camera frame [m].
+        behind: (m, 3) what was seen behind the object, camera frame [m].
+        points: (n, 3) of the object in all views.
     """
-    behind = camera.points(wall).reshape(-1, 3).astype(float)
-    behind = behind[np.isfinite(behind[:, 2])]
     low, high = np.percentile(points, [1, 99], axis=0)
     size = high - low
     near = ((behind > low - size) & (behind < high + size)).all(axis=1)
+    under = UNDER * float(size.max())
     behind, some = behind[near], points[:: max(1, len(points) // SOME)]
     if len(behind) < 100:
         return None
@@ -43,7 +40,7 @@ def foot_normal(wall: NDArray[np.float32], camera: Camera, points: Array) -> Arr
             continue
         normal *= -np.sign(normal[1]) / length
         count = int(np.sum(np.abs((behind - a) @ normal) < FLAT))
-        if count > most and _stands_on((some - a) @ normal):
+        if count > most and _stands_on((some - a) @ normal, under):
             best, most = (a, normal), count
     if best is None:
         return None
@@ -55,9 +52,9 @@ def foot_normal(wall: NDArray[np.float32], camera: Camera, points: Array) -> Arr
     return np.asarray(normal * -np.sign(normal[1]))
 
 
-def _stands_on(height: Array) -> bool:
+def _stands_on(height: Array, under: float) -> bool:
     lowest = float(np.percentile(height, 2))
-    return bool(np.mean(height > -FLAT) > ABOVE and lowest < UNDER)
+    return bool(np.mean(height > -FLAT) > ABOVE and lowest < under)
 
 
 def axis_through(direction: Array, points: Array) -> Axis:

@@ -71,5 +71,7 @@ def _within(moving: Mask, depth: NDArray[np.float32], inner: tuple[slice, slice]
     outside[inner] = False
     reaching = np.zeros(count, bool)
     reaching[np.unique(labels[outside])] = True
-    reaching[0] = True
-    return moving & ~reaching[labels]
+    reaching[0] = False  # edges, which belong to what they bound
+    visitor = reaching[labels]
+    beside = cv2.dilate(visitor.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    return moving & ~visitor & ~(beside & (labels == 0))
