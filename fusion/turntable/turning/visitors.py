@@ -12,6 +12,8 @@ Mask = NDArray[np.bool_]
 MARGIN = 0.01  # of the image beside its border, where a camera measures badly (guess)
 APART = 0.05  # [m] from a pixel to the next: another thing, which may pass behind (guess)
 GAP = 7  # [px] in what hangs together: where it crosses the depth of what was seen at another time it seems to stand
+WIDE = 0.8  # share of the image that a camera measures in at least, beside what is too far (guess)
+FEW = 50  # pixels of a frame: noise and edges (guess)
 ENOUGH = 0.25  # share of the frames that must show something else, or it is the object that is larger than the image
 FAR = 2.2  # times what a quarter of the frames do not reach: a thing that turns is not that much longer one way (guess)
 
@@ -26,8 +28,8 @@ def without_visitors(moving: Mask, depths: NDArray[np.float32]) -> Mask:
     rows, columns = _measured(np.isfinite(depths).mean(axis=0))
     alone = np.stack([_within(m, d, (rows, columns)) for m, d in zip(moving, depths, strict=True)])
     shown, left = moving.sum(axis=(1, 2)), alone.sum(axis=(1, 2))
-    least = 0.25 * np.median(left[left > 0]) if (left > 0).any() else np.inf
-    clear = left > least
+    clear = left > FEW
+    clear &= left > FEW + 0.25 * np.median(left[clear]) if clear.any() else False
     if clear.sum() < max(2, ENOUGH * (shown > 0).sum()):
         return moving
     return alone & clear[:, None, None]
@@ -53,7 +55,10 @@ def _measured(known: NDArray[np.float64]) -> tuple[slice, slice]:
     found = []
     for axis in (1, 0):
         at = np.flatnonzero(often.any(axis=axis))
-        first, last = (int(at[0]), int(at[-1])) if len(at) else (0, len(known) - 1)
+        size = known.shape[1 - axis]
+        # a band at the border that never measures belongs to the camera; a wider one, to an empty background
+        whole = len(at) > 0 and at[-1] - at[0] > WIDE * size
+        first, last = (int(at[0]), int(at[-1])) if whole else (0, size - 1)
         margin = 2 + int(MARGIN * (last - first))
         found.append(slice(first + margin, last + 1 - margin))
     return found[0], found[1]
