@@ -26,13 +26,14 @@ from fusion.turntable.guess.alone import Alone
 from fusion.turntable.guess.beginning import begun_with
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck
-from fusion.turntable.table.plate import Plate, above, find_plate
+from fusion.turntable.table.plate import THICKEST, Plate, above, find_plate
 from fusion.turntable.views import Region, View
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 POINTS_FINE = 3000  # source points per frame
 MISPLACED = 0.5  # misfit of a frame with its partners from which it is left out (guess)
+BOARD = 0.03  # [m] what a hand turns with the object on it is a plate where it is no higher (guess)
 POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 
 
@@ -157,8 +158,8 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centr
     state, lens = found.state, found.lens
     assert lens is not None
     axis = state.axis.nearest_to(centre)
-    # what a hand moves about stands on no turntable: a book below it is part of it
-    plate = find_plate(seen, axis, None if found.wanders else state.motions())
+    # what a hand moves about stands on no turntable, or on one that is: a carton below it is part of it, a board is not
+    plate = find_plate(seen, axis, state.motions(), BOARD if found.wanders else THICKEST)
     axis = _at(axis, plate)
     back = pose.inverse(state.motions())
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)

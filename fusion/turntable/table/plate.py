@@ -32,7 +32,9 @@ class Plate:
     table: float | None = None
 
 
-def find_plate(views: Sequence[View], axis: Axis, motions: Array | None = None) -> Plate | None:
+def find_plate(
+    views: Sequence[View], axis: Axis, motions: Array | None = None, thickest: float = THICKEST
+) -> Plate | None:
     """The plate, or the table where that alone is seen; None when there is neither.
 
     The plate is the largest level surface near the foot of what turns that is seen all round and does not turn itself:
@@ -44,6 +46,7 @@ def find_plate(views: Sequence[View], axis: Axis, motions: Array | None = None) 
         axis: of the turn.
         motions: (n, 4, 4) what brings the object from its place at angle 0 to that in each view; None: plates of other
             shapes are not looked for.
+        thickest: the highest that one of another shape stands above the table [m].
     """
     step = max(1, len(views) // 25)
     some, turned = views[::step], None if motions is None else motions[::step]
@@ -55,7 +58,7 @@ def find_plate(views: Sequence[View], axis: Axis, motions: Array | None = None) 
             return Plate(rimmed)
         # a plate that is wider than what is seen to turn hides the table up to its border
         tables = found or [h for h in levels if is_plate(some, axis, h, max(WIDER) * BEYOND)]
-        slab = None if turned is None or not tables else _slab(some, axis, turned, min(tables))
+        slab = None if turned is None or not tables else _slab(some, axis, turned, (min(tables), thickest))
         if slab is not None:
             return Plate(slab, min(tables))
         if found:
@@ -63,12 +66,13 @@ def find_plate(views: Sequence[View], axis: Axis, motions: Array | None = None) 
     return None
 
 
-def _slab(views: Sequence[View], axis: Axis, motions: Array, ground: float) -> float | None:
-    """Height of a plate that turns above a table that stands still [m]; None where there is none."""
+def _slab(views: Sequence[View], axis: Axis, motions: Array, table: tuple[float, float]) -> float | None:
+    """Height of a plate that turns so far [m] above a table that stands still, at most; None where there is none."""
+    ground, thickest = table
     reach = max(WIDER) * reach_of(views, axis)
     near = [axis.distance(_level(v, axis)) for v in views]
     height = np.concatenate([h[r < reach] for r, h in near])
-    limits = (ground + LOWEST, ground + THICKEST)
+    limits = (ground + LOWEST, ground + thickest)
     height = height[(height > limits[0]) & (height < limits[1])]
     levels = _largest(height, limits) if len(height) >= LEAST_LEVEL else []
     return next((h for h in levels if is_slab(views, axis, motions, (h, ground))), None)
