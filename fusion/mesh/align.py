@@ -43,7 +43,11 @@ class Alignment:
 
 
 def align_meshes(
-    mesh: Mesh, reference: Mesh, scale: bool = False, surfaces: tuple[Surface, Surface] | None = None
+    mesh: Mesh,
+    reference: Mesh,
+    scale: bool = False,
+    surfaces: tuple[Surface, Surface] | None = None,
+    seen: Array | None = None,
 ) -> Alignment:
     """Lay a mesh or point cloud on a reference, from any relative pose; the same input gives the same result.
 
@@ -51,6 +55,8 @@ def align_meshes(
         mesh, reference: in the same unit [m]; either may be a part of the other.
         scale: find one scale too, within 0.8 to 1.25.
         surfaces: `surface_of` both, when they are made already.
+        seen: (n, 3) points of the reference that the mesh ought to show: they tell a box with an open bottom from the
+            same one upside down.
 
     Raises:
         MeshError: a surface without area, or too few points.
@@ -61,13 +67,14 @@ def align_meshes(
     size = float(np.linalg.norm(np.ptp(reference.vertices, axis=0)))
     coarse, fine = sample_surface(mesh, _COARSE_POINTS), sample_surface(mesh, _FINE_POINTS)
     back = sample_surface(reference, _COARSE_POINTS)
+    asked = back if seen is None or not len(seen) else Samples(seen[:: max(1, len(seen) // _COARSE_POINTS)], None)
     fine = Samples(fine.points, smooth_normals(fine))
     fit = Fit(_quick(reference, other), size)
     quick = _quick(mesh, own)
 
     def judged(pose: Similarity) -> float:
         there = fit.surface.closest(pose.apply(coarse.points), _turned(pose, coarse.normals)).distances
-        again = quick.closest(pose.apply_inverse(back.points), back.normals).distances * pose.scale
+        again = quick.closest(pose.apply_inverse(asked.points), asked.normals).distances * pose.scale
         return score(there, again, NEAR * size)
 
     starts = [IDENTITY, *guesses(Side.of(coarse), Side.of(back))]

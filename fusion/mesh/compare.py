@@ -135,10 +135,11 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     _check(settings)
     mesh, reference, factors, notes = in_metres(mesh, reference, settings.unit)
     surfaces = surface_of(mesh), surface_of(reference)
+    seen = None if settings.seen is None else np.asarray(settings.seen, np.float64) * factors[1]
     alignment = Alignment(np.eye(4), status="not asked")
     if settings.align:
         with stage("aligning"):
-            alignment = align_meshes(mesh, reference, settings.scale, surfaces)
+            alignment = align_meshes(mesh, reference, settings.scale, surfaces, seen)
     if alignment.status == "poor":
         notes.append("No pose was found in which the mesh fits the reference; the distances may mean nothing.")
     if settings.scale and not settings.align:
@@ -147,7 +148,6 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     with stage("measuring"):
         there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
     accuracy = block(there)
-    seen = None if settings.seen is None else np.asarray(settings.seen, np.float64) * factors[1]
     with stage("measuring"):
         back, unseen = _back(reference, surfaces[0], pose, settings, seen)
     if seen is None:
