@@ -46,3 +46,16 @@ def test_wrong_matches_are_outvoted_by_all_others():
 def test_unwound_takes_the_shorter_way():
     turns = np.deg2rad([0.0, 50, 110, 170, 200, 180, 240, 310, 10])
     assert np.allclose(np.rad2deg(unwound(turns)), [0, 50, 110, 170, 200, 180, 240, 310, 370])
+
+
+def test_a_stretch_that_hangs_on_wrong_matches_is_put_right():
+    """Views 7 to 12 agree with each other, and both ends with their neighbours wrongly; all others outvote these."""
+    random = np.random.default_rng(6)
+    true = np.cumsum(np.deg2rad(random.uniform(15, 25, 20)))
+    right = said(true, random=random)
+    across = np.sum((right.pairs >= 7) & (right.pairs <= 12), axis=1) == 1
+    worth = np.where(across, 0.3, 1.0) * right.worth
+    lies = ((right.pairs == (6, 7)) | (right.pairs == (12, 13))).all(axis=1)
+    turns = np.where(lies, right.turns - np.deg2rad(75), right.turns)
+    turns[lies] *= (1, -1)
+    assert off(consistent(20, Said(right.pairs, turns, np.where(lies, 0.6, worth))), true) < 3.0

@@ -21,7 +21,9 @@ def sigma(depth):
     return np.full_like(depth, 0.001)
 
 
-def depths(turning=True, person=False, seed=0, noise=0.001):
+def depths(turning=True, person=False, seed=0, noise=0.001, arms=(), passer=False):
+    """Images (16, 120, 160) [m]; `arms`: frames in which one reaches in from beside the image and touches the block;
+    `passer`: somebody walks behind in every frame, cut off by the border above."""
     wall = box((-1.3, -2.0, -0.5), (-1.2, 2.0, 2.0), (200, 200, 200))
     table = box((-0.5, -0.5, -0.05), (0.4, 0.5, -0.01), (120, 90, 60))
     rng = np.random.default_rng(seed)
@@ -33,6 +35,13 @@ def depths(turning=True, person=False, seed=0, noise=0.001):
         if person and 4 <= k < 13:  # nine frames of sixteen
             y = -0.9 + 0.2 * (k - 4)
             parts.append(box((-0.9, y, -0.5), (-0.6, y + 0.4, 1.5), (60, 60, 180)))
+        if passer:
+            y = -1.0 + 0.11 * k
+            parts.append(box((-1.1, y, -0.5), (-0.8, y + 0.4, 2.5), (60, 60, 180)))
+        if k in arms:
+            side = 1 if k % 2 else -1
+            y0, y1 = sorted((0.07 * side, 1.5 * side))
+            parts.append(box((0.0, y0, 0.08), (0.07, y1, 0.15), (230, 190, 170)))
         image = RayCaster(joined(parts)).view(SMALL, T_WORLD_CAMERA).depth
         image = image + rng.normal(0, 1, image.shape).astype(np.float32) * noise * np.maximum(1, image / 1.0) ** 2
         image[rng.random(image.shape) < 0.02] = np.nan
@@ -40,9 +49,18 @@ def depths(turning=True, person=False, seed=0, noise=0.001):
     return np.stack(images)
 
 
-@pytest.mark.parametrize("person", [False, True])
-def test_the_block_is_found_before_a_wall(person):
-    found = find_moving(depths(person=person), SMALL, sigma)
+OTHERS = {
+    "alone": {},
+    "person": {"person": True},
+    "somebody in every frame": {"passer": True},
+    "arms in half of the frames": {"arms": (0, 1, 4, 5, 7, 10, 11, 14)},
+    "both": {"passer": True, "arms": (0, 3, 4, 9, 13)},
+}
+
+
+@pytest.mark.parametrize("others", OTHERS.values(), ids=OTHERS.keys())
+def test_the_block_is_found_before_a_wall(others):
+    found = find_moving(depths(**others), SMALL, sigma)
     world = pose.transform(T_WORLD_CAMERA, found.points)
     radius = np.hypot(world[:, 0], world[:, 1])
     # the block's farthest corner goes round at 0.114 m; noise and the pixel's width of 6 mm
