@@ -70,6 +70,21 @@ def test_samples_are_even_over_area_not_over_triangles():
     assert found.accuracy["within"]["0.005"] == pytest.approx(0.5, abs=0.01)
 
 
+def test_what_was_seen_tells_a_box_from_the_same_one_upside_down():
+    """A scan without a bottom fits a box both ways; where it ought to be seen, it can stand one way only."""
+    box = trimesh.creation.box((0.10, 0.14, 0.18))
+    for _ in range(4):
+        box = box.subdivide()
+    whole, points = _made(box), np.asarray(trimesh.sample.sample_surface(box, 4000, seed=0)[0])
+    seen = points[points[:, 2] > -0.089]
+    scan = box.submesh([np.flatnonzero(box.triangles_center[:, 2] > -0.089)], append=True)
+    for seed in range(4):
+        moved, turn = _moved(_made(scan), seed=seed)
+        found = compare(moved, whole, replace(CompareSettings(), samples=5000, seen=seen))
+        up = found.alignment.T_reference_mesh[:3, :3] @ turn @ [0, 0, 1]
+        assert up[2] > 0.999 and found.completeness["within"]["0.005"] > 0.999
+
+
 @pytest.mark.slow
 def test_pose_and_scale_are_recovered():
     mesh = _object(3)
