@@ -61,8 +61,7 @@ def find_motion(
             frames = object_alone(frames, cut, motion)
             volume = choose_volume(how[1], camera, (frames, cut, motion))
             doubt = None if known is None else prior_of(camera, known)
-            window = next(f.surface.camera for f in frames if f is not None)
-            motion = _finished(frames, rays, volume, motion, How(held=motion.held, doubt=doubt, camera=window))
+            motion = _finished(frames, rays, volume, motion, How(held=motion.held, doubt=doubt))
     if commanded is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, commanded))
     return motion

@@ -16,15 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
 from fusion.turntable.model.cells import CUT
-from fusion.turntable.model.flattening import bends
 from fusion.turntable.model.meeting import ANGLE, AXIS, RESIDUAL, SIGMA
 from fusion.turntable.model.rays import Rays, bundle
 from fusion.turntable.model.size import size_std
-from fusion.turntable.model.system import Equations, Solution, equations, moved_axis, placed, solve
+from fusion.turntable.model.system import Equations, Solution, equations, moved_axis, solve
 from fusion.turntable.selfcheck import SelfCheck
 from fusion.volume.volume import Volume
 
@@ -38,7 +36,6 @@ class Finished:
     depth that are taken out beside those that the rays have lost already, and the axis' standard deviations (4,):
     tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None where nothing was fitted. The
     same of the size, relative, by all errors of depth that a calibration may have; None where nothing says how large.
-    By how much what bends is flattened [px^2], see `flattening`.
     """
 
     axis: Axis
@@ -47,7 +44,6 @@ class Finished:
     check: SelfCheck
     axis_std: Array | None = None
     size_std: float | None = None
-    flattening: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,13 +55,11 @@ class How:
         held: the angles stay, where something tells them better than shape does.
         doubt: (13,) standard deviations of the errors of camera and depth before the scan was seen, by which the size
             is judged; None where no calibration tells them.
-        camera: of the images that the rays are pixels of; None: what bends is taken as it is.
     """
 
     rounds: int = 3
     held: bool = False
     doubt: Array | None = None
-    camera: Camera | None = None
 
 
 def finish(
@@ -86,15 +80,14 @@ def finish(
     """
     axis, angles = motion
     how = how or How()
-    rounds, flattening = how.rounds, 0.0
+    rounds = how.rounds
     every, alike = bundle(rays), 1.0
     for k in range(rounds):
         last = k == rounds - 1  # the others only have to come near: some frames make their model, some rays meet it
         volume = build(axis, angles if last else _some_of(angles), check)
         seen = every if last else every.thinned(EARLY_RAYS)
-        bend = None if how.camera is None or not last else bends(seen, how.camera, volume, placed(axis, angles))
         for _ in range(2):
-            e = equations(seen.without(check), (axis, angles), volume, check, bend)
+            e = equations(seen.without(check), (axis, angles), volume, check)
             if len(e.rows) == 0:  # nothing of what was seen lies near the model
                 return Finished(axis, angles, np.full(len(angles), np.nan), check)
             firm = solve(e, (check, alike), steady=True)
@@ -103,8 +96,7 @@ def finish(
             found = solve(e, (check, alike))
             alike = _alike(e, seen.tiles, found)
             axis = moved_axis(axis, steady[:AXIS])
-            check = check.moved(steady[e.errors])
-            flattening = -float(steady[e.shared - 1]) if e.flattened else 0.0
+            check = check.moved(steady[AXIS : e.shared])
             if not how.held:
                 angles = angles + found.step[e.shared :]
                 angles = angles - angles[np.isfinite(angles)][0]
@@ -113,7 +105,7 @@ def finish(
         open_, left = replace(check, prior=how.doubt), seen.without(check)
         size = size_std(left, (axis, angles), equations(left, (axis, angles), volume, open_), open_)
     known = np.isfinite(angles)
-    return Finished(axis, angles, np.where(known, std, np.nan), check, firm.std[:AXIS] * alike, size, flattening)
+    return Finished(axis, angles, np.where(known, std, np.nan), check, firm.std[:AXIS] * alike, size)
 
 
 def _some_of(angles: Array) -> Array:

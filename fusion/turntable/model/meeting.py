@@ -9,7 +9,7 @@ from fusion.volume.sample import blend, corners, slope
 
 vec3 = ti.types.vector(3, ti.f32)
 # columns of a ray's equation: residual [m], derivative in the angle, sigma [m], spoilt, height [m], and derivatives in
-# what all frames share: the axis (4), then errors of depth and flattening [px^2] where they are asked for
+# what all frames share: the axis (4), then errors of depth where they are asked for
 RESIDUAL, ANGLE, SIGMA, SPOILT, HEIGHT, SHARED = range(6)
 AXIS = 4
 CELLS = 64  # of one offset each in a block: two voxels along their edges
@@ -28,7 +28,6 @@ def meet(
     voxel: ti.f32,
     reach: ti.f32,  # largest distance from the model [m]
     span: F32,  # (4,) of the errors of depth, see `pair_edges`
-    bend: F32,  # (m,) Laplacian of the depth image [m/px^2], or nothing
     cell: I32,  # (m,) out: place on the model, -1 for a ray that says nothing
     out: F32_2,  # (m, 9 or more) out: the equation
 ):  # fmt: skip
@@ -75,12 +74,10 @@ def meet(
                 row = (residual, turning, sigma, rays[i, 7], x[2], arm[0], arm[1], m[0], m[1])
                 for k in ti.static(range(SHARED + AXIS)):
                     out[i, k] = row[k]
-                per_depth = d.dot(n) * p.norm() / p[2]
-                if bend.shape[0] > 0:
-                    out[i, out.shape[1] - 1] = per_depth * bend[i]
-                if out.shape[1] >= SHARED + AXIS + ERRORS:
+                if out.shape[1] > SHARED + AXIS:
                     # where the ray meets the model: the pixel's own noise is in no factor of a product
                     terms = depth_terms(p * ((x - origin).norm() / p.norm()), span)
+                    per_depth = d.dot(n) * p.norm() / p[2]
                     for k in ti.static(range(ERRORS)):
                         out[i, SHARED + AXIS + k] = per_depth * terms[k]
 

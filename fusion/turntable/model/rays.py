@@ -21,28 +21,25 @@ class Rays:
         values: (n, 8) point in the camera [m], normal, standard deviation of the depth [m], and by how much the
             errors of rough places (see `shared_errors`) widen it.
         tiles: (n, 2) row and column of the tile in which neighbours' errors are alike.
-        pixels: (n, 2) row and column.
     """
 
     values: NDArray[np.float32]
     tiles: NDArray[np.int32]
-    pixels: NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """The rays of all n frames, m of them: their frames (m,), never falling, and the rest as in `Rays`."""
+    """The rays of all n frames, m of them: `values` (m, 8) and `tiles` (m, 2) as in `Rays`, and their frames (m,)."""
 
     frame: NDArray[np.int32]
     values: NDArray[np.float32]
     tiles: NDArray[np.int32]
-    pixels: NDArray[np.int32]
     n: int
 
     def thinned(self, most: int) -> "Bundle":
         """About `most` of the rays, evenly from all frames."""
         taken = np.arange(0, len(self.frame), max(1, len(self.frame) // most))
-        return Bundle(self.frame[taken], self.values[taken], self.tiles[taken], self.pixels[taken], self.n)
+        return Bundle(self.frame[taken], self.values[taken], self.tiles[taken], self.n)
 
     def without(self, check: SelfCheck) -> "Bundle":
         """With these errors of depth taken out; itself where there are none."""
@@ -62,8 +59,7 @@ def rays_of(surface: PointMap, usable: NDArray[np.bool_], most: int = 20_000) ->
     common = shared_errors(surface.points[..., 2], surface.sigma, known)[grid]
     spoilt = np.sqrt(1 + together * common)
     values = np.column_stack([surface.points[grid], surface.normals[grid], surface.sigma[grid], spoilt])
-    pixels = np.argwhere(grid).astype(np.int32)
-    return Rays(values.astype(np.float32), pixels // (stride * TILE), pixels)
+    return Rays(values.astype(np.float32), (np.argwhere(grid) // (stride * TILE)).astype(np.int32))
 
 
 def bundle(rays: Sequence[Rays | None]) -> Bundle:
@@ -73,6 +69,5 @@ def bundle(rays: Sequence[Rays | None]) -> Bundle:
         np.concatenate([np.full(len(r.values), i, np.int32) for i, r in shown]),
         np.concatenate([r.values for _, r in shown]),
         np.concatenate([r.tiles for _, r in shown]),
-        np.concatenate([r.pixels for _, r in shown]),
         len(rays),
     )

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from fusion.geometry import pose
 from fusion.turntable.axis import Axis
 from fusion.turntable.model.cells import normal_equations, settle
-from fusion.turntable.model.flattening import PRIOR
 from fusion.turntable.model.meeting import AXIS, CELLS, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT, by_cell, meet
 from fusion.turntable.model.rays import Bundle
 from fusion.turntable.pairs.edge_pairs import ERRORS
@@ -26,12 +25,10 @@ class Equations:
 
     Attributes:
         rows: (m, 9 or more) as in `meeting`: residual [m], derivative in the frame's angle, sigma [m], by how much
-            rough places widen it, height [m], and derivatives in the axis (4, see `moved_axis`), in errors of depth and
-            in flattening.
+            rough places widen it, height [m], and derivatives in the axis (4, see `moved_axis`) and in errors of depth.
         frame, ray: (m,) where each comes from.
         first: (cells + 1,) where those of each cell begin.
         n: number of frames.
-        flattened: flattening is the last of what all frames share.
     """
 
     rows: NDArray[np.float32]
@@ -39,12 +36,6 @@ class Equations:
     ray: NDArray[np.int32]
     first: NDArray[np.int32]
     n: int
-    flattened: bool = False
-
-    @property
-    def errors(self) -> NDArray[np.intp]:
-        """Places of the errors of depth among what all frames share."""
-        return np.arange(AXIS, self.shared - self.flattened)
 
     @property
     def shared(self) -> int:
@@ -52,27 +43,23 @@ class Equations:
         return self.rows.shape[1] - SHARED
 
 
-def equations(
-    rays: Bundle, motion: tuple[Axis, Array], volume: Volume, check: SelfCheck, bend: NDArray[np.float32] | None = None
-) -> Equations:
-    """What each ray says where it meets the model, of the errors of depth too where `check` leaves them open, and of
-    flattening where the Laplacians `bend` (m,) [m/px^2] of the rays are given."""
+def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume, check: SelfCheck) -> Equations:
+    """What each ray says where it meets the model, of the errors of depth too where `check` leaves them open."""
     axis, angles = motion
     poses = np.column_stack([placed(axis, angles)[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])
-    bend = np.zeros(0, np.float32) if bend is None else bend
-    columns = SHARED + AXIS + (ERRORS if check.open.any() else 0) + (len(bend) > 0)
+    columns = SHARED + AXIS + (ERRORS if check.open.any() else 0)
     cell, out = np.empty(len(rays.frame), np.int32), np.empty((len(rays.frame), columns), np.float32)
     blocks, reach = volume.blocks, 0.75 * volume.settings.truncation
     meet(
         rays.frame, rays.values, poses.astype(np.float32), blocks.keys, blocks.ids, blocks.neighbours, blocks.flat,
-        volume.settings.voxel, reach, check.span, bend, cell, out,
+        volume.settings.voxel, reach, check.span, cell, out,
     )  # fmt: skip
     counts = np.bincount(cell[cell >= 0], minlength=volume.block_count * CELLS)
     ends = np.cumsum(counts)
     order = np.empty(int(counts.sum()), np.int32)
     by_cell(cell, (ends - counts).astype(np.int32), order)
     first = np.append(0, ends[counts > 0]).astype(np.int32)
-    return Equations(np.take(out, order, axis=0), rays.frame[order], order, first, rays.n, len(bend) > 0)
+    return Equations(np.take(out, order, axis=0), rays.frame[order], order, first, rays.n)
 
 
 def placed(axis: Axis, angles: Array) -> Array:
@@ -112,10 +99,8 @@ def solve(e: Equations, known: tuple[SelfCheck, float], steady: bool = False) ->
     lowest = _lowest(e) if steady else -np.inf
     offset, scale = _settled(e, steady, lowest)
     H, g = normal_equations(e.rows, e.frame, e.first, offset, e.n, (scale, steady, lowest))
-    (check, alike), errors = known, e.errors
-    if e.flattened:
-        H[e.shared - 1, e.shared - 1] += (alike / PRIOR) ** 2
-    if len(errors):
+    if e.shared > AXIS:
+        (check, alike), errors = known, np.arange(AXIS, e.shared)
         information = alike**2 * check.information
         H[errors, errors] += information
         g[errors] += information * check.values[len(LENS) :]
