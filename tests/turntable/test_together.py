@@ -37,3 +37,8 @@ def test_errors_that_would_surprise_must_bring_more():
 
 def test_what_lowers_the_misfit_by_next_to_nothing_is_not_believed_however_many_pairs_there_are():
     assert not believed(loop(0.99e-3, 1e9, 0.1 * NONE.prior[:1]), loop(1e-3, 1e9))
+
+
+def test_a_fit_without_any_pair_is_not_believed():
+    assert not believed(loop(0.0, 0, 0.1 * NONE.prior), loop(1e-3, 200_000))
+    assert not believed(loop(0.0, 0, 0.1 * NONE.prior), loop(0.0, 0))

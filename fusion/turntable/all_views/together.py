@@ -95,6 +95,8 @@ def believed(fit: Loop, than: Loop) -> bool:
     They cost precision, and without them the model of all frames makes the motion better (see `finish`). What pairs of
     points are worth together is what the fit itself takes them for.
     """
+    if misfit(fit) == 0:  # no pair is left, which explains nothing
+        return False
     count = EFFECTIVE * float(fit.pairs.sum())
     more = np.count_nonzero(fit.check.values) - np.count_nonzero(than.check.values)
     gain = 2 * count * np.log(misfit(than) / misfit(fit)) - _surprise(fit) + _surprise(than)
