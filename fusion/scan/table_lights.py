@@ -15,6 +15,7 @@ GAP_M = (0.003, 0.010)
 GAP_ANGLE = (np.deg2rad(1.0), np.deg2rad(3.0))
 JUMP_M = (0.0, 0.004)
 WOBBLE = (np.deg2rad(0.5), np.deg2rad(2.0))
+UNLIKE_PAIRS = (0.03, 0.05)  # share of them; 0 to 0.02 where all views were right, 0.06 and more where some were not
 SLIPS = "What was measured is used; fix the object to the plate, and look at the drive."
 PULLED = (
     "Errors of depth that stand still in the image pull angles: calibrate camera and depth, and record two turns or "
@@ -26,7 +27,7 @@ LOG_RATIO = (0.03, 0.2)  # of all turns, as seen and as told
 
 def table_lights(scan: "Scan") -> list[Light]:
     """Table, log, standing still, closing of the turn; those that say nothing are left out."""
-    lights = [_table(scan), _log(scan), _standing(scan), _closing(scan)]
+    lights = [_table(scan), _log(scan), _print(scan), _standing(scan), _closing(scan)]
     return [light for light in lights if light is not None]
 
 
@@ -65,6 +66,19 @@ def _log(scan: "Scan") -> Light | None:
     if 0.8 < seen / told / np.rad2deg(1) < 1.25:
         return Light(judged, "Log", said, "The log seems to be in radians: turntable_deg is read as degrees.")
     return Light(judged, "Log", said, "Check the unit of the log or --step, or leave it out with --ignore-log.")
+
+
+def _print(scan: "Scan") -> Light | None:
+    """Whether views that were laid on each other show the same print: a box looks alike from both sides in shape."""
+    share = scan.motion.against_print
+    if not np.isfinite(share):
+        return None
+    judged = level(share, UNLIKE_PAIRS)
+    if judged == "ok":
+        return Light("ok", "Print", "What is printed on the object agrees from view to view.")
+    said = f"{share:.0%} of the pairs of views show other print where they were laid on each other: some may be turned"
+    said += " to a side that looks alike in shape."
+    return Light(judged, "Print", said, "Record in smaller steps, in even light, or give --step.")
 
 
 def _standing(scan: "Scan") -> Light:

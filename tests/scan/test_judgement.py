@@ -182,3 +182,14 @@ def test_a_calibrated_camera_that_a_scan_contradicts_may_have_a_wrong_depth_law(
     assert "depth law" not in light(scan, "Camera").reason
     corrected = replace(scan, settings=scan.settings | {"correction": {"undone_m": {"depth_offset": 0.003}}})
     assert "depth law" in light(corrected, "Camera").reason and "more walls" in light(corrected, "Camera").do
+
+
+@pytest.mark.parametrize(("share", "level"), [(0.0, "ok"), (0.04, "warning"), (0.2, "bad")])
+def test_print_that_does_not_agree_is_told(share, level):
+    scan = with_motion(good_scan(), against_print=share)
+    assert light(scan, "Print").level == level
+    assert scan.judgement.verdict.word == ("doubtful" if level == "bad" else "good")
+
+
+def test_what_has_no_print_is_not_asked_for_it():
+    assert not [x for x in good_scan().judgement.lights if x.subject == "Print"]

@@ -31,6 +31,7 @@ class Begun:
         floor: height of the plate's end along the axis [m].
         axis, angles: of these frames [rad].
         by_hand: where a hand turned the object about no fixed axis.
+        against_print: see `Alone`; NaN where it was not asked.
     """
 
     used: NDArray[np.intp]
@@ -40,6 +41,7 @@ class Begun:
     axis: Axis
     angles: Array
     by_hand: Alone | None = None
+    against_print: float = float("nan")
 
 
 def begin(
@@ -79,7 +81,8 @@ def begun_with(views: Sequence[View], region: Region, commanded: Array | None) -
         shown, floor = [_thinned(v, POINTS_FIRST) for v in seen], -np.inf
     if alone is not None:
         angles = alone.state.angles - alone.state.angles[0]
-        return Begun(used, seen, shown, floor, axis, angles, None if alone.lens is None else alone)
+        by_hand = None if alone.lens is None else alone
+        return Begun(used, seen, shown, floor, axis, angles, by_hand, alone.against_print)
     axis, angles = _chain(shown, axis, steps, stride, told)
     return Begun(used, seen, shown, floor, axis, angles)
 
