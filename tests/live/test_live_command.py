@@ -41,10 +41,8 @@ def test_a_live_scan_is_the_scan_of_its_recording(tmp_path, capsys):
     assert np.sqrt(np.mean((one.vertices - other.vertices) ** 2)) < 1e-4  # the figure of the task; they are the same
 
 
-@pytest.mark.xfail(reason="measured: 0 or 1 of 40 and of 60 lost, by the load: frames that come too late leave gaps")
-def test_the_view_loses_no_frame(tmp_path, capsys):
+@pytest.mark.xfail(reason="measured: 0 or 1 of 40 and of 60 lost, some late, by the load")
+def test_the_view_places_every_frame(tmp_path, capsys):
     told = live(f"replay:{simulated(tmp_path, capsys)}@4", tmp_path / "out", capsys)
-    view = told["view"]
-    assert view["lost"] == 0  # the first ones show too little of what turns, and wait until more of it is known
-    assert view["placed"] + view["late"] == 40  # how many are late is the machine's: tools/live_rate.py
-    assert view["placed"] >= 30
+    assert told["view"] == {"placed": told["view"]["placed"], "lost": 0, "late": 0}
+    assert told["view"]["placed"] >= 30  # the first ones show that something turns

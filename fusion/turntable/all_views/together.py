@@ -75,6 +75,7 @@ def fit_camera(
     # stretch stays out: noise in pairs of views imitates it, and it does nearly what a focal length does
     errors = tuple(name for name in left_open or DEPTH_ERRORS if name != "stretch")
     start = replace(middle.check, prior=np.append(PRIOR[: len(LENS)], middle.check.prior[len(LENS) :]))
+    # to its end: stopped early it leaves to the errors of depth what is the camera's
     alone = close_loop(shown, (middle.axis, middle.angles), edges, _passes(LENS, 15, told), start)
     both = close_loop(shown, (alone.axis, alone.angles), edges, _passes(LENS + errors, 5, told), alone.check)
     return both if believed(both, alone) else alone

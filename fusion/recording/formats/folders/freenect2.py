@@ -33,16 +33,20 @@ def recognises(folder: Path) -> bool:
     return bool(_names(folder))
 
 
-def read(folder: Path, camera: Camera | None) -> Recording:
-    """The recording of dumped depth images, by default with a nominal Kinect v2. Raises RecordingError."""
-    names = all_inside(folder, _names(folder), RecordingError)
-    warnings = [MIRROR, f"the images have no time stamps: taken for {FRAMES_PER_SECOND:g} a second"]
+def turned_back(camera: Camera | None, warnings: list[str]) -> Camera:
+    """The camera of images that were mirrored: the one that was said, else a nominal Kinect v2, which is told."""
     if camera is None:
         factory = PRESETS["kinect-v2"][0]  # of the mirrored image
         camera = replace(factory, cx=WIDTH - 1 - factory.cx)
         warnings.append("the camera is a nominal Kinect v2, not calibrated")
-    if not camera.width:
-        camera = replace(camera, width=WIDTH, height=HEIGHT)
+    return camera if camera.width else replace(camera, width=WIDTH, height=HEIGHT)
+
+
+def read(folder: Path, camera: Camera | None) -> Recording:
+    """The recording of dumped depth images, by default with a nominal Kinect v2. Raises RecordingError."""
+    names = all_inside(folder, _names(folder), RecordingError)
+    warnings = [MIRROR, f"the images have no time stamps: taken for {FRAMES_PER_SECOND:g} a second"]
+    camera = turned_back(camera, warnings)
     source = Source(
         path=folder,
         camera=replace(camera, depth_scale=REAL_SCALE),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.reading import open_regular
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.formats.folders.freenect2 import turned_back
 from fusion.recording.formats.recorded.parts import Part, counts_of, read_part
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
@@ -43,12 +43,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     warnings += [f"the file holds no time stamps: frames are taken for {FRAMES_PER_SECOND:g} a second"]
     # 0: its writer was stopped before it wrote the number
     warnings += [f"cut off: {frames} of {claimed} frames are whole"] if frames < claimed else []
-    if camera is None:
-        factory = PRESETS["kinect-v2"][0]  # of the mirrored image
-        camera = replace(factory, cx=WIDTH - 1 - factory.cx)
-        warnings.append("the camera is a nominal Kinect v2, not calibrated")
-    if not camera.width:
-        camera = replace(camera, width=WIDTH, height=HEIGHT)
+    camera = turned_back(camera, warnings)
     counts = partial(_counts, path)
     source = Source(
         path=path,
