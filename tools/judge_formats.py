@@ -15,6 +15,7 @@ Other hands' writers live in environments of their own, named by options:
     apt-get -y --download-only -o Dir::Cache::archives=D install python3-rosbag python3-tf2-msgs python3-sensor-msgs
         python3-geometry-msgs python3-numpy; dpkg -x each R                   --rosbag R
     git clone https://github.com/ScanNet/ScanNet S                            --sens S    (and g++)
+    git clone https://github.com/Isaac-W/KinectXEFTools X                     --xef X     (and mono-mcs, mono-runtime)
 The project's own environment needs `.[dev]`. tools/formats_judge shares no code with the program's readers.
 """
 
@@ -37,7 +38,7 @@ def main() -> int:
     """Run one part, print its table and write it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("part", choices=list(PARTS))
-    for name in ("bag", "db3", "mcap", "k4a", "oni", "sens", "rosbag"):
+    for name in ("bag", "db3", "mcap", "k4a", "oni", "sens", "rosbag", "xef"):
         parser.add_argument(f"--{name}", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="rows whose name has this word; default: all")
@@ -45,7 +46,7 @@ def main() -> int:
     said = parser.parse_args()
     part = PARTS[said.part]
     rows = part.judged(
-        Tools(said.bag, said.db3, said.mcap, said.k4a, said.oni, said.sens, said.rosbag, said.only),
+        Tools(said.bag, said.db3, said.mcap, said.k4a, said.oni, said.sens, said.rosbag, said.only, said.xef),
         said.output / said.part,
         said.seed,
     )

@@ -1,6 +1,7 @@
 """The judge of the formats: it sees what is planted, and nothing where nothing is."""
 
 import sys
+import zlib
 from pathlib import Path
 
 import cv2
@@ -9,6 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
 
+from formats_judge import xef
 from formats_judge.boxes import seen, way
 from formats_judge.cases import PLAIN, RATIONAL, cases
 from formats_judge.scenes import row
@@ -49,3 +51,16 @@ def test_the_scene_shows_what_is_measured_on_it():
         z, which = seen(PLAIN.rays(), T)
         shares = [np.mean(which == index) for index in range(9)]
         assert (z > 0.4).all() and sum(share > 0.01 for share in shares) >= 5
+
+
+@pytest.mark.parametrize("archived", [False, True])
+def test_a_kinect_studio_file_lies_as_it_is_described(tmp_path, archived):
+    """Where streams begin, and how an archived file packs: by KinectXEFTools' description, which its reader follows."""
+    case = CASES["Kinect Studio .xef"]
+    data = xef.write(case.take, tmp_path / "a", archived).read_bytes()
+    assert data[:8] == b"EVENTS1\0" and int.from_bytes(data[12:16], "little") == (0 if archived else 4)
+    begin = 0x4B4 + (24 + 0xC000 if archived else 0)
+    assert data[begin : begin + 2] == b"\x01\0" and data[begin + 48 :].startswith("Nui Body".encode("utf-16-le"))
+    depth = np.ascontiguousarray(case.take.counts(0.001)[0, :, ::-1]).astype("<u2").tobytes()
+    packed = zlib.compress(depth, 1)
+    assert packed[:2] == b"\x78\x01" and data.count(packed if archived else depth) == 4

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from formats_judge import azure, files, folders, openni, orbbec, phones, ros, scannet
+from formats_judge import azure, files, folders, openni, orbbec, phones, ros, scannet, xef_check
 from formats_judge.boxes import ramp, taken
 from formats_judge.take import Lens, Take, save
 from formats_judge.writers import Tools, by_debian, elsewhere
@@ -70,11 +70,23 @@ def cases(tools: Tools) -> list[Case]:
         Case("ScanNet .sens", OWN, plain, files.sens),
         Case(".klg", OWN, still(LARGE), files.klg, of(LARGE)),
         Case("libfreenect2", OWN, still(KINECT2), files.freenect2, of(KINECT2), clock=False),
+        *kinect_studio(tools),
         *planted(fine),
         Case("plain PNG", "cv2", still(PLAIN), folders.plain, four, clock=False),
         Case("plain NPY", "numpy", still(PLAIN), folders.arrays, four, clock=False),
     ]
     return out + foreign(tools)
+
+
+def kinect_studio(tools: Tools) -> list[Case]:
+    """Both kinds of `.xef`; neither cameras nor the colour's place are in them."""
+    dark = replace(still(KINECT2), color=None)
+    writer = OWN if tools.xef is None else "its reader agrees"
+    kinds = (("Kinect Studio .xef", False, False), (".xef archived", True, False), (".xef with colour", False, True))
+    return [
+        Case(name, writer, dark, partial(xef_check.write, sources=tools.xef, archived=a, color=c), of(KINECT2))
+        for name, a, c in kinds
+    ]
 
 
 def planted(take: Take) -> list[Case]:

@@ -19,7 +19,7 @@ from planted.measure import Surface
 from scipy.spatial.transform import Rotation
 
 import fusion
-from formats_judge import azure, files, folders, openni, orbbec, phones, ros
+from formats_judge import azure, files, folders, openni, orbbec, phones, ros, xef
 from formats_judge.boxes import ramp, seen
 from formats_judge.cases import KINECT2, foxglove, intel, of
 from formats_judge.take import Array, Lens, Take
@@ -74,6 +74,7 @@ def kinds(tools: Tools) -> list[Kind]:
         Kind("ScanNet .sens", HALF, lambda take, path: files.sens(placed(take), path)),
         Kind(".klg", SQUARE, files.klg, of(SQUARE)),
         Kind("libfreenect2", KINECT2, files.freenect2, of(KINECT2)),
+        Kind("Kinect Studio .xef", KINECT2, xef.write, of(KINECT2)),
         Kind("plain PNG", HALF, folders.plain, of(HALF)),
         Kind("plain NPY", HALF, folders.arrays, of(HALF)),
     ]

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from formats_judge import azure, files, folders, openni, orbbec, phones, ros
+from formats_judge import azure, files, folders, openni, orbbec, phones, ros, xef
 from formats_judge.boxes import taken
-from formats_judge.cases import LARGE, PLAIN, apart, intel, of
+from formats_judge.cases import KINECT2, LARGE, PLAIN, apart, intel, of
 from formats_judge.cases import SIX as COLOR
 from formats_judge.take import Lens, Take
 from formats_judge.writers import Tools
@@ -56,6 +56,7 @@ def kinds(tools: Tools) -> list[tuple[str, Lens, Write, str | None]]:
         ("Stray Scanner", HALF, lambda take, path: phones.stray(replace(take, color=None), path), None),
         ("ScanNet .sens", HALF, files.sens, None),
         (".klg", LARGE, files.klg, of(LARGE)),
+        ("Kinect .xef", KINECT2, xef.write, of(KINECT2)),
     ]
     for name, python, ending in (("RealSense .bag", tools.bag, ".bag"), ("RealSense .db3", tools.db3, ".db3")):
         if python is not None:

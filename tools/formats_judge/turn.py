@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ import trimesh
 from planted.measure import Surface
 from scipy.spatial import cKDTree
 
-from formats_judge import azure, folders, phones, ros
+from formats_judge import azure, folders, phones, ros, xef
+from formats_judge.cases import KINECT2, of
 from formats_judge.take import Take, save
 from formats_judge.turntable import SQUARE, turn
 from formats_judge.writers import Tools, elsewhere
@@ -50,12 +52,14 @@ class Way:
     beside: str
     write: Callable[[Path], Path]
     lossy: str = "none"
+    said: str | None = None  # for --camera
 
 
 def takes(tools: Tools, seed: int) -> dict[str, Take]:
     """By the native recording that each is compared with."""
     fine = turn(SQUARE, None, seed, 0.0001, flight=False)
     made = {"native": fine, "native, in mm": replace(fine, depth=fine.counts(0.001) * 0.001, unit=0.001)}
+    made["kinect2"] = replace(turn(KINECT2, None, seed, 0.001, flight=True), color=None)
     if tools.k4a is not None:
         lens, rays = azure.stated(MODE), azure.rays(tools.k4a, MODE)
         made["native-azure"] = turn(lens, rays, seed, 0.001, flight=True)
@@ -85,6 +89,7 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
         Way("Record3D .r3d", "zipfile, lzfse, cv2", "native",
             lambda p: phones.record3d(take, p.with_suffix(".r3d")), "colour as JPEG"),
     ]  # fmt: skip
+    out += kinect_studio(made["kinect2"])
     if "native-azure" in made:
         seen, libraries = made["native-azure"], tools.k4a
         assert libraries is not None
@@ -102,6 +107,16 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
     return out
 
 
+def kinect_studio(take: Take) -> list[Way]:
+    """Both kinds of `.xef`, without its colour, whose place it does not tell; the camera is said."""
+    beside, device = "native, as Kinect v2", {"principle": "itof", "sensor": "kinect-v2"}
+    made = [Way(beside, "by CONTRACT.md", beside, lambda p: folders.native(take, p, **device))]
+    for name, archived in (("Kinect .xef", False), ("Kinect .xef archived", True)):
+        write = partial(xef.write, take, archived=archived)
+        made.append(Way(name, "from its description", beside, write, "no colour", of(KINECT2)))
+    return made
+
+
 def judged(tools: Tools, work: Path, seed: int) -> list[Row]:
     """One row each; what `fusion turntable` says on the way is kept beside."""
     shutil.rmtree(work, ignore_errors=True)
@@ -113,7 +128,7 @@ def judged(tools: Tools, work: Path, seed: int) -> list[Row]:
             continue
         place = work / way.name.replace(" ", "_").replace(",", "").replace(".", "")
         try:
-            meshes[way.name], told = scanned(way.write(place), place.with_name(place.name + "_out"))
+            meshes[way.name], told = scanned(way.write(place), place.with_name(place.name + "_out"), way.said)
         except (OSError, subprocess.CalledProcessError) as error:
             meshes[way.name], told = None, f"not written: {error}"
         rows.append(row(way, meshes, told))
@@ -121,9 +136,10 @@ def judged(tools: Tools, work: Path, seed: int) -> list[Row]:
     return rows
 
 
-def scanned(path: Path, out: Path) -> tuple[trimesh.Trimesh | None, str]:
+def scanned(path: Path, out: Path, said: str | None = None) -> tuple[trimesh.Trimesh | None, str]:
     """Mesh of a scan and the last line of what was told."""
     command = [str(Path(sys.executable).with_name("fusion")), "turntable", str(path), "-o", str(out), "--no-report"]
+    command += ["--camera", said] if said else []
     env = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     done = subprocess.run(command, capture_output=True, text=True, env=env, check=False)
     out.with_suffix(".txt").write_text(done.stdout + done.stderr, encoding="utf-8")

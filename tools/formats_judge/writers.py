@@ -10,7 +10,7 @@ HERE = Path(__file__).resolve().parent
 @dataclass(frozen=True)
 class Tools:
     """Interpreters with pyrealsense2 2.56 and 2.58 or later and with mcap-ros2-support; the folders of libk4a,
-    OpenNI2 and ScanNet; Debian's rosbag, unpacked; a word that rows have in their names."""
+    OpenNI2, ScanNet and KinectXEFTools; Debian's rosbag, unpacked; a word that rows have in their names."""
 
     bag: Path | None = None
     db3: Path | None = None
@@ -20,6 +20,7 @@ class Tools:
     sens: Path | None = None
     rosbag: Path | None = None
     only: str = ""
+    xef: Path | None = None
 
 
 def elsewhere(python: Path | None, program: str, take: Path, out: Path, *words: str) -> Path:
