@@ -19,9 +19,14 @@ def run() -> int:
     except KeyboardInterrupt:
         sys.stderr.write("fusion: interrupted\n")
         status = STOPPED + 2
-    if status >= STOPPED:
-        # at once: libraries that were stopped in the middle complain in their own ends, and change the status
-        sys.stderr.flush()
+    if status >= STOPPED or "usb1" in sys.modules:
+        # at once: libraries that were stopped in the middle complain in their own ends, and change the status; and
+        # libusb waits in its end, without limit, for a device that went away in the middle of a call
+        for stream in (sys.stdout, sys.stderr):
+            try:
+                stream.flush()
+            except OSError:  # who reads went away
+                continue
         os._exit(status)
     return status
 

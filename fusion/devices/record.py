@@ -13,6 +13,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
+from fusion.devices.by_hand import ByHand, by_hand
 from fusion.devices.growing import Color, GrowingFolder
 from fusion.devices.source import Description, Source, SourceFrame
 from fusion.devices.turn import TurnWatch
@@ -90,8 +91,8 @@ def fill_recorded(
     """The same; `place` gives the folder in which the first frame is written, then puts it at `path`."""
     tape = _Tape(source, source.describe(), settings)
     try:
-        with told(path):
-            _run(tape, path, place)
+        with told(path), by_hand() as hand:
+            _run(tape, path, place, hand)
     except FusionError as error:
         if not tape.count:
             raise
@@ -99,30 +100,31 @@ def fill_recorded(
         raise type(error)(error.what, error.where, error.found, error.expected, f"{error.do}; {kept}") from error
     if tape.first is None:
         if tape.ended == "stopped":
-            raise KeyboardInterrupt
+            hand.pass_on()
         raise DeviceError("no frame came", tape.about.name, do="look at the camera with fusion doctor")
     seconds = tape.last - tape.first
     return Recorded(path, tape.count, tape.missed, seconds, tape.fullest, tape.room, tape.ended or "source")
 
 
-def _run(tape: "_Tape", path: Path, place: Callable[[], AbstractContextManager[Path]]) -> None:
+def _run(tape: "_Tape", path: Path, place: Callable[[], AbstractContextManager[Path]], hand: ByHand) -> None:
     """From the first frame to the last one written; what went wrong in a thread is raised here."""
     try:
         tape.start(path, place)
         with stage("recording", tape.settings.frames or tape.about.length) as step:
-            _show(tape, step)
-    except KeyboardInterrupt:
-        tape.ended = tape.ended or "stopped"
+            _show(tape, step, hand)
     finally:
         tape.end()
     if tape.error is not None:
         raise tape.error
 
 
-def _show(tape: "_Tape", step: Callable[[], None]) -> None:
-    """Tell how far it is until it is over."""
+def _show(tape: "_Tape", step: Callable[[], None], hand: ByHand) -> None:
+    """Tell how far it is until it is over, or is to be."""
     shown, begin = 0, time.monotonic()
     while not tape.over.wait(SHOWN):
+        if hand.asked:
+            tape.ended = tape.ended or "stopped"
+            return
         count = tape.count
         for _ in range(count - shown):
             step()

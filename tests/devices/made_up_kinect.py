@@ -26,7 +26,7 @@ def frame(index: int, missed: int = 0) -> SourceFrame:
         device_time=12.5 + STEP * index,
         host_time=1_700_000_000.25 + STEP * index,
         raw=raw,
-        log={"temperature_c": 30.0 + index},
+        log={"temperature_c": 30.0 + index % 50},
         missed=missed,
     )
 
