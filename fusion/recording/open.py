@@ -19,7 +19,7 @@ from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
 from fusion.recording.formats.folders import freenect2, nerfstudio, plain
 from fusion.recording.formats.phones import polycam, record3d, stray
-from fusion.recording.formats.recorded import klg, oni, sens, xef_depth
+from fusion.recording.formats.recorded import klg, oni, sens, xef, xef_depth
 from fusion.recording.load_frame import check_frame_size
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.said_camera import are_numbers, said_camera
@@ -42,7 +42,7 @@ FOLDERS: tuple[ModuleType, ...] = (
     freenect2,
     plain,
 )
-FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg, xef_depth)
+FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg, xef, xef_depth)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
 
 

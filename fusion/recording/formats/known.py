@@ -13,11 +13,6 @@ SQLITE = b"SQLite format 3\0"
 # how files begin: what it is, what to do. The first that fits counts
 _BEGINNINGS: tuple[tuple[bytes, str, str], ...] = (
     (
-        rb"EVENTS1\0",
-        "a Kinect Studio recording (.xef)",
-        "take its depth out: xefextract -d FILE (github.com/Isaac-W/KinectXEFTools), and open the _Depth.dat",
-    ),
-    (
         rb"\x1aE\xdf\xa3",
         "a Matroska video without Azure Kinect's depth",
         "a recording needs depth: export that with it",

@@ -5,6 +5,7 @@ their published layouts.
 """
 
 import gzip
+import lzma
 import struct
 import zlib
 from collections.abc import Iterator
@@ -50,6 +51,8 @@ def good() -> Iterator[tuple[str, bytes, list[str]]]:
     yield "room.sens", _sens(), []
     yield "room.klg", _klg(), ["--camera", "camera.json"]
     yield "room_Depth.dat", _xef_depth(), []
+    for kind in ("plain", "archived"):
+        yield f"{kind}.xef", lzma.decompress((SAMPLES / f"samples/kinect_studio_{kind}.xef.xz").read_bytes()), []
 
 
 def _over(
