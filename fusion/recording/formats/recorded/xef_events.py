@@ -2,7 +2,7 @@
 
 The maker publishes no layout; this is the one of KinectXEFTools' own description (`kinect_xef_documentation.txt` and
 `XEFEventReader.cs` of github.com/Isaac-W/KinectXEFTools, tried there by `tools/formats_judge`). Records of unknown
-content carry no length. That description tries three lengths; here one is believed only where something whole follows it.
+content carry no length: that description tries three; here one is believed only where something whole follows it.
 """
 
 import struct
