@@ -8,8 +8,8 @@ content carry no length: that description tries three; here one is believed only
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from io import BufferedIOBase
 from pathlib import Path
+from typing import BinaryIO
 from uuid import UUID
 
 from fusion.errors import RecordingError
@@ -82,7 +82,7 @@ def events_of(path: Path, kept: dict[UUID, int]) -> Events:
 class _Walk:
     """From event to event of an open file."""
 
-    def __init__(self, file: BufferedIOBase, kept: dict[UUID, int]) -> None:
+    def __init__(self, file: BinaryIO, kept: dict[UUID, int]) -> None:
         self.file, self.kept = file, kept
         self.size = file.seek(0, 2)
         self.found = Events()
