@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.recording.images import read_counts
+from fusion.recording.images import read_color, read_counts
+from fusion.recording.turned import turned
 
 # TUM's associate.py joins depth and colour up to 0.02 s apart
 ASSOCIATION_SECONDS = 0.02
@@ -30,6 +31,7 @@ class FrameFiles:
         to_metres: depth [m] of counts where it is not counts / depth_scale, or None.
         steps_back: how many stamps of the depth list were earlier than the one before.
         unmatched: list name: (images without a depth frame in time, images in the list).
+        turn: quarter turns against the clock of colour images that have the sides of their camera the other way round.
     """
 
     folder: Path
@@ -41,6 +43,11 @@ class FrameFiles:
     to_metres: Callable[[NDArray[np.uint16]], NDArray[np.float32]] | None = None
     steps_back: int = 0
     unmatched: dict[str, tuple[int, int]] = field(default_factory=dict)
+    turn: int = 0
+
+    def read_color(self, name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
+        """(h, w, 3) RGB of a colour image whose camera has this (height, width). Raises RecordingError."""
+        return turned(read_color(self.folder / name, shape), shape, self.turn)
 
 
 def associate(

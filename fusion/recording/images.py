@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import read_bytes as read_regular
-from fusion.recording.image_header import JPEG_START, PNG_START, ImageHeader, plain_png, read_header, whole_pnm
+from fusion.recording.image_header import (
+    JPEG_START,
+    PNG_START,
+    ImageHeader,
+    exif_turn,
+    plain_png,
+    read_header,
+    whole_pnm,
+)
 
 HEAD = 1 << 16  # bytes that hold the header of an image
 TAKES = 8  # times its own size: what is made of an image while it is used (as floats, turned about, laid side by side)
@@ -39,14 +47,31 @@ def counts_in(data: bytes, path: Path, shape: tuple[int, int] | None = None) -> 
     return image
 
 
-def read_color(path: Path) -> NDArray[np.uint8]:
-    """(height, width, 3) RGB of an 8-bit image; grey is repeated. Raises RecordingError."""
-    return color_in(read_bytes(path), path)
+def read_color(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
+    """(height, width, 3) RGB of an 8-bit image as it is stored; grey is repeated.
+
+    Args:
+        path: of the file.
+        shape: (height, width) that its camera states; an image that has these the other way round is turned as its
+            notes (EXIF) ask for, where they do.
+
+    Raises:
+        RecordingError: as `decode_image`.
+    """
+    return color_in(read_bytes(path), path, shape)
 
 
-def color_in(data: bytes, path: Path) -> NDArray[np.uint8]:
+def color_in(data: bytes, path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
     """The same of the bytes of an image that stands in another file; `path` names it. Raises RecordingError."""
-    return np.ascontiguousarray(_decoded(data, _header(data, path), cv2.IMREAD_COLOR, path)[..., ::-1])
+    image = _decoded(data, _header(data, path), cv2.IMREAD_COLOR, path)[..., ::-1]
+    if shape is not None and other_way(image.shape[:2], shape):
+        image = np.rot90(image, exif_turn(data))
+    return np.ascontiguousarray(image)
+
+
+def other_way(size: tuple[int, ...], wanted: tuple[int, ...]) -> bool:
+    """True where two sides are the wanted ones the other way round."""
+    return size != wanted and size == wanted[::-1]
 
 
 def grey_in(data: bytes, path: Path) -> NDArray[np.uint8]:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.frame_files import FrameFiles
-from fusion.recording.images import read_color
 from fusion.recording.streams import FrameStreams
 
 
@@ -120,7 +119,7 @@ class Recording:
         """The colour image (h, w, 3) of a frame in the pixels of `camera.color`, or None. Raises RecordingError."""
         if self.files is not None:
             name = self.files.color_apart[index] if self.files.color_apart else None
-            return None if name is None else read_color(self.files.folder / name)
+            return None if name is None else self.files.read_color(name, (self.camera.color or self.camera).shape)
         return self.streams.color_apart(index) if self.streams and self.streams.color_apart else None
 
     def depth_counts(self, index: int) -> NDArray[np.uint16] | None:

@@ -14,6 +14,7 @@ from fusion.recording.images import check_shape
 from fusion.recording.own_cameras import color_in_pixels, depth_in, nearest_in
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.streams import FrameStreams
+from fusion.recording.turned import found_turn, turned
 
 # counts per metre of depth that is stored in metres, for what is written of it: TUM's, 0.2 mm up to 13 m
 REAL_SCALE = 5000.0
@@ -35,6 +36,8 @@ class Source:
         ir: the infrared image (h, w) uint16 of a frame in the depth images' pixels, or None; raises RecordingError.
         has_ir: (n,) frames that have one; empty where none has.
         noisier: as of a `Frame`, (h, w) in the depth images' pixels or None; raises RecordingError.
+        turn: as of `FrameFiles`.
+        stored: (height, width) of the first colour image before its notes (EXIF) turned it; None: they do not.
     """
 
     path: Path
@@ -48,6 +51,13 @@ class Source:
     ir: Callable[[int], NDArray[np.uint16] | None] | None = None
     has_ir: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     noisier: Callable[[int], NDArray[np.float32] | None] | None = None
+    turn: int = 0
+    stored: tuple[int, int] | None = None
+
+    def picture(self, index: int) -> NDArray[np.uint8] | None:
+        """The colour image of a frame as its camera lies, or None. Raises RecordingError."""
+        color = None if self.color is None else self.color(index)
+        return None if color is None else turned(color, (self.camera.color or self.camera).shape, self.turn)
 
     @property
     def apart(self) -> bool:
@@ -63,7 +73,7 @@ class Source:
         if own is not None:
             depth = depth_in(depth, own, self.camera)
             noisier = None if noisier is None else nearest_in(noisier, own, self.camera)
-        color = None if self.apart or self.color is None else self.color(index)
+        color = None if self.apart else self.picture(index)
         ir = None if self.ir is None else self.ir(index)
         if color is not None and color.shape[:2] != self.camera.shape:
             return Frame(index, float(self.stamps[index]), depth, ir=ir, unfit=("color",), noisier=noisier)
@@ -73,7 +83,7 @@ class Source:
 
     def color_apart(self, index: int) -> NDArray[np.uint8] | None:
         """The colour image of a frame in the pixels of `camera.color`. Raises RecordingError."""
-        color, seen_by = None if self.color is None else self.color(index), self.camera.color
+        color, seen_by = self.picture(index), self.camera.color
         own = self.own.get(index)
         if color is None or own is None or seen_by is None or color.shape[:2] != seen_by.shape:
             return color
@@ -85,6 +95,21 @@ class Source:
         """The recording of these frames. Raises RecordingError where there are none."""
         if not len(self.stamps):
             raise RecordingError("the recording is empty", self.path, "no frame with depth", "one or more")
+        source, told = self._color_turned()
+        return source._recording(form, poses, [*warnings, *told], settings or {})
+
+    def _color_turned(self) -> "tuple[Source, list[str]]":
+        """With colour images that fit their camera; without them where it is not clear how they would."""
+        if self.color is None or self.turn:
+            return self, []
+        turn, told = found_turn(self.has_color, self.color, self.depth, self.camera, self.stored)
+        if turn is None:
+            return replace(self, color=None, has_color=np.zeros(0, bool)), told
+        return replace(self, turn=turn), told
+
+    def _recording(
+        self, form: str, poses: Trajectory | None, warnings: list[str], settings: dict[str, str]
+    ) -> Recording:
         shown = FrameStreams(
             color=self.has_color,
             ir=self.has_ir,
@@ -100,7 +125,7 @@ class Source:
             poses=poses,
             warnings=tuple(warnings),
             streams=shown,
-            settings=settings or {},
+            settings=settings,
         )
 
 

@@ -16,7 +16,7 @@ from fusion.recording.camera_presets import PRESETS
 from fusion.recording.device_file import read_settings
 from fusion.recording.frame_files import ASSOCIATION_SECONDS, FrameFiles, associate, in_time
 from fusion.recording.images import image_size
-from fusion.recording.load_frame import load_frame
+from fusion.recording.load_frame import load_frame, with_color_turned
 from fusion.recording.recording import Recording
 from fusion.recording.telemetry_file import read_telemetry
 from fusion.recording.text_files import read_image_list
@@ -65,17 +65,20 @@ def with_color_placed(files: FrameFiles, camera: Camera) -> tuple[FrameFiles, li
     if first is None:
         return files, []
     seen_by = camera if camera.color is None or _registered(camera, camera.color) else camera.color
-    reason = ""
+    reason, told = "", list[str]()
     if seen_by is not camera and camera.T_color_depth is None:
         reason = "camera.json does not say where the colour camera stands (T_color_depth)"
     else:
+        near = replace(camera, color=None) if seen_by is camera else camera
+        files, names, told = with_color_turned(files, files.color, near)
+        files = replace(files, color=names)
         size = _size(files.folder / first, seen_by)
-        if size != (seen_by.width, seen_by.height):
+        if size != (seen_by.width, seen_by.height) and not told:
             whose = "the depth images" if seen_by is camera else "the colour camera"
             reason = f"its images are {size[0]} x {size[1]}, {whose} {seen_by.width} x {seen_by.height}"
     if reason:
         return replace(files, color=()), [f"colour is not registered to depth and left out: {reason}"]
-    return files if seen_by is camera else replace(files, color=(), color_apart=files.color), []
+    return files if seen_by is camera else replace(files, color=(), color_apart=files.color), told
 
 
 def _with_ir_placed(files: FrameFiles, camera: Camera) -> tuple[FrameFiles, list[str]]:

@@ -27,7 +27,8 @@ from fusion.recording.camera_file import Centre, Focal, Size, are_focal
 from fusion.recording.formats.folders.plain import FRAMES_PER_SECOND, natural, npy_metres
 from fusion.recording.frame_files import FrameFiles
 from fusion.recording.images import image_size, read_color, read_counts
-from fusion.recording.load_frame import counts_to_metres, load_frame
+from fusion.recording.laid import in_proportion, out_of_proportion
+from fusion.recording.load_frame import counts_to_metres, load_frame, stored_shape, with_color_turned
 from fusion.recording.own_cameras import common_camera
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import REAL_SCALE, Source, with_color_of
@@ -114,20 +115,24 @@ def read(path: Path, camera: Camera | None) -> Recording:
         warnings += more
     camera = replace(camera, depth_scale=REAL_SCALE if depth[0].endswith(".npy") else 1 / factor)
     poses = Trajectory(stamps, _poses(given, frames, content))
-    there = [name if name and (folder / name).is_file() else None for name in color]
+    there: list[str | None] = [name if name and (folder / name).is_file() else None for name in color]
+    shape = (camera.color or camera).shape
     if own or depth[0].endswith(".npy"):
         source = Source(
             path=folder,
             camera=camera,
             stamps=stamps,
             depth=partial(_depth, folder, depth, camera, factor),
-            color=lambda index: None if there[index] is None else read_color(folder / str(there[index])),
+            color=lambda index: read_color(folder / name, shape) if (name := there[index]) else None,
             has_color=np.array([name is not None for name in there]),
             own=own,
+            stored=stored_shape(folder, there),
         )
         return source.recording("nerfstudio", poses, warnings)
-    apart = {"color_apart" if camera.color is not None else "color": there} if any(there) else {}
-    files = FrameFiles(folder=folder, depth=depth, **apart)  # type: ignore[arg-type]
+    files, shown, more = with_color_turned(FrameFiles(folder=folder, depth=depth), there, camera)
+    if any(shown):
+        files = replace(files, **{"color_apart" if camera.color is not None else "color": shown})  # type: ignore[arg-type]
+    warnings += more
     return Recording(
         path=folder,
         format="nerfstudio",
@@ -181,6 +186,8 @@ def _cameras(
     size = _size(given, frames, folder)
     seen = [_camera(given, frame, size, content) for frame in frames]
     width, height = size if first.suffix == ".npy" else image_size(first)
+    if not in_proportion((width, height), size):
+        raise out_of_proportion((width, height), size, content.where)
     picture = Camera(*size, 1.0, 1.0, 0.0, 0.0)
     across, down = width / size[0], height / size[1]
     # from the corner everything scales alike; then to the centre of the first pixel

@@ -53,23 +53,6 @@ def depth_camera(color: Camera, width: int, height: int) -> Camera:
     return camera_of(width, height, resized.fx, resized.fy, resized.cx + 0.5, resized.cy + 0.5)
 
 
-def check_shapes(depth: tuple[int, int], color: tuple[int, int], where: object) -> None:
-    """Refuse a depth camera that would be a colour camera squeezed: one image must be the other, evenly resized.
-
-    Args:
-        depth: (width, height), as of `color`.
-        where: named in the message.
-
-    Raises:
-        RecordingError: sides are not in proportion, to a pixel of the smaller one; as where one stands and one lies.
-    """
-    (a, b), (c, d) = depth, color
-    if abs(a * d - b * c) > max(min(a, c), min(b, d)):
-        found = f"depth of {a} x {b}, colour of {c} x {d} pixels"
-        do = "pass --camera fx,fy,cx,cy of the depth images"
-        raise RecordingError("depth and colour are of other shapes", where, found, "sides in proportion", do)
-
-
 def sized(camera: Camera, shape: tuple[int, int]) -> Camera:
     """A camera that was said by four numbers alone with the (height, width) of the depth images; others as they are."""
     return camera if camera.width else replace(camera, width=shape[1], height=shape[0])

@@ -26,20 +26,17 @@ from fusion.recording.formats.phones.arkit import (
     LIDAR,
     UNKNOWN,
     Confidence,
-    camera_of,
-    check_shapes,
     confidence_of,
-    depth_camera,
     from_arkit,
     noisier,
     sized,
     sure,
 )
+from fusion.recording.formats.phones.cameras import Cameras, cameras_of
 from fusion.recording.images import color_in, counts_in, grey_in, size_in
 from fusion.recording.load_frame import counts_to_metres
-from fusion.recording.own_cameras import common_camera
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source, with_color_of
+from fusion.recording.streamed import Source
 
 KEYFRAMES = "keyframes"
 DEPTH_SCALE = 1000.0  # millimetres
@@ -79,6 +76,7 @@ class Images:
         pictures: the folder of the colour images.
         shape: (height, width) of the depth images.
         confident: what confidence is worth.
+        wanted: (height, width) that colour images are turned to where their notes (EXIF) ask for it; None: never.
     """
 
     tree: Tree
@@ -86,6 +84,7 @@ class Images:
     pictures: str
     shape: tuple[int, int]
     confident: Confidence = UNKNOWN
+    wanted: tuple[int, int] | None = None
 
     def counts(self, index: int) -> NDArray[np.uint16]:
         """(h, w) millimetres of a frame, 0 where missing. Raises RecordingError."""
@@ -113,7 +112,7 @@ class Images:
     def color(self, index: int) -> NDArray[np.uint8] | None:
         """(h, w, 3) RGB, or None where there is none. Raises RecordingError."""
         name = self.picture(index)
-        return color_in(*self._file(name)) if self.tree.has(name) else None
+        return color_in(*self._file(name), self.wanted) if self.tree.has(name) else None
 
     def picture(self, index: int) -> str:
         """The name of a frame's colour image."""
@@ -152,11 +151,10 @@ def read(path: Path, camera: Camera | None) -> Recording:
     images = replace(images, confident=confidence_of(images, len(names)))
     warnings = list(images.confident.told)
     given = [_keyframe(tree, f"{KEYFRAMES}/{folder}/{name}.json") for name in names]
-    own: dict[int, Camera] = {}
-    if camera is None:
-        camera, own, more = _cameras(given, images)
-        warnings += more
-    camera = replace(sized(camera, images.shape), depth_scale=DEPTH_SCALE)
+    seen = _cameras(given, images) if camera is None else Cameras(sized(camera, images.shape), {})
+    images = replace(images, wanted=seen.wanted)
+    warnings += seen.told
+    camera = replace(seen.camera, depth_scale=DEPTH_SCALE)
     stamps = np.array([int(name) for name in names]) * 1e-6
     source = Source(
         path=path,
@@ -166,14 +164,17 @@ def read(path: Path, camera: Camera | None) -> Recording:
         noisier=images.noisier,
         color=images.color,
         has_color=np.array([tree.has(images.picture(i)) for i in range(len(names))]),
-        own=own,
+        own=seen.own,
+        turn=seen.pictures,
+        stored=seen.stored,
         counts=images.counts,
     )
     warnings += [] if corrected else ["poses are those of the phone's tracking: Polycam has not corrected them"]
     lost = len(with_depth) - len(names)
     warnings += [f"{lost} of {len(with_depth)} depth images have no camera: left out"] if lost else []
     warnings += [COARSE] * (max(width, height) <= LIDAR[0])
-    return source.recording("polycam", _poses(given, stamps, tree), warnings)
+    poses, more = seen.poses(_poses(given, stamps, tree), images.depth)
+    return source.recording("polycam", poses, warnings + more)
 
 
 def _camera_folder(tree: Tree) -> str:
@@ -193,22 +194,12 @@ def _keyframe(tree: Tree, name: str) -> Keyframe:
     return content.as_type(Keyframe)
 
 
-def _cameras(given: list[Keyframe], images: Images) -> tuple[Camera, dict[int, Camera], list[str]]:
-    """The depth camera, those of frames that see otherwise, and what to tell."""
-    height, width = images.shape
+def _cameras(given: list[Keyframe], images: Images) -> Cameras:
+    """The cameras that are stated, of the depth images."""
     size = int(given[0].width), int(given[0].height)
-    check_shapes((width, height), size, images.tree.path)
-    k = given[0]
-    camera = depth_camera(camera_of(int(k.width), int(k.height), k.fx, k.fy, k.cx, k.cy), width, height)
     stated = np.array([[k.fx, k.fy, k.cx, k.cy] for k in given])
-    scale = np.array([width, height]) / np.array([[k.width, k.height] for k in given])
-    inside = np.hstack([stated[:, :2] * scale, stated[:, 2:] * scale - 0.5])
-    camera, own, more = common_camera(camera, inside)
-    first = next((i for i in range(len(given)) if images.tree.has(images.picture(i))), None)
-    if first is not None:
-        name = images.picture(first)
-        camera = with_color_of(camera, camera.resized(*size_in(images.tree.read(name), images.tree.where(name))))
-    return camera, own, more
+    scale = np.array(size) / np.array([[k.width, k.height] for k in given])
+    return cameras_of(stated * np.hstack([scale, scale]), size, images, map(images.picture, range(len(given))))
 
 
 def _poses(given: list[Keyframe], stamps: NDArray[np.float64], tree: Tree) -> Trajectory:

@@ -27,21 +27,18 @@ from fusion.recording.formats.phones.arkit import (
     LIDAR,
     UNKNOWN,
     Confidence,
-    camera_of,
-    check_shapes,
     confidence_of,
-    depth_camera,
     from_arkit,
     noisier,
     sized,
     sure,
 )
+from fusion.recording.formats.phones.cameras import Cameras, cameras_of
 from fusion.recording.formats.phones.lzfse import unpack
 from fusion.recording.formats.recorded.parts import even_or_stated
-from fusion.recording.images import color_in, size_in
-from fusion.recording.own_cameras import common_camera
+from fusion.recording.images import color_in
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import REAL_SCALE, Source, with_color_of
+from fusion.recording.streamed import REAL_SCALE, Source
 from fusion.recording.text_files import LATEST
 
 Number = Annotated[float, Meta(gt=-1e7, lt=1e7)]
@@ -74,12 +71,14 @@ class Images:
         numbers: of the frames, as their files are named.
         shape: (height, width) of the depth images.
         confident: what confidence is worth.
+        wanted: (height, width) that colour images are turned to where their notes (EXIF) ask for it; None: never.
     """
 
     tree: Tree
     numbers: list[int]
     shape: tuple[int, int]
     confident: Confidence = UNKNOWN
+    wanted: tuple[int, int] | None = None
 
     def depth(self, index: int) -> NDArray[np.float32]:
         """(h, w) [m] of a frame, NaN where missing. Raises RecordingError."""
@@ -107,7 +106,11 @@ class Images:
     def color(self, index: int) -> NDArray[np.uint8] | None:
         """(h, w, 3) RGB, or None where there is none. Raises RecordingError."""
         name = f"rgbd/{self.numbers[index]}.jpg"
-        return color_in(self.tree.read(name, "an image"), self.tree.where(name)) if self.tree.has(name) else None
+        return (
+            color_in(self.tree.read(name, "an image"), self.tree.where(name), self.wanted)
+            if self.tree.has(name)
+            else None
+        )
 
 
 def recognises(path: Path) -> bool:
@@ -134,11 +137,10 @@ def read(path: Path, camera: Camera | None) -> Recording:
     images = Images(tree, numbers, shape)
     images = replace(images, confident=confidence_of(images, len(numbers)))
     warnings = list(images.confident.told)
-    own: dict[int, Camera] = {}
-    if camera is None:
-        camera, own, more = _cameras(given, content, images)
-        warnings += more
-    camera = replace(sized(camera, shape), depth_scale=REAL_SCALE)
+    seen = _cameras(given, content, images) if camera is None else Cameras(sized(camera, shape), {})
+    images = replace(images, wanted=seen.wanted)
+    warnings += seen.told
+    camera = replace(seen.camera, depth_scale=REAL_SCALE)
     stamps, more = _stamps(given, numbers)
     source = Source(
         path=path,
@@ -148,10 +150,13 @@ def read(path: Path, camera: Camera | None) -> Recording:
         noisier=images.noisier,
         color=images.color,
         has_color=np.array([tree.has(f"rgbd/{number}.jpg") for number in numbers]),
-        own=own,
+        own=seen.own,
+        turn=seen.pictures,
+        stored=seen.stored,
     )
     warnings += more + [COARSE] * (max(shape) <= LIDAR[0])
-    return source.recording("record3d", _poses(given, numbers, stamps, content), warnings)
+    poses, more = seen.poses(_poses(given, numbers, stamps, content), images.depth)
+    return source.recording("record3d", poses, warnings + more)
 
 
 def _metadata(tree: Tree) -> Content:
@@ -180,8 +185,8 @@ def _depth_shape(given: Metadata, tree: Tree, first: str) -> tuple[int, int]:
     raise RecordingError("the size of the depth images is not known", tree.where("metadata"), "no dw, dh", "both")
 
 
-def _cameras(given: Metadata, content: Content, images: Images) -> tuple[Camera, dict[int, Camera], list[str]]:
-    """The depth camera, those of frames that see otherwise, and what to tell."""
+def _cameras(given: Metadata, content: Content, images: Images) -> Cameras:
+    """The cameras that are stated, of the depth images."""
     K = given.K
     stated = np.array([given.perFrameIntrinsicCoeffs[n][:4] for n in images.numbers
                        if n < len(given.perFrameIntrinsicCoeffs)])  # fmt: skip
@@ -189,26 +194,9 @@ def _cameras(given: Metadata, content: Content, images: Images) -> tuple[Camera,
         stated = np.array([[K[0], K[4], K[6], K[7]]] * len(images.numbers))
     if not all(are_focal(fx, fy) for fx, fy in stated[:, :2].tolist()):
         raise content.wrong(Metadata, "perFrameIntrinsicCoeffs" if given.perFrameIntrinsicCoeffs else "K")
-    height, width = images.shape
-    picture = camera_of(int(given.w), int(given.h), *stated[0].tolist())
-    check_shapes((width, height), (picture.width, picture.height), images.tree.path)
-    camera = depth_camera(picture, width, height)
-    scale = np.array([width / given.w, height / given.h])
-    inside = np.hstack([stated[:, :2] * scale, stated[:, 2:] * scale - 0.5])
-    camera, own, more = common_camera(camera, inside)
-    size = _picture_size(images)
-    if size is not None:
-        camera = with_color_of(camera, camera.resized(*size))
-    return camera, own, more
-
-
-def _picture_size(images: Images) -> tuple[int, int] | None:
-    """(width, height) of the colour images, which may be saved in another size than they were taken in."""
-    for number in images.numbers[:3]:
-        name = f"rgbd/{number}.jpg"
-        if images.tree.has(name):
-            return size_in(images.tree.read(name, "an image"), images.tree.where(name))
-    return None
+    # 3: as many images are looked for as may be missing at the begin
+    names = (f"rgbd/{number}.jpg" for number in images.numbers[:3])
+    return cameras_of(stated, (int(given.w), int(given.h)), images, names)
 
 
 def _stamps(given: Metadata, numbers: list[int]) -> tuple[NDArray[np.float64], list[str]]:

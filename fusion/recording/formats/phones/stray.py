@@ -25,7 +25,6 @@ from fusion.recording.formats.phones.arkit import (
     UNKNOWN,
     Confidence,
     camera_of,
-    check_shapes,
     confidence_of,
     depth_camera,
     noisier,
@@ -35,6 +34,7 @@ from fusion.recording.formats.phones.arkit import (
 from fusion.recording.formats.phones.video import Video, open_video
 from fusion.recording.formats.recorded.parts import even_or_stated
 from fusion.recording.images import check_shape, grey_in, image_size, read_bytes, read_counts
+from fusion.recording.laid import in_proportion, out_of_proportion
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import Source, with_color_of
@@ -147,8 +147,11 @@ def _camera(folder: Path, shape: tuple[int, int], video: Video | None) -> Camera
     K = np.array(rows) if len(rows) == 3 and all(len(row) == 3 for row in rows) else np.zeros((3, 3))
     if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
         raise RecordingError("the camera matrix cannot be used", path, f"{len(rows)} rows", "3 rows of 3, pixels")
-    size = PICTURE if video is None else (video.width, video.height)
-    check_shapes((shape[1], shape[0]), size, folder)
+    size, lies = PICTURE if video is None else (video.width, video.height), (shape[1], shape[0])
+    if not in_proportion(lies, size) and in_proportion(lies, size[::-1]):
+        size = size[::-1]  # a video that was turned: the matrix is of images as the sensor lies, as depth is
+    if not in_proportion(lies, size):
+        raise out_of_proportion(lies, size, folder)
     color = camera_of(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2])
     camera = depth_camera(color, shape[1], shape[0])
     return camera if video is None else with_color_of(camera, color)
