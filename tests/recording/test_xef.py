@@ -4,6 +4,7 @@ They hold three (plain) and two (archived) views of the rendered scene, with inf
 """
 
 import lzma
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -81,3 +82,14 @@ def test_no_depth_and_noise_behind_the_head(tmp_path):
         path.write_bytes(content)
         with pytest.raises(RecordingError):
             open_recording(path)
+
+
+def test_several_records_of_unknown_content_in_a_row(tmp_path):
+    """They often come so (KinectXEFTools' description), with any number where other events have their size."""
+    path, data = tmp_path / "room.xef", unpacked("plain")
+    at = data.index(struct.pack("<HHI", 0xFFFF, 0, 3), 0x4B4)
+    more = b"".join(struct.pack("<HHIqII", 0xFFFF, 0, number, 5, 0, 0) + bytes(size)
+                    for number, size in ((7, 0xC000), (300, 0x6000), (0, 0x7000)))  # fmt: skip
+    path.write_bytes(data[:at] + more + data[at:])
+    recording = open_recording(path)
+    assert len(recording) == 3 and not any("cut off" in told for told in recording.warnings)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from formats_judge import azure, files, folders, openni, orbbec, phones, ros
+from formats_judge import azure, files, folders, openni, orbbec, phones, ros, xef
 from formats_judge.boxes import ramp, taken, way
 from formats_judge.cases import KINECT2, LARGE, foxglove, intel, of
 from formats_judge.take import Lens, Take
@@ -97,6 +97,7 @@ def kinds(tools: Tools) -> list[tuple[str, Lens, Write, str | None]]:
         ("Stray Scanner", SMALL, without_color(phones.stray), None),
         ("ScanNet .sens", SMALL, files.sens, None),
         (".klg", LARGE, flat(files.klg), of(LARGE)),
+        ("Kinect .xef archived", KINECT2, flat(partial(xef.write, archived=True)), of(KINECT2)),
         ("libfreenect2", KINECT2, linked(files.freenect2, KINECT2), None),
         ("plain PNG", SMALL, folders.plain, said),
         ("plain NPY", SMALL, folders.arrays, said),
@@ -183,6 +184,7 @@ def rates(tools: Tools, work: Path) -> list[Row]:
     """Depth of 640 x 480 (640 x 576 in .mkv) read in turn."""
     wide = "NFOV_UNBINNED"
     some: list[tuple[str, Lens, Any]] = [
+        ("Kinect .xef", KINECT2, xef.write),
         ("RealSense .bag", LARGE, tools.bag and partial(intel, python=tools.bag, ending=".bag", words=())),
         ("RealSense .db3", LARGE, tools.db3 and partial(intel, python=tools.db3, ending=".db3", words=())),
         ("ROS 1 .bag", LARGE, partial(ros.bag, kind="ros1")),

@@ -7,13 +7,14 @@ need. `xef_check.py` has that project's own reader go through the file.
 import struct
 import uuid
 import zlib
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from formats_judge.take import Array, Take
 
-WIDTH, HEIGHT, FIRST_TICK = 512, 424, 1_234_567
+WIDTH, HEIGHT, FIRST_TICK = 512, 424, 61_234_567
 DEPTH, INFRARED, COLOR, BODY = (
     uuid.UUID(one)
     for one in (
@@ -54,8 +55,10 @@ def write(take: Take, path: Path, archived: bool = False, color: bool = False) -
             file.writelines(described(index, *STREAMS[index], archived=False) for index in streams)
             for number, one in enumerate(events(take, color)):
                 file.write(packed(one, False))
-                if number in (2, 5):  # records of an unknown kind, in the two lengths that were seen
-                    file.write(unknown((0x7000, 0x6000)[number == 5], one[1]))
+                # records of an unknown kind, of the lengths that were seen; often several in a row
+                file.writelines(
+                    unknown(length, one[1]) for length in {2: (0x7000,), 5: (0x6000, 0xC000, 0x7000)}.get(number, ())
+                )
             file.write(struct.pack("<H", len(streams) + 1) + b"\xff" * 0x6B0)
             size = file.tell()
             file.seek(16)
@@ -64,17 +67,26 @@ def write(take: Take, path: Path, archived: bool = False, color: bool = False) -
 
 
 def events(take: Take, color: bool) -> "list[Event]":
-    """By their time; infrared comes with its depth, colour a little later."""
+    """By their time; infrared comes with its depth, colour a little later. Depth comes again where stamps are more."""
+    images = []
+    for counts in take.counts(0.001):
+        mirrored = np.ascontiguousarray(counts[:, ::-1]).astype("<u2")
+        infrared = np.where(mirrored > 0, 800 + mirrored // 8, 0).astype("<u2")
+        images.append((mirrored.tobytes(), infrared.tobytes()))
     out: list[Event] = []
-    for i, counts in enumerate(take.counts(0.001)):
-        tick, frame = FIRST_TICK + round((take.stamps[i] - take.stamps[0]) * 1e7), 100 + i
-        turned = np.ascontiguousarray(counts[:, ::-1]).astype("<u2")
-        out.append((2, tick, frame, turned.tobytes()))
-        out.append((3, tick, frame, np.where(turned > 0, 800 + turned // 8, 0).astype("<u2").tobytes()))
-        out.append((1, tick + 9_000, 0, bytes(64)))
+    for i, stamp in enumerate(take.stamps):
+        tick, frame = FIRST_TICK + round((stamp - take.stamps[0]) * 1e7), 100 + i
+        depth, infrared_bytes = images[i % len(images)]
+        out += [(2, tick, frame, depth), (3, tick, frame, infrared_bytes), (1, tick + 9_000, 0, bytes(64))]
         if color:
             out.append((4, tick + 60_000, frame, yuy2(take.color, i)))
     return out
+
+
+@lru_cache(maxsize=16)
+def squeezed(held: bytes) -> bytes:
+    """By zlib at its fastest, which begins with 78 01, as the files that were described."""
+    return zlib.compress(held, 1)
 
 
 def yuy2(pictures: "np.ndarray | None", i: int) -> bytes:
@@ -90,10 +102,10 @@ def yuy2(pictures: "np.ndarray | None", i: int) -> bytes:
 
 
 def packed(event: Event, archived: bool) -> bytes:
-    """Head of 24 bytes, the tag, the bytes; zlib at its fastest begins with 78 01, as the files that were described."""
+    """Head of 24 bytes, the tag, the bytes."""
     index, tick, frame, held = event
     tag = struct.pack("<I", frame)[: STREAMS[index][2]]
-    body = zlib.compress(held, 1) if archived else held
+    body = squeezed(held) if archived else held
     return struct.pack("<HHIqII", index, archived, len(body), tick, 7 * frame + index, len(held)) + tag + body
 
 

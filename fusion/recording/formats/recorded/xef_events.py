@@ -140,9 +140,9 @@ class _Walk:
         head = self._bytes(at, HEAD.size)
         if len(head) < HEAD.size:
             return False
-        number, packed, size, ticks, _, unpacked = HEAD.unpack(head)
-        if number == FILLER:
-            return packed == 0 and size == 0
+        number, packed, size, ticks, nothing, unpacked = HEAD.unpack(head)
+        if number == FILLER:  # where others have their size it has a number of unknown meaning
+            return packed == nothing == unpacked == 0
         if size == 0 or ticks < 0 or packed > 1 or (self.end and number >= self.end):
             return False
         stream = self.found.streams.get(number)
