@@ -72,6 +72,7 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
     """All that can be written with what is there."""
     take, whole = made["native"], made["native, in mm"]
     intel = {"principle": "active_stereo", "sensor": "Intel RealSense D405"}
+    phone = {"principle": "structured_light", "sensor": "iphone-truedepth"}  # depth of 640 x 480 says it
     npz = save(take, work / "turn.npz")
     out = [
         Way("native", "by CONTRACT.md", "native", lambda p: folders.native(take, p)),
@@ -86,7 +87,9 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
             lambda p: elsewhere(tools.bag, "realsense.py", npz, p.with_suffix(".bag"))),
         Way("RealSense .db3", "pyrealsense2 2.59.1", "native, as D405",
             lambda p: elsewhere(tools.db3, "realsense.py", npz, p.with_suffix(".db3"))),
-        Way("Record3D .r3d", "zipfile, lzfse, cv2", "native",
+        Way("native, as TrueDepth", "by CONTRACT.md", "native, as TrueDepth",
+            lambda p: folders.native(take, p, **phone)),
+        Way("Record3D .r3d", "zipfile, lzfse, cv2", "native, as TrueDepth",
             lambda p: phones.record3d(take, p.with_suffix(".r3d")), "colour as JPEG"),
     ]  # fmt: skip
     out += kinect_studio(made["kinect2"])
