@@ -11,6 +11,7 @@ from fusion.commands.main import main
 from fusion.errors import RecordingError
 from fusion.geometry.pose import from_tum, inverse
 from fusion.recording.convert import convert_recording
+from fusion.recording.formats.bags.transforms import Link
 from fusion.recording.inspect import inspect
 from fusion.recording.open import open_recording
 
@@ -180,3 +181,13 @@ def test_a_clock_that_was_set_back_is_told(tmp_path, kind, monkeypatch):
     recording = open_recording(ros_bags.write(tmp_path / "bag", kind, color=""))
     assert (np.diff(recording.timestamps) > 0).all()
     assert any("go back 1 times in the file" in finding.seen for finding in inspect(recording).findings)
+
+
+def test_a_pose_whose_stamp_is_rounded_is_taken_as_it_is():
+    """Stamps in nanoseconds and as numbers differ by parts of a microsecond: at 2 m/s more than poses are held to."""
+    stamps = 1_764_000_000 + np.arange(3) / 30
+    places = np.array([[2 * s, 0, 0, 0, 0, 0, 1] for s in np.arange(3) / 30])
+    poses = Link("world", stamps, places).at(stamps + 4e-7)
+    np.testing.assert_allclose(poses[:, 0, 3], places[:, 0], atol=1e-12)
+    between = Link("world", stamps, places).at(stamps[:1] + 0.01)
+    np.testing.assert_allclose(between[:, 0, 3], 0.02, atol=1e-6)

@@ -40,14 +40,16 @@ class Link:
         if not self.moves:
             return np.broadcast_to(_poses(self.places[:1]), (len(stamps), 4, 4)).copy()
         known = np.clip(stamps, self.stamps[0], self.stamps[-1])
+        after = np.clip(np.searchsorted(self.stamps, known), 1, len(self.stamps) - 1)
+        before, behind = self.stamps[after - 1], self.stamps[after]
+        nearest = np.where(known - before < behind - known, before, behind)
+        exact = np.abs(known - nearest) < ROUNDING_S
+        known = np.where(exact, nearest, known)
         out = np.tile(np.eye(4), (len(stamps), 1, 1))
         out[:, :3, :3] = Slerp(self.stamps, Rotation.from_quat(self.places[:, 3:]))(known).as_matrix()
         for axis in range(3):
             out[:, axis, 3] = np.interp(known, self.stamps, self.places[:, axis])
-        after = np.clip(np.searchsorted(self.stamps, known), 1, len(self.stamps) - 1)
-        wide = self.stamps[after] - self.stamps[after - 1] > LONGEST_GAP_S
-        near = np.minimum(np.abs(known - self.stamps[after]), np.abs(known - self.stamps[after - 1]))
-        exact = near < ROUNDING_S
+        wide = behind - before > LONGEST_GAP_S
         out[(wide & ~exact) | (np.abs(stamps - known) > LONGEST_GAP_S)] = np.nan
         return out
 
