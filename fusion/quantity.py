@@ -65,6 +65,7 @@ FRAMES = Quantity("number of frames", "--frames", "", 12, 10_000)
 REPLAY_SPEED = Quantity("speed of the replay", "replay:REC@SPEED", "times", 0.01, 1000.0)
 RECORDED = Quantity("number of frames", "--frames", "", 1, 10_000_000)  # 92 hours at 30 a second
 LOOKED_AT = Quantity("time to look at a source", "--seconds", "s", 0.1, 86_400.0)
+SETTLE = Quantity("time to come to rest", "--settle", "s", 0.0, 600.0)
 EVERY = Quantity("frames of which one is recorded", "--every", "", 1, 10_000)
 WORKERS = Quantity("number of workers", "--workers", "", 1, 1024)
 JOB_SECONDS = Quantity("time limit of a job", "--time-limit", "s", 0.1, 1e7)

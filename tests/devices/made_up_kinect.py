@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Event
 
 import numpy as np
@@ -33,7 +33,7 @@ def frame(index: int, missed: int = 0) -> SourceFrame:
 
 @dataclass
 class MadeUp:
-    """Gives `count` frames, `pause` seconds apart, then raises `error` where there is one."""
+    """Gives `count` frames, `pause` seconds apart, then raises `error`; `now`: stamped by this machine's clock."""
 
     count: int = 10
     pause: float = 0.0
@@ -41,6 +41,7 @@ class MadeUp:
     missing: dict[int, int] = field(default_factory=dict)
     given: int = 0
     stopped: Event = field(default_factory=Event)
+    now: bool = False
 
     def describe(self) -> Description:
         return Description(
@@ -56,7 +57,8 @@ class MadeUp:
                 return
             time.sleep(self.pause)
             self.given += 1
-            yield frame(index, self.missing.get(index, 0))
+            one = frame(index, self.missing.get(index, 0))
+            yield replace(one, host_time=time.time()) if self.now else one
         if self.error is not None:
             raise self.error
 

@@ -1,0 +1,1 @@
+"""Turntables that a program turns: step, settle, grab, step."""
