@@ -4,6 +4,7 @@ A thread of its own takes the newest state ten times a second at most and hands 
 needs is small or replaced by name, so that the server does not grow. Buttons only set what others look at.
 """
 
+import contextvars
 import io
 import socket
 import threading
@@ -14,18 +15,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.errors import DeviceError
+from fusion.errors import DeviceError, FusionError
 from fusion.files.extra import extra
 from fusion.live.feed import Feed
 from fusion.live.panel import panel
 from fusion.live.state import LiveState, Surface
 from fusion.live.watch import Watch
+from fusion.progress import note
 
 HERE = "127.0.0.1"  # this machine alone
 OFTEN = 0.1  # [s] between two updates
 PICTURES = 5  # updates between two pictures: they are the largest part of what is sent
 # [m] colours of how sure a point is: green at the first, red from the second on (guess: what a print shows or not)
 SURE, UNSURE = 0.0003, 0.002
+LONGEST = 3.0  # [s] that the page may take to its end
 UNDONE = 30  # frames that one press takes back: a second
 
 
@@ -38,7 +41,7 @@ class Page:
         with redirect_stdout(io.StringIO()):  # it greets; what is printed here belongs to the result
             self.server: Any = viser.ViserServer(host=HERE, port=port, verbose=False)
         gui = self.server.gui
-        gui.configure_theme(control_layout="collapsible", control_width="medium", show_logo=False, dark_mode=True)
+        gui.configure_theme(show_logo=False, dark_mode=True)
         gui.set_panel_label("fusion live")
         self._told = gui.add_html(panel(LiveState()))
         self.start, self.pause = gui.add_button("Start"), gui.add_button("Pause")
@@ -84,36 +87,58 @@ class Page:
 
 @contextmanager
 def page(port: int, feed: Feed, watch: Watch) -> Iterator[None]:
-    """The page, while the block runs; no browser need look, and one that goes is not missed."""
-    made, over = Page(port), threading.Event()
+    """The page, while the block runs; no browser need look, and one that goes is not missed.
+
+    What goes wrong on the page is told once and stops nothing; where viser hangs, it is not waited for.
+    """
+    made, over, around = Page(port), threading.Event(), contextvars.copy_context()
     made.start.on_click(lambda _: setattr(feed, "paused", False))
     made.pause.on_click(lambda _: setattr(feed, "paused", True))
     made.undo.on_click(lambda _: watch.undo(UNDONE))
     made.finish.on_click(lambda _: feed.stop())
-    motor = getattr(feed.source, "motor", None)
+    motor = _motor(feed.source)
     made.tilt.disabled = motor is None
 
-    def show() -> None:
-        before: LiveState | None = None
-        while not over.wait(OFTEN):
-            state = watch.state
-            if state is not before:
-                made.show(state)
-                before = state
+    def tilt(_event: Any) -> None:
+        try:
+            if motor is not None:
+                motor.tilt(float(made.tilt.value))
+        except (FusionError, OSError) as error:  # OSError: of USB
+            made.tilt.disabled = True
+            around.copy().run(note, f"the camera cannot be tilted: {error}")
 
-    @made.tilt.on_update
-    def _(_event: Any) -> None:
-        if motor is not None:
-            motor().tilt(float(made.tilt.value))
-
-    thread = threading.Thread(target=show, daemon=True, name="fusion-page")
-    thread.start()
+    made.tilt.on_update(tilt)
+    showing = threading.Thread(target=around.copy().run, args=(_keep_showing, made, watch, over), daemon=True)
+    showing.start()
     try:
         yield
     finally:
         over.set()
-        thread.join()
-        made.stop()
+        ending = threading.Thread(target=made.stop, daemon=True)
+        ending.start()
+        for thread in (showing, ending):
+            thread.join(LONGEST)
+
+
+def _keep_showing(made: Page, watch: Watch, over: threading.Event) -> None:
+    """Hand the page each new state until it is over."""
+    held, phase = None, ""  # a state is replaced and never changed: whether it is the same one tells all
+    try:
+        while not over.wait(OFTEN):
+            newest, state = watch.state, watch.shown
+            if newest is not held or state.phase != phase:
+                made.show(state)
+            held, phase = newest, state.phase
+    except Exception as error:
+        note(f"the page is not kept up any more: {error}")
+
+
+def _motor(source: Any) -> Any:
+    """What tilts the camera, or None where it has nothing that does, or it does not answer."""
+    try:
+        return getattr(source, "motor", None)
+    except (FusionError, OSError):
+        return None
 
 
 def colors_of(sigma: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from fusion.devices.record import Recorded, RecordSettings, fill_recorded
 from fusion.devices.source import Source
 from fusion.live.feed import Feed
+from fusion.live.ready import get_ready
 from fusion.live.struck import strike
 from fusion.live.watch import Watch
 from fusion.progress import stage
@@ -35,6 +36,8 @@ def record_live(
     Raises:
         DeviceError: no frame came, or the device went away; what was recorded before stays.
     """
+    with stage("getting ready"):
+        get_ready(source.describe().camera)
     feed = Feed(source)
     watch = Watch(feed, path.parent)
     over = threading.Event()
@@ -58,5 +61,5 @@ def record_live(
 
 def _say(watch: Watch, over: threading.Event) -> None:
     while not over.wait(SAID):
-        with stage(watch.state.line()):
+        with stage(watch.shown.line()):
             over.wait(SAID)

@@ -3,7 +3,6 @@
 import resource
 import shutil
 import threading
-import time
 from collections import deque
 from dataclasses import replace
 from pathlib import Path
@@ -41,10 +40,11 @@ class Watch:
         self._undo = 0
         self._told = self._surfaced = self._surface_took = 0.0
         self.tracked = self.untracked = 0
-        self._begun = time.monotonic()
+        self._begun = self.feed.clock()
         self._late: deque[float] = deque(maxlen=300)
         self.behind: list[float] = []  # of every frame placed [s]
         self._times: deque[float] = deque(maxlen=60)
+        self.waiting: deque[tuple[SourceFrame, float]] = deque()  # for the model to begin
         self._last_angle: float | None = None
         self._thread = threading.Thread(target=self._run, daemon=True, name="fusion-live")
 
@@ -56,31 +56,40 @@ class Watch:
         """Wait until the last frame offered is in the view."""
         self._thread.join(timeout)
 
+    @property
+    def shown(self) -> LiveState:
+        """The newest state; while no frames come, with what a person did since."""
+        phase = "finishing" if self.feed.over else "paused" if self.feed.paused else self.state.phase
+        return self.state if phase == self.state.phase else replace(self.state, phase=phase)
+
     def undo(self, frames: int) -> None:
         """Take the last frames out, of the view and of the recording's lists in the end."""
         self._undo = frames
 
     def _run(self) -> None:
         try:
-            waiting: deque[tuple[SourceFrame, float]] = deque()
             while (taken := self.feed.take()) is not None:
-                frame = taken[0]
-                self.grower.looking.see(taken[1], frame.depth)
-                waiting.append(taken)
-                if self.grower.found:
-                    # before the model begins, frames that show too little wait: what turns is yet known in part
-                    while waiting and self._place(*waiting[0]):
-                        waiting.popleft()
-                    self.feed.room = WAITING if waiting else FEW
-                else:
-                    self._tell(frame, None)
-                if len(waiting) > WAITING:
-                    waiting.popleft()
-                    self.untracked += 1
-            self.untracked += len(waiting)
+                self.see(*taken)
+            self.untracked += len(self.waiting)
         except Exception as error:  # the recording goes on
             self.error = error
             self.state = replace(self.state, tracking="lost", reason=f"the view has ended: {error}")
+
+    def see(self, frame: SourceFrame, came: float) -> None:
+        """One frame, and when it came [s, by the feed's clock]; one thread at a time."""
+        waiting = self.waiting
+        self.grower.looking.see(came, frame.depth)
+        waiting.append((frame, came))
+        if self.grower.found:
+            # before the model begins, frames that show too little wait: what turns is yet known in part
+            while waiting and self._place(*waiting[0]):
+                waiting.popleft()
+            self.feed.room = WAITING if waiting else FEW
+        else:
+            self._tell(frame, None)
+        if len(waiting) > WAITING:
+            waiting.popleft()
+            self.untracked += 1
 
     def _place(self, frame: SourceFrame, came: float) -> bool:
         """False where it shows too little for a model to begin with: it may when more is known."""
@@ -93,7 +102,7 @@ class Watch:
         if not placed.tracked.tried and not self.grower.count:
             self._tell(frame, placed)
             return False
-        now = time.monotonic()
+        now = self.feed.clock()
         self.tracked += placed.tracked.ok
         self.untracked += not placed.tracked.ok
         if placed.tracked.ok:
@@ -105,7 +114,7 @@ class Watch:
         return True
 
     def _tell(self, frame: SourceFrame, placed: Placed | None) -> None:
-        now = time.monotonic()
+        now = self.feed.clock()
         if now - self._told < OFTEN:
             return
         self._told = now
@@ -113,13 +122,13 @@ class Watch:
         surface = before.surface
         if placed is not None and now - self._surfaced > max(SURFACE, 10 * self._surface_took):
             surface = self.grower.surface()
-            self._surfaced, self._surface_took = time.monotonic(), time.monotonic() - now
+            self._surfaced, self._surface_took = self.feed.clock(), self.feed.clock() - now
         distance = np.nan if placed is None else placed.distance
         tracking, reason = _words(placed)
         color = frame.color if frame.color is not None else frame.color_apart
         span = self._times[-1] - self._times[0] if len(self._times) > 1 else 0.0
         self.state = LiveState(
-            phase="paused" if self.feed.paused else "looking" if placed is None else "scanning",
+            phase="looking" if placed is None else "scanning",
             recorded=self.feed.recorded,
             lost=self.feed.lost,
             tracked=self.tracked,

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from fusion.devices.source import Description, SourceFrame
 from fusion.geometry.camera import Camera
-from fusion.live.feed import WAITING, Feed
+from fusion.live.feed import FEW, WAITING, Feed
 from fusion.live.state import SECTORS, LiveState
 from fusion.live.struck import strike
 from fusion.live.turned import Turned
@@ -41,6 +41,38 @@ def test_a_view_that_takes_nothing_costs_the_recorder_nothing():
     taken = [feed.take() for _ in range(WAITING)]
     assert [one[0].index for one in taken] == list(range(200 - WAITING, 200))
     assert feed.take() is None
+
+
+def waited(feed: Feed, until: float, each: float) -> list[float]:
+    """How old [s] each frame is when a view begins with it that takes `each` seconds, at 30 frames a second."""
+    now, index, ages = 0.0, 0, []
+    while now < until:
+        while index / 30 <= now:
+            feed.offer(SourceFrame(index, index / 30, np.ones(CAMERA.shape, np.float32)), index / 30)
+            index += 1
+        if feed.offered:
+            ages.append(now - feed.offered.popleft()[1])
+            now += 0.5 if len(ages) == 30 else each  # one step that takes long
+        else:
+            now = index / 30
+    return ages
+
+
+def test_a_view_that_keeps_up_makes_up_for_a_long_step_and_loses_nothing():
+    feed = Feed(Steady(0))
+    feed.room = FEW
+    ages = waited(feed, 5.0, 0.02)
+    assert feed.dropped == 0
+    assert max(ages) > 0.4
+    assert np.median(ages) < 0.05
+
+
+def test_a_view_that_is_too_slow_is_never_long_behind():
+    feed = Feed(Steady(0))
+    feed.room = FEW
+    ages = waited(feed, 10.0, 0.05)
+    assert 60 < feed.dropped < 130  # a third of 300
+    assert max(ages[60:]) <= (FEW + 1) / 30 + 0.05
 
 
 def test_frames_of_a_pause_are_in_neither():

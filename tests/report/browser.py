@@ -61,10 +61,11 @@ class Browser:
         os.close(self._in)
         shutil.rmtree(self._profile, ignore_errors=True)
 
-    def open(self, path: Path, settle: float = 0.5) -> None:
-        """Load a file and wait until it and its scripts have come to rest."""
+    def open(self, path: Path | str, settle: float = 0.5) -> None:
+        """Load a file, or an address, and wait until it and its scripts have come to rest."""
         self._loaded = False
-        self._call("Page.navigate", url=Path(path).resolve().as_uri())
+        is_address = isinstance(path, str) and path.startswith("http")
+        self._call("Page.navigate", url=path if is_address else Path(path).resolve().as_uri())
         end = time.monotonic() + 60
         while not self._loaded and time.monotonic() < end:
             self._listen(0.2)
