@@ -52,6 +52,14 @@ DEVICES: dict[str, tuple[Camera, str]] = {
         _preset(_VGA, (577.3, 577.3, 319.5, 239.5), 1000, _TUM, "structure-sensor"),
         "field of view of 58 degrees: Occipital's data sheet, from memory",
     ),
+    "iphone-truedepth": (
+        _preset(_VGA, (591.6, 591.6, 319.5, 239.5), 1000, _TUM, "iphone-truedepth"),
+        "front camera of 32 mm by the diagonal of 35 mm film: notes (EXIF) of its photos, from memory",
+    ),
+    "iphone-lidar": (
+        _preset((256, 192), (209.2, 209.2, 123.6, 95.9), 1000, "unknown", "iphone-lidar"),
+        "ARKit's numbers of one phone for 1920 x 1440, stackoverflow.com/questions/66893907; phones differ by 7 %",
+    ),
     "azure-kinect": (
         _preset((640, 576), (504.6, 504.7, 319.5, 287.5), 1000, "itof", "azure-kinect"),
         "narrow unbinned mode: factory values of one unit, github etiennedub/pyk4a; its lens is left out",

@@ -1,5 +1,7 @@
 """ROS bags from rosbags' writers: size, place, unit, clock, lens, poses and colours come out as they went in."""
 
+import sys
+
 import box_scene
 import cv2
 import numpy as np
@@ -191,3 +193,14 @@ def test_a_pose_whose_stamp_is_rounded_is_taken_as_it_is():
     np.testing.assert_allclose(poses[:, 0, 3], places[:, 0], atol=1e-12)
     between = Link("world", stamps, places).at(stamps[:1] + 0.01)
     np.testing.assert_allclose(between[:, 0, 3], 0.02, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "module"), [("ros1-lz4", "lz4"), ("sqlite3-packed", "zstandard"), ("mcap-packed", "zstandard")]
+)
+def test_a_packed_bag_without_its_library_names_the_extra(tmp_path, monkeypatch, kind, module):
+    path = ros_bags.write(tmp_path / "bag", kind)
+    for name in [module, *(one for one in sys.modules if one.startswith(f"{module}."))]:
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(RecordingError, match=rf"needs the Python package {module}.*fusion-scan\[bags\]"):
+        open_recording(path)

@@ -56,8 +56,10 @@ def images_of(store: Store) -> list[Images]:
             continue
         try:
             look, frame = look_at(topic), frame_of(topic)
-        except RecordingError:  # theora and the like: another may be readable
-            continue
+        except RecordingError as problem:
+            if isinstance(problem.__cause__, ImportError):  # of a bag that is packed none can be read without it
+                raise
+            continue  # theora and the like: another may be readable
         base = name
         for ending in ("/compressedDepth", "/compressed"):
             base = base.removesuffix(ending)
