@@ -67,6 +67,19 @@ def test_a_short_recording_tells_them_as_well(jitter):
     assert found > 180  # a clock that jitters by a twentieth costs the count itself in one of twenty
 
 
+@pytest.mark.parametrize("frames", [60, 300, 3000])
+def test_a_clock_that_jitters_by_3_ms_hides_no_lost_frames(frames):
+    """Of a machine that stamps pictures when they arrive; lost frames, each alone and three in a row."""
+    rng, found, silent = np.random.default_rng(3), 0, 0
+    for _ in range(100):
+        moments = 1.7e9 + np.arange(frames) / 30 * (1 + 3e-5) + 0.003 * rng.standard_normal(frames)
+        lost = np.concatenate([rng.choice(np.arange(2, frames // 2, 3), 2, replace=False), frames // 2 + np.arange(3)])
+        told = missing_frames(np.delete(moments, lost), GAP)
+        found += bool(told) and f"5 of {frames}" in told[0].seen
+        silent += not missing_frames(moments, GAP)
+    assert found >= 95 and silent == 100
+
+
 CHANCE = {
     "jitter": lambda rng, n: np.sort((np.arange(n) + rng.uniform(0, 0.3) * rng.standard_normal(n)) / 30),
     "even": lambda rng, n: np.cumsum(rng.uniform(0.02, 0.19, n)),
@@ -80,6 +93,8 @@ def test_steps_of_chance_hardly_ever_look_like_missing_frames(kind):
     rng = np.random.default_rng(11)
     alarms = sum(bool(missing_frames(CHANCE[kind](rng, int(rng.integers(9, 25))), GAP)) for _ in range(2000))
     assert alarms <= 8  # 0.1 % expected at most, and what chance adds
+    alarms = sum(bool(missing_frames(CHANCE[kind](rng, int(rng.integers(40, 300))), GAP)) for _ in range(2000))
+    assert alarms <= 8
 
 
 @pytest.mark.parametrize("jump", [-3.0, 0.4, 60.0])

@@ -15,6 +15,9 @@ FEW = 0.02  # share of missing frames from which tracking may feel it (guess)
 # steps that tell a rate. Chance steps of any kind (even, exponential, log-normal) look whole and lacking in less than
 # 0.1 % of recordings this short, clocks that jitter by up to 0.3 steps as well (simulated, tests/recording/test_clocks)
 LEAST = 8
+# frames that tell a row of even moments, how far from it one counts as off (in steps), and how much of that the row
+# follows. Chance steps lie in such a row in less than 0.1 % of recordings (simulated, tests/recording/test_clocks)
+MANY, OFF_ROW, FOLLOWED = 40, 0.2, 0.2
 TWO_CLOCKS = 30  # frames that tell how far two clocks are apart
 SIDE = 60  # frames on either side of a jump: a recorder may be held up for half of them
 JUMP = 0.2  # [s] between two clocks: more than any queue of a recorder holds up (guess)
@@ -34,7 +37,9 @@ def missing_frames(stamps: NDArray[np.float64], longest: float) -> list[Finding]
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if len(steps) < LEAST or not 0 < usual < 1 / SLOWEST:
         return []
-    share = steps / usual
+    # a clock that jitters spoils steps, but its moments do not leave an even row
+    places = _places(stamps, usual)
+    share = steps / usual if places is None else np.diff(places)
     if np.mean(np.abs(share - np.rint(share)) >= EVEN) > MOST_UNEVEN:
         return []
     more = share[:-1] - 1
@@ -47,6 +52,32 @@ def missing_frames(stamps: NDArray[np.float64], longest: float) -> list[Finding]
         return [Finding("stamps", "ok", seen)]
     do = "record to a faster disk, or with fewer or smaller streams"
     return [Finding("stamps", "warning", f"{seen} ({lost / whole:.0%})", do)]
+
+
+def _places(stamps: NDArray[np.float64], usual: float) -> NDArray[np.float64] | None:
+    """Places (n,) of frames in a row of even moments, whole numbers; None where they lie in none.
+
+    `usual`: step [s] near that of the row.
+    """
+    if len(stamps) < MANY:
+        return None
+    places, _ = _followed(stamps, usual)
+    if places[-1] < len(places) / 2:
+        return None
+    places, off = _followed(stamps, float(np.polyfit(places, stamps - stamps[0], 1)[0]))
+    return None if np.mean(np.abs(off) >= OFF_ROW) > MOST_UNEVEN else places
+
+
+def _followed(stamps: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Places (n,) in a row that is followed from frame to frame, and how far each lies off it [steps]."""
+    counts, off = np.zeros(len(stamps)), np.zeros(len(stamps))
+    moment = float(stamps[0])  # of the row
+    for i, stamp in enumerate(stamps.tolist()[1:], start=1):
+        steps = (stamp - moment) / step
+        counts[i] = round(steps)
+        off[i] = steps - counts[i]
+        moment += step * (float(counts[i]) + FOLLOWED * float(off[i]))
+    return np.cumsum(counts), off
 
 
 def clock_jumps(recording: Recording) -> list[Finding]:
