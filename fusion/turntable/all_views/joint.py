@@ -198,7 +198,7 @@ def _spread(seen: Stack, state: State, edges: Edges) -> float:
     limits = Limits(WIDE, -1.0)
     at = twists(seen, edges, M[j] @ pose.inverse(M[i]), state.axis.point, limits, state.focal)
     squares = at.misfit * at.visible - (at.visible - at.pairs)  # of pairs, in units of half the reach
-    return float(WIDE / 2 * np.sqrt(max(squares.sum(), 0.0) / max(at.pairs.sum(), 1)))
+    return float(seen.reach(WIDE) / 2 * np.sqrt(max(squares.sum(), 0.0) / max(at.pairs.sum(), 1)))
 
 
 def _solve(H: Array, g: Array, held: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +23,7 @@ LEAST_COSINE = 0.7  # between the normals of a pair
 # and memory that no cache holds is slow (180 views of 263 x 205 px: a fifth of the time of all pairs)
 MOST_BYTES = 100e6
 PART = 3_000_000  # pairs at a time
+NOISES = 5.0  # standard deviations of one point within which the same place is seen: 3.5 of a difference (guess)
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,15 @@ class Stack:
     stride: int
     tones: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     images: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0, 0), np.float32))
+
+    @cached_property
+    def noise(self) -> float:
+        """Typical standard deviation of a point [m]."""
+        return float(np.median(self.points[:, 6])) if len(self.points) else 0.0
+
+    def reach(self, asked: float) -> float:
+        """Largest distance [m] of two points of one place: what is asked, or more where noise alone puts them apart."""
+        return max(asked, NOISES * self.noise)
 
     def thinned(self, most: int) -> "Stack":
         """About `most` of the points, evenly from all views."""
@@ -97,7 +108,7 @@ def edge_sums(
         seen: the views as the camera file has them.
         motion: axis and angles (n,) [rad].
         edges: m pairs of views.
-        reach: largest distance of a pair [m].
+        reach: largest distance of a pair [m], see `Stack.reach`.
         check: errors of camera and depth, and the names of those that are asked for; the columns of the others stay 0.
 
     Raises:
@@ -157,7 +168,7 @@ def paired(
         seen: the views as the camera file has them.
         motion: axis, and the turn (m,) [rad] of each edge.
         edges: m pairs of views.
-        limits: largest distance of a pair [m], least cosine between its normals.
+        limits: largest distance of a pair [m] where noise does not ask for more, least cosine between its normals.
         check: errors of camera and depth, and how many of them, in their order, have columns too.
     """
     from fusion.turntable.pairs.edge_pairs import pair_edges  # starts Taichi
@@ -179,7 +190,7 @@ def paired(
         errors.values.astype(np.float32),
         errors.span,
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
-        np.array([*limits, seen.stride], np.float32),
+        np.array([seen.reach(limits[0]), limits[1], seen.stride], np.float32),
         np.empty(code.shape, np.int32),
         code,
         out,

@@ -21,7 +21,7 @@ def misfits(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float,
         seen: the views as the camera file has them.
         edges: m pairs of views, source and model.
         motion: axis, and the turn (m,) [rad] that is tried for each of them.
-        reach: largest distance of a pair [m].
+        reach: largest distance of a pair [m], see `Stack.reach`.
         check: errors of camera and depth.
     """
     axis, turns = motion
@@ -36,7 +36,7 @@ def _some(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float, c
     code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), (check, 0))
     pair = code == PAIRED
     far = np.ones(code.shape, np.float32)
-    np.divide(out[..., 0], 0.5 * reach, out=far, where=pair)
+    np.divide(out[..., 0], 0.5 * seen.reach(reach), out=far, where=pair)
     visible = np.asarray(np.sum(code >= SEEN, axis=1), float)
     wrong = np.sum(np.minimum(far**2, 1), axis=1, where=code >= SEEN)
     points = np.diff(seen.first)[[i for i, _ in edges]]

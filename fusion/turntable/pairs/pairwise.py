@@ -21,7 +21,7 @@ class Limits:
     """What makes a pair and how it counts.
 
     Attributes:
-        reach: largest distance of a pair [m].
+        reach: largest distance of a pair [m], see `Stack.reach`.
         scale: observed over declared spread of depth; 0 takes all within reach, below there are no equations.
         tone: spread of the contrasts' differences; 0 leaves print out of the equations.
         most: about so many points of a view.
@@ -64,7 +64,7 @@ def twists(seen: Stack, edges: Edges, poses: Array, centre: Array, limits: Limit
 
     start()
     sums = np.zeros((len(edges), WIDTH))
-    how = [limits.reach, LEAST_COSINE, seen.stride, limits.scale, limits.tone, max(limits.most, 1), np.exp(-focal)]
+    how = [seen.reach(limits.reach), LEAST_COSINE, seen.stride, limits.scale, limits.tone, max(limits.most, 1), np.exp(-focal)]
     tones = seen.tones if len(seen.tones) else np.zeros(1, np.float32)
     twist_sums(
         np.array(edges, np.int32).reshape(-1, 2), np.ascontiguousarray(poses, np.float32), seen.first, seen.points,

@@ -16,6 +16,7 @@ Image = NDArray[np.float32]
 CELL = 4  # [px] the background is followed in cells of this size: it is smooth, and rays are many
 WINDOW = 11  # cells of a plane
 LEAST_CELLS = 12  # that make a plane (guess)
+USUAL = 0.5  # share of a pixel's depths that are those of what stands there, where little passes before it
 RARE = 0.05  # share of a pixel's depths that may lie farther than what stands there: outliers (guess)
 
 
@@ -26,11 +27,13 @@ class Behind:
     Attributes:
         far: (h, w) farthest depth that was seen more than rarely [m], NaN where unknown.
         still: (h, w) pixels that always see the same depth.
+        usual: (h, w) pixels that see their farthest depth in most frames; an arm may have passed before it.
         limit: (h, w) depths that differ by less are the same [m].
     """
 
     far: Image
     still: NDArray[np.bool_]
+    usual: NDArray[np.bool_]
     limit: Image
 
 
@@ -44,7 +47,7 @@ def find_background(seen: Behind, outside: NDArray[np.bool_]) -> Image:
     """
     step, start = CELL, CELL // 2
     far, limit = (np.ascontiguousarray(a[start::step, start::step]) for a in (seen.far, seen.limit))
-    sure = (seen.still & outside)[start::step, start::step] & np.isfinite(far)
+    sure = (seen.usual & outside)[start::step, start::step] & np.isfinite(far)
     nothing = np.full(seen.far.shape, np.nan, np.float32)
     if sure.sum() < LEAST_CELLS:
         return nothing

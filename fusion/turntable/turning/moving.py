@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.turntable.turning.background import RARE, Behind, find_background
+from fusion.turntable.turning.background import RARE, USUAL, Behind, find_background
 from fusion.turntable.turning.noise_seen import noise_over_stated
 from fusion.turntable.turning.visitors import undisturbed, without_visitors
 
@@ -135,7 +135,9 @@ def look_behind(
     farthest = np.take_along_axis(ordered, np.maximum(rank, 0)[None], axis=0)[0]
     farthest = np.where(rank >= 1, farthest, np.nan).astype(np.float32)
     limit = np.where(np.isfinite(limit), limit, np.float32(NEAREST)).astype(np.float32)
-    return Behind(farthest, still, limit), moved
+    with np.errstate(invalid="ignore"):
+        usual = (known & (depths > farthest - limit)).sum(axis=0) > USUAL * np.maximum(count, 1)
+    return Behind(farthest, still, still | usual, limit), moved
 
 
 def outside_of(box: tuple[Array, Array], far: NDArray[np.float32], camera: Camera) -> NDArray[np.bool_]:
