@@ -1,6 +1,7 @@
 """Pairs of views compared at turns all round the circle: what each pair says, by shape and by print."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,18 +43,30 @@ class Heard:
     found: Registered
     shape: Array
 
+    @cached_property
+    def _rank(self) -> dict[int, int]:
+        return {view: k for k, view in enumerate(sorted({view for edge in self.edges for view in edge}))}
+
+    def apart(self, pair: tuple[int, int]) -> int:
+        """How many views lie from one to the other, of those that were compared."""
+        return self._rank[pair[1]] - self._rank[pair[0]]
+
     def printed(self) -> float:
         """How much print tells, 0 to 1: where there is some, neighbours agree in it."""
         best: dict[tuple[int, int], float] = {}
         for edge, alike, shape in zip(self.edges, self.found.at.alike, self.shape, strict=True):
             if shape > PLAIN[2]:
                 best[edge] = max(best.get(edge, -1.0), float(alike))
-        near = [alike for (i, j), alike in best.items() if j == i + 1] or list(best.values())
+        near = [alike for pair, alike in best.items() if self.apart(pair) == 1] or list(best.values())
         return float(np.clip((np.median(near) - PLAIN[0]) / (PLAIN[1] - PLAIN[0]), 0, 1)) if near else 0.0
 
     def worth(self, printed: float) -> Array:
-        """(m,) how much each candidate counts: fitting shape, and where there is print, print that agrees."""
-        return np.asarray(self.shape * (1 - printed + printed * PRINT * np.clip(self.found.at.alike, 0, 1)))
+        """(m,) how much each candidate counts: fitting shape, and where there is print, the share of it that agrees.
+
+        That share is the square of the correlation: many wrong pairs that agree by chance must not outweigh a right one.
+        """
+        agreeing = np.clip(self.found.at.alike, 0, 1) ** 2
+        return np.asarray(self.shape * (1 - printed + printed * PRINT * agreeing))
 
     def said(self, printed: float) -> Said:
         """For `labels.consistent`.
@@ -62,7 +75,7 @@ class Heard:
         thing that looks alike from several sides, one that fits is hardly more likely to be the right one.
         """
         worth, pairs = self.worth(printed), np.array(self.edges, np.intp).reshape(-1, 2)
-        near = np.diff(pairs, axis=1)[:, 0] <= ROW
+        near = np.array([self.apart(pair) <= ROW for pair in self.edges], bool)
         told = float(np.clip(1 - self.ambiguity(worth) / ALIKE, 0, 1)) ** 2
         told *= min(1.0, near.sum() / max((~near).sum(), 1))  # there are many of them, and they err together
         worth = worth * np.where(near, np.exp(-np.abs(self.found.turns) / STEP), told)
@@ -76,7 +89,7 @@ class Heard:
         ratios = []
         for (i, j), lines in best.items():
             first, at = max(lines)
-            if j - i <= ROW and first > 0:
+            if self.apart((i, j)) <= ROW and first > 0:
                 off = [(value, (turn - at + np.pi) % (2 * np.pi) - np.pi) for value, turn in lines]
                 ratios.append(max((v for v, o in off if abs(o) > np.deg2rad(25)), default=0.0) / first)
         return float(np.mean(ratios)) if ratios else 0.0
