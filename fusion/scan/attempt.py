@@ -11,7 +11,9 @@ from fusion.recording.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, object_alone, told_angles
 from fusion.scan.motion import find_motion
+from fusion.scan.passing import without_passing
 from fusion.scan.plate_seen_whole import on_its_plate
+from fusion.scan.poses import about_axis
 from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
@@ -21,6 +23,7 @@ from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
 
+FEW = 0.05  # of the frames: fewer that something passes before do not pull a motion that all agree on (guess)
 ROUNDS = 2  # corrections of the focal length: each starts from a nominal one, pairs points anew and is nearer
 
 
@@ -62,11 +65,34 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     told = told_angles(recording, settings)
     # print helps to find what nothing was told of
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
-    motion = find_motion(frames, (recording.camera, settings), region, told)
-    motion = on_its_plate(motion, recording, sensor)
-    frames = object_alone(frames, region.cut(region.window(recording.camera)), motion)
-    frames = relieved(frames, motion.taken_out)
+    moved = _moved(frames, (recording, sensor, settings), region, told)
+    if told is None and moved.passed > FEW:  # what passes pulls the views along
+        moved = _moved(moved.frames, (recording, sensor, settings), region, told)
+    motion, frames = moved.motion, relieved(moved.frames, moved.motion.taken_out)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """A motion, the frames of the object alone, and the share of them before which something passed."""
+
+    motion: Motion
+    frames: list[Prepared | None]
+    passed: float
+
+
+def _moved(
+    frames: list[Prepared | None],
+    how: tuple[Recording, Sensor, ScanSettings],
+    region: Region,
+    told: NDArray[np.float64] | None,
+) -> _Moved:
+    recording, sensor, settings = how
+    motion = on_its_plate(find_motion(frames, (recording.camera, settings), region, told), recording, sensor)
+    alone = object_alone(frames, region.cut(region.window(recording.camera)), motion)
+    clean = without_passing(alone, about_axis(motion.axis, motion.angles, motion.shifts))
+    changed = [a is not b for a, b in zip(alone, clean, strict=True)]
+    return _Moved(motion, clean, float(np.mean(changed)))
 
 
 def settle_camera(first: Attempt, sensor: Sensor, settings: ScanSettings) -> tuple[Attempt, FocalCheck]:

@@ -115,11 +115,12 @@ def load(
         prepared = prepare(cut, crop(camera, window), sensor, moments[index])
         if shown is not None:
             prepared = replace(prepared, color=shown.seen_at(index, frame, window))
-        frames.append(prepared if mask is None else _masked(prepared, mask))
+        frames.append(prepared if mask is None else masked(prepared, mask))
     return frames, broken
 
 
-def _masked(frame: Prepared, mask: NDArray[np.bool_]) -> Prepared:
+def masked(frame: Prepared, mask: NDArray[np.bool_]) -> Prepared:
+    """The frame with depth and normals within a mask (h, w) alone; its points, which say what is not there, stay."""
     normals = np.where(mask[..., None], frame.surface.normals, np.float32(np.nan))
     depth = np.where(mask, frame.depth, np.float32(np.nan))
     return replace(frame, depth=depth, surface=replace(frame.surface, normals=normals))
@@ -140,7 +141,7 @@ def object_alone(frames: list[Prepared | None], region: Region, motion: Motion) 
     if not away.any():
         return frames
     wall = np.where(away, region.wall, np.float32(np.inf))
-    return [None if f is None else _masked(f, ~(f.surface.points[..., 2] >= wall)) for f in frames]
+    return [None if f is None else masked(f, ~(f.surface.points[..., 2] >= wall)) for f in frames]
 
 
 def told_angles(recording: Recording, settings: ScanSettings) -> Array | None:

@@ -11,6 +11,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.simulation.demo import looking_at
 from fusion.turntable.guess.alone import Alone, find_alone
+from fusion.turntable.guess.everywhere import Heard
 from fusion.turntable.views import Region, view
 
 CAMERA = Camera(160, 120, 220.0, 220.0, 79.5, 59.5)
@@ -26,7 +27,7 @@ def printed(points):
     ) % 200 + 30
 
 
-def seen(turn, shift, random, color):
+def seen(turn, shift, random, color, noise=0.0006):
     """One view of the box, its middle at the origin but for a shift (2,) on the table [m]."""
     T_world_box = pose.about_axis([0, 0, 0], [0, 0, 1], turn)
     T_world_box[:3, 3] += [*shift, 0.06]
@@ -37,7 +38,7 @@ def seen(turn, shift, random, color):
     near, far = np.minimum(a, b).max(axis=-1), np.maximum(a, b).min(axis=-1)
     depth = np.where((near < far) & (near > 0), near, np.nan)
     gray = np.nan_to_num(printed(T[:3, 3] + rays * np.nan_to_num(depth)[..., None] * 0.9999))
-    surface = point_map((depth + random.normal(0, 0.0006, depth.shape)).astype(np.float32), CAMERA, 0.0006)
+    surface = point_map((depth + random.normal(0, noise, depth.shape)).astype(np.float32), CAMERA, noise)
     image = (gray[..., None] * np.ones(3) * random.uniform(0.7, 1.2)).clip(0, 255).astype(np.uint8)
     shown = np.isfinite(surface.normals[..., 0]) & (surface.incidence < np.deg2rad(75))
     return view(surface, shown, image if color else None)
@@ -57,11 +58,11 @@ def ball(turn, random):
     return view(surface, shown, image)
 
 
-def scanned(steps, wander, seed=0, color=True):
+def scanned(steps, wander, seed=0, color=True, noise=0.0006):
     random = np.random.default_rng(seed)
     turns = np.concatenate([[0.0], np.cumsum(np.deg2rad(steps))])
     shifts = random.normal(0, wander, (len(turns), 2))
-    return turns, shifts, [seen(a, s, random, color) for a, s in zip(turns, shifts, strict=True)]
+    return turns, shifts, [seen(a, s, random, color, noise) for a, s in zip(turns, shifts, strict=True)]
 
 
 REGION = Region(np.full(3, -1.0), np.ones(3))
@@ -113,6 +114,26 @@ def test_a_firm_axis_is_told_from_a_hand():
     found = find_alone(views, REGION)
     error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
     assert not found.wanders and np.abs(error - error.mean()).max() < 0.4
+
+
+@pytest.mark.slow
+def test_noise_of_four_millimetres_is_no_lack_of_an_axis():
+    turns, _, views = scanned(UNEVEN, 0.0, noise=0.004)
+    found = find_alone(views, REGION)
+    error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
+    assert np.abs(error - error.mean()).max() < 2.0 and np.median(found.joint.misfit) < 0.3
+
+
+@pytest.mark.parametrize("step", [1, 3])
+def test_neighbours_are_those_among_the_views_that_are_compared(step):
+    """Of many frames some are compared; prints of a ball agree between neighbours, however far apart the frames are."""
+    keys = step * np.arange(6)
+    edges = [(int(keys[a]), int(keys[b])) for a in range(6) for b in range(a + 1, 6)]
+    near = np.array([b - a == step for a, b in edges])
+    at = SimpleNamespace(alike=np.where(near, 0.9, 0.0))
+    heard = Heard(edges, SimpleNamespace(turns=np.where(near, 0.3, 2.0), at=at), np.full(len(edges), 0.9))
+    assert heard.printed() == 1.0 and heard.apart(edges[1]) == 2
+    assert (heard.said(1.0).worth[near] > 1).all()
 
 
 @pytest.mark.slow

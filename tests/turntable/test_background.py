@@ -51,6 +51,16 @@ def test_the_box_before_a_near_wall_is_told_from_it(scene):
     assert np.percentile(near[:, 0], 0.5) > -0.075  # the wall begins at -0.087
 
 
+def test_an_arm_that_passes_now_and_then_leaves_the_corner_behind_it_known(scene):
+    depths, _ = scene
+    corner = np.s_[150:175, 20:60]  # where the wall stands on the table no plane goes on
+    passed = depths.copy()
+    passed[::6, corner[0], corner[1]] -= 0.2
+    wall = find_moving(passed, CAMERA, sigma).wall[corner]
+    middle = np.median(depths, axis=0)[corner]
+    assert (wall < middle).mean() > 0.95 and (wall > middle - 0.03).all()
+
+
 def test_a_box_that_holds_the_wall_still_tells_it(scene):
     depths, shown = scene
     wall = find_wall(depths, CAMERA, sigma, (np.array([-0.2, -0.15, 0.3]), np.array([0.2, 0.2, 0.75])))

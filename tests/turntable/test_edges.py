@@ -44,6 +44,13 @@ def test_derivatives_are_the_finite_differences(owl_scene, views, triangulation)
         assert wrong < 0.02 * np.nanmedian(np.abs(change)) + 1e-7 / h, k
 
 
+def test_reach_grows_with_the_noise_of_the_views(views):
+    seen = stack(views)
+    assert seen.reach(0.006) == 0.006  # the noise is 1 mm or less
+    noisy = stack([replace(v, sigma=np.full_like(v.sigma, 0.004)) for v in views])
+    assert noisy.reach(0.006) == pytest.approx(0.02) and noisy.reach(0.03) == 0.03
+
+
 def test_pairs_are_those_of_the_views(owl_scene, views):
     turn = float(owl_scene.angles[1] - owl_scene.angles[0])
     values = np.array([0.02, 1.0, -1.0, 0.004, 0.01, 0.005, -0.003, 0.002, 0.001, -0.001, 0.0, 0.0, 0.001])

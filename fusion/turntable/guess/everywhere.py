@@ -63,7 +63,7 @@ class Heard:
     def worth(self, printed: float) -> Array:
         """(m,) how much each candidate counts: fitting shape, and where there is print, the share of it that agrees.
 
-        That share is the square of the correlation: many wrong pairs that agree by chance must not outweigh a right one.
+        That share is the square of the correlation: wrong pairs that agree by chance must not outweigh a right one.
         """
         agreeing = np.clip(self.found.at.alike, 0, 1) ** 2
         return np.asarray(self.shape * (1 - printed + printed * PRINT * agreeing))
