@@ -64,9 +64,8 @@ def twists(seen: Stack, edges: Edges, poses: Array, centre: Array, limits: Limit
 
     start()
     sums = np.zeros((len(edges), WIDTH))
-    how = [
-        seen.reach(limits.reach), LEAST_COSINE, seen.stride, limits.scale, limits.tone, max(limits.most, 1), np.exp(-focal),
-    ]  # fmt: skip
+    reach, most = seen.reach(limits.reach), max(limits.most, 1)
+    how = [reach, LEAST_COSINE, seen.stride, limits.scale, limits.tone, most, np.exp(-focal)]
     tones = seen.tones if len(seen.tones) else np.zeros(1, np.float32)
     twist_sums(
         np.array(edges, np.int32).reshape(-1, 2), np.ascontiguousarray(poses, np.float32), seen.first, seen.points,
