@@ -3,7 +3,7 @@
 import contextvars
 import threading
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
 
 from fusion.devices.record import Recorded, RecordSettings, fill_recorded
@@ -36,7 +36,7 @@ def record_live(
     Raises:
         DeviceError: no frame came, or the device went away; what was recorded before stays.
     """
-    with stage("getting ready"):
+    with stage("getting ready"), suppress(Exception):  # what goes wrong the view will meet itself, and tell
         get_ready(source.describe().camera)
     feed = Feed(source)
     watch = Watch(feed, path.parent)

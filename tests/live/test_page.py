@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.errors import DeviceError
-from fusion.live.page import SURE, UNSURE, Page, colors_of
+from fusion.live.page import SURE, UNSURE, Page, _motor, colors_of
 from fusion.live.panel import panel
 from fusion.live.state import LiveState
 
@@ -41,3 +41,13 @@ def test_without_viser_it_is_told_how_to_get_it(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "viser", None)
     with pytest.raises(DeviceError, match=r"fusion-scan\[live\]"):
         Page(8080)
+
+
+def test_a_camera_whose_motor_does_not_answer_is_not_tilted_and_the_page_opens():
+    class Mute:
+        @property
+        def motor(self):
+            raise DeviceError("this Kinect's motor does not answer")
+
+    assert _motor(Mute()) is None
+    assert _motor(object()) is None
