@@ -6,6 +6,7 @@ from fusion.live.state import SECTORS, LiveState
 
 COLORS = {"good": "#3fb950", "weak": "#d29922", "lost": "#f85149"}
 RADIUS = 40
+WARM = 1800.0  # [s] after which most cameras' depth has settled, see docs/first_scan.md; it may have run before
 
 
 def panel(state: LiveState) -> str:
@@ -23,6 +24,7 @@ def panel(state: LiveState) -> str:
         "view": f"{state.tracked} placed, {state.untracked} not, {state.dropped} too late",
         "rate": f"{state.rate:.0f} a second, {1e3 * state.behind:.0f} ms behind",
         "running": f"{_time(state.warm)}{left}",
+        "camera": "warm" if state.warm >= WARM else "may still be warming up (half an hour)",
         "memory": f"{state.memory / 2**20:.0f} MB",
     }
     table = "".join(f"<tr><td style='opacity:.6;padding-right:.8em'>{k}</td><td>{v}</td></tr>" for k, v in rows.items())

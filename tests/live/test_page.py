@@ -19,6 +19,11 @@ def test_the_panel_tells_why_and_where_to_go_back_to():
     assert text.count("#3fb950") == 9
 
 
+def test_a_camera_is_warm_after_half_an_hour():
+    assert "warming up" in panel(LiveState(warm=60.0))
+    assert ">warm<" in panel(LiveState(warm=1801.0))
+
+
 def test_sure_is_green_and_unsure_is_red():
     green, red = colors_of(np.array([SURE, UNSURE], np.float32))
     assert green[1] == 255
