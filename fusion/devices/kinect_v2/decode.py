@@ -53,7 +53,7 @@ def decode(images: list[bytes], tables: Tables) -> Decoded:
     for place, image in enumerate(images[:9]):
         raw[place, :IMAGE] = np.frombuffer(image, np.uint8)
     words = raw.view("<i4").astype(np.int32, copy=False)
-    waves, smooth = np.zeros((*shape, 6), np.float32), np.zeros((*shape, 6), np.float32)
+    waves, smooth = np.zeros((*shape, 9), np.float32), np.zeros((*shape, 6), np.float32)
     infrared, total, z, depth = (np.zeros(shape, np.float32) for _ in range(4))
     even = np.zeros(shape, np.int32)
     _measure(words, LEVELS, tables.phase, tables.per_phase, waves, infrared)
@@ -89,7 +89,7 @@ def _code(words: ti.template(), image: ti.i32, x: ti.i32, y: ti.i32):
 
 @kernel
 def _measure(words: I32_2, levels: I32, phase: F32_3, per_phase: F32_2, waves: F32_3, infrared: F32_2):
-    """Cosine and sine of each frequency (424, 512, 6), and the infrared image."""
+    """Cosine and sine of each frequency, then one over their lengths or 0 (424, 512, 9), and the infrared image."""
     for y, x in ti.ndrange(HEIGHT, WIDTH):
         bright = 0.0
         for f in ti.static(range(3)):
@@ -108,7 +108,9 @@ def _measure(words: I32_2, levels: I32, phase: F32_3, per_phase: F32_2, waves: F
                 a, b = 0.0, 0.0
             a, b = ti.static(GAINS[f]) * a, ti.static(GAINS[f]) * b
             waves[y, x, 2 * f], waves[y, x, 2 * f + 1] = a, b
-            bright += ti.select(full, 65535.0, 2 / 3 * ti.sqrt(a * a + b * b))
+            length = ti.sqrt(a * a + b * b)
+            waves[y, x, 6 + f] = ti.select(length > 0, 1 / ti.max(length, 1e-20), 0.0)
+            bright += ti.select(full, 65535.0, 2 / 3 * length)
         infrared[y, x] = ti.select(per_phase[y, x] == 0, 0.0, ti.min(65535.0, 16 * bright / 3))
 
 
@@ -120,17 +122,16 @@ def _smooth(waves: F32_3, smooth: F32_3, even: I32_2):
         for f in ti.static(range(3)):
             a, b = waves[y, x, 2 * f], waves[y, x, 2 * f + 1]
             if 0 < x < WIDTH - 1 and 0 < y < HEIGHT - 1:
-                norm = a * a + b * b
-                least, sharp = ti.static((FAINT * 1.5) ** 2), ti.static(FILTER)
-                if norm < least:
-                    least, sharp = 0.0, 0.0
+                own = waves[y, x, 6 + f]
+                most, sharp = ti.static(1 / (FAINT * 1.5)), ti.static(FILTER)
+                if own == 0 or own > most:  # a faint pixel takes the plain mean of all
+                    most, sharp = 1e30, 0.0
                 total, sum_a, sum_b, apart = 0.0, 0.0, 0.0, 0.0
                 for dy, dx in ti.static(ti.ndrange((-1, 2), (-1, 2))):
                     c, d = waves[y + dy, x + dx, 2 * f], waves[y + dy, x + dx, 2 * f + 1]
-                    other = c * c + d * d
-                    if other >= least:
-                        both = ti.sqrt(norm * other)
-                        distance = ti.select(both > 0, 0.5 * (1 - (a * c + b * d) / ti.max(both, 1e-20)), 0.5)
+                    other = waves[y + dy, x + dx, 6 + f]
+                    if (0 < other <= most) or sharp == 0:
+                        distance = 0.5 * (1 - (a * c + b * d) * own * other)
                         near = ti.static((MIDDLE, EDGE, CORNER)[abs(dy) + abs(dx)])
                         weight = near * ti.exp(-sharp * distance)
                         total += weight
