@@ -12,7 +12,7 @@ from fusion.progress import each
 from fusion.recording.device_file import write_device
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.scene_file import scene_mesh
-from fusion.recording.write import MEMBERS, fill_recording, tell, write_png
+from fusion.recording.write import MEMBERS, fill_recording, rounded, tell, write_png
 
 
 def convert_recording(recording: Recording, path: Path | str, notes: list[str] | None = None) -> None:
@@ -51,7 +51,7 @@ def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None 
     sure = unfit.pop("confidence", 0)
     told += [f"confidence of single pixels has no place in it: left out of {sure} frames"] if sure else []
     told += [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
-    tell(recording.path, (*recording.warnings, *told), notes)
+    tell(recording.path, (*recording.warnings, *rounded(recording), *told), notes)
 
 
 def copy_scene_mesh(recording: Recording, folder: Path) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from fusion.errors import RecordingError
 from fusion.progress import each
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.trajectory_file import trajectory_text
-from fusion.recording.write import depth_counts, tell, write_frames, write_png
+from fusion.recording.write import depth_counts, rounded, tell, write_frames, write_png
 
 MILLIMETRES, TUM_COUNTS = 1000.0, 5000.0  # counts a metre that Open3D, and TUM's own tools, take depth for
 LATEST_S = 1e12  # what a name holds of microseconds
@@ -123,4 +123,4 @@ def _tell(recording: Recording, told: list[str], notes: list[str] | None) -> Non
     }
     left = [name for name, there in has.items() if there]
     told = [*told, *([f"left out: {', '.join(left)}"] if left else [])]
-    tell(recording.path, (*recording.warnings, *told), notes)
+    tell(recording.path, (*recording.warnings, *rounded(recording), *told), notes)

@@ -16,7 +16,7 @@ from fusion.geometry.pose import Array, inverse, other_axes, transform
 from fusion.progress import each
 from fusion.recording.over_color import depth_over, fine_as
 from fusion.recording.recording import Recording
-from fusion.recording.write import depth_counts, tell, write_png
+from fusion.recording.write import depth_counts, rounded, tell, write_png
 
 POINTS = 200_000  # of the cloud that splats begin with: as many as colmap's sparse models have, and 3 MB
 SAME_PLACE = 1e-6
@@ -76,7 +76,11 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
     }
     (folder / "transforms.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     write_cloud(folder / "points.ply", np.concatenate(cloud), np.concatenate(colors))
-    told += [*recording.warnings, *([f"{left} frames without colour or pose are left out"] if left else [])]
+    told += [
+        *recording.warnings,
+        *rounded(recording),
+        *([f"{left} frames without colour or pose are left out"] if left else []),
+    ]
     if recording.camera.depth_scale != 1000:
         told.append(f"nerfstudio takes depth for millimetres unless told: --depth-unit-scale-factor "
                     f"{1 / recording.camera.depth_scale:g}")  # fmt: skip

@@ -10,7 +10,11 @@ from evo.tools import file_interface
 
 from fusion import convert_recording, open_recording, write_recording
 from fusion.commands.main import main
+from fusion.recording.convert import fill_conversion
+from fusion.recording.streamed import Source
 from fusion.recording.trajectory_file import read_trajectory
+from fusion.recording.write import depth_counts
+from fusion.recording.write_folders import fill_open3d, fill_tum
 
 CAMERA = "130,130,79.5,59.5"
 
@@ -87,3 +91,16 @@ def test_poses_of_another_file_are_written(original, tmp_path):
     path.write_text("# t\n100 1 2 3 0 0 0 1\n100.033333 1 2 4 0 0 0 1\n")
     out = converted(original, "tum", "--poses", str(path))
     assert np.allclose(read_trajectory(out / "groundtruth.txt").poses[:, :3, 3], [[1, 2, 3], [1, 2, 4]])
+
+
+@pytest.mark.parametrize("fill", [fill_conversion, fill_tum, fill_open3d])
+def test_depth_in_metres_is_told_to_be_rounded(tmp_path, fill):
+    frames = synthetic.frames(2)
+    stored = (None, lambda index: depth_counts(frames[index].depth, 1000.0))
+    for number, counts in enumerate(stored):
+        stamps = np.array([frame.timestamp for frame in frames])
+        source = Source(tmp_path, synthetic.CAMERA, stamps, lambda index: frames[index].depth, counts=counts)
+        (tmp_path / str(number)).mkdir()
+        notes: list[str] = []
+        fill(tmp_path / str(number), source.recording("made", None, []), notes)
+        assert any("rounded to whole counts of 1 mm" in note for note in notes) == (counts is None)
