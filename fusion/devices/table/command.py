@@ -60,6 +60,8 @@ class Command:
             )
         except OSError as error:
             raise DeviceError("the table's command cannot be run", shown, error.strerror) from error
+        if self._stopped.is_set():  # meanwhile, by another thread
+            self._process.kill()
         try:
             said = self._process.communicate(timeout=LONGEST)[1]
         except subprocess.TimeoutExpired as error:
