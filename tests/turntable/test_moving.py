@@ -9,6 +9,7 @@ from fusion.geometry.camera import Camera
 from fusion.simulation.demo import looking_at
 from fusion.simulation.render import RayCaster
 from fusion.simulation.shapes import box, joined
+from fusion.turntable.turning import moving
 from fusion.turntable.turning.moving import find_moving
 
 SMALL = Camera(160, 120, 150.0, 150.0, 79.5, 59.5)
@@ -106,3 +107,21 @@ def test_edges_that_flicker_are_nothing_that_turns():
         image[80:83, 120 - 4 * k : 124 - 4 * k] *= 0.8
     with pytest.raises(TrackingError, match=r"nothing turns.* 2[0-9] moving pixels a frame"):
         find_moving(still, SMALL, sigma)
+
+
+@pytest.mark.parametrize("call", [1, 2])
+def test_what_moves_in_no_place_for_long_is_told(call, monkeypatch):
+    """Seen in one of twenty beginnings of a live scan, whose first frames show little of what turns."""
+    calls, persistent = [], moving._persistent
+
+    def none(points, *rest):
+        calls.append(1)
+        return np.zeros(len(points), bool) if len(calls) == call else persistent(points, *rest)
+
+    monkeypatch.setattr(moving, "_persistent", none)
+    with pytest.raises(
+        TrackingError, match=r"nothing turns in this recording; found what moves is in no place for long"
+    ):
+        find_moving(depths(), SMALL, sigma)
+    with pytest.raises(TrackingError, match="in no place for long"):
+        persistent(np.zeros((0, 3)), np.zeros(0, np.int64), (FRAMES, 100.0))

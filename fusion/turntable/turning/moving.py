@@ -63,13 +63,10 @@ def find_moving(
     moved = without_visitors(moved, depths)
     points, frames, stride = _points_of(moved, depths, camera)
     if len(points) < LEAST * len(depths):
-        raise TrackingError(
-            "nothing turns in this recording",
-            found=f"{len(points) / len(depths):.0f} moving pixels a frame",
-            expected="an object on a turntable in front of a camera that stands still",
-            do="use `fusion reconstruct` if the camera moved, or give --box",
-        )
+        raise _nothing(f"{len(points) / len(depths):.0f} moving pixels a frame")
     kept = _persistent(points, frames, (len(depths), camera.fx**2 / stride))
+    if not kept.any():
+        raise _nothing("what moves is in no place for long")
     points, frames = points[kept], frames[kept]
     calm = undisturbed(points, frames)
     chosen, visited = points[calm], np.setdiff1d(np.arange(len(depths)), frames[calm])
@@ -113,8 +110,19 @@ def find_wall(
     return find_background(behind, outside_of(_box(chosen), behind.far, camera))
 
 
+def _nothing(found: str) -> TrackingError:
+    return TrackingError(
+        "nothing turns in this recording",
+        found=found,
+        expected="an object on a turntable in front of a camera that stands still",
+        do="use `fusion reconstruct` if the camera moved, or give --box",
+    )
+
+
 def _box(points: Array) -> tuple[Array, Array]:
-    """Corners (3,) around points (n, 3), the outermost left out."""
+    """Corners (3,) around points (n, 3), the outermost left out. Raises TrackingError: there are none."""
+    if not len(points):
+        raise _nothing("what moves is in no place for long")
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     return low, high
 
@@ -189,6 +197,8 @@ def _persistent(
         near: (m, 3) points that the region must hold, when some are known.
     """
     n_frames, density = how
+    if not len(points):
+        raise _nothing("what moves is in no place for long")
     cell = max(0.01, float(np.median(points[:, 2])) / 60)
     low = points.min(axis=0)
     while np.prod(np.ptp(points, axis=0) // cell + 1) > 3e7:  # far outliers: coarser cells keep this small
