@@ -89,8 +89,9 @@ def _moved(
 ) -> _Moved:
     recording, sensor, settings = how
     motion = on_its_plate(find_motion(frames, (recording.camera, settings), region, told), recording, sensor)
-    alone = object_alone(frames, region.cut(region.window(recording.camera)), motion)
-    clean = without_passing(alone, about_axis(motion.axis, motion.angles, motion.shifts))
+    cut = region.cut(region.window(recording.camera))
+    alone = object_alone(frames, cut, motion)
+    clean = without_passing(alone, cut, about_axis(motion.axis, motion.angles, motion.shifts))
     changed = [a is not b for a, b in zip(alone, clean, strict=True)]
     return _Moved(motion, clean, float(np.mean(changed)))
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fusion.geometry import pose
 from fusion.scan.frames import masked
 from fusion.scan.seen import FACING
+from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
@@ -35,11 +36,12 @@ class _Asked:
     sigma: NDArray[np.float32]
 
 
-def without_passing(frames: Sequence[Prepared | None], poses: Array) -> list[Prepared | None]:
+def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> list[Prepared | None]:
     """The frames without the pixels that more of the other frames look through than show.
 
     Args:
-        frames: k of them, cut to what may be the object; points outside it say what is behind.
+        frames: k of them, cut to the window of the region; points outside it say what is behind.
+        region: where the object is, its images cut to the same window.
         poses: (k, 4, 4) `T_object_camera`, NaN where a frame has none.
     """
     placed = np.array([k for k, f in enumerate(frames) if f is not None and np.isfinite(poses[k]).all()], int)
@@ -48,20 +50,20 @@ def without_passing(frames: Sequence[Prepared | None], poses: Array) -> list[Pre
     for k in placed:
         frame = frames[k]
         assert frame is not None
-        step = max(1, round(np.sqrt(np.isfinite(frame.depth).sum() / SOME)))
-        asked = _asked(frame, poses[k], step)
+        shown = usable(frame.surface, region) & np.isfinite(frame.depth)
+        step = max(1, round(np.sqrt(shown.sum() / SOME)))
+        asked = _asked(frame, shown, poses[k], step)
         passing = _passing(asked, [(frames[m], poses[m]) for m in others if m != k])
         image = _image(asked, passing, frame.depth.shape, step)
-        if image.any():
+        if (image & shown).any():
             found[k] = masked(frame, ~image)
     return found
 
 
-def _asked(frame: Prepared, T: Array, step: int) -> _Asked:
-    known = np.isfinite(frame.depth) & np.isfinite(frame.surface.normals).all(axis=-1)
-    grid = np.zeros_like(known)
+def _asked(frame: Prepared, shown: NDArray[np.bool_], T: Array, step: int) -> _Asked:
+    grid = np.zeros_like(shown)
     grid[step // 2 :: step, step // 2 :: step] = True
-    v, u = np.nonzero(known & grid)
+    v, u = np.nonzero(shown & grid)
     points = pose.transform(T, frame.surface.points[v, u].astype(float))
     return _Asked(v, u, points, frame.surface.normals[v, u] @ T[:3, :3].T, frame.surface.sigma[v, u])
 

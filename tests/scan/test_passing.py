@@ -6,12 +6,15 @@ from owl_and_arm import COUNT, alone, frames_of, of_arm
 
 from fusion.geometry import pose
 from fusion.scan.passing import without_passing
+from fusion.turntable.views import Region
+
+EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
 
 
 def kept(frames, poses, arm):
     """Share of the pixels of the arm, or of the owl, that still have depth."""
     shares = []
-    for before, after, T in zip(frames, without_passing(frames, poses), poses, strict=True):
+    for before, after, T in zip(frames, without_passing(frames, EVERYWHERE, poses), poses, strict=True):
         of = of_arm(pose.transform(T, before.surface.points.astype(float)))
         which = np.isfinite(before.depth) & np.isfinite(before.surface.normals[..., 0]) & (of == arm)
         if which.any():
@@ -38,5 +41,5 @@ def test_frames_without_a_place_stay_as_they_are():
     frames, poses = frames_of((4,))
     nowhere = np.full_like(poses, np.nan)
     some = [*frames[:3], None]
-    assert all(a is b for a, b in zip(without_passing(some, nowhere[:4]), some, strict=True))
-    assert without_passing([], nowhere[:0]) == []
+    assert all(a is b for a, b in zip(without_passing(some, EVERYWHERE, nowhere[:4]), some, strict=True))
+    assert without_passing([], EVERYWHERE, nowhere[:0]) == []
