@@ -89,7 +89,7 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
             lambda p: elsewhere(tools.db3, "realsense.py", npz, p.with_suffix(".db3"))),
         Way("native, as TrueDepth", "by CONTRACT.md", "native, as TrueDepth",
             lambda p: folders.native(take, p, **phone)),
-        Way("Record3D .r3d", "zipfile, lzfse, cv2", "native, as TrueDepth",
+        Way("Record3D .r3d TrueDepth", "zipfile, lzfse, cv2", "native, as TrueDepth",
             lambda p: phones.record3d(take, p.with_suffix(".r3d")), "colour as JPEG"),
     ]  # fmt: skip
     out += kinect_studio(made["kinect2"])
