@@ -29,7 +29,9 @@ PICTURES = 5  # updates between two pictures: they are the largest part of what 
 # [m] colours of how sure a point is: green at the first, red from the second on (guess: what a print shows or not)
 SURE, UNSURE = 0.0003, 0.002
 LONGEST = 3.0  # [s] that the page may take to its end
-UNDONE = 30  # frames that one press takes back: a second
+UNDONE = 30  # frames that a press takes back unless another number stands beside it: a second
+
+MOST_UNDONE = 900  # half a minute
 
 
 class Page:
@@ -45,7 +47,8 @@ class Page:
         gui.set_panel_label("fusion live")
         self._told = gui.add_html(panel(LiveState()))
         self.start, self.pause = gui.add_button("Start"), gui.add_button("Pause")
-        self.undo, self.finish = gui.add_button(f"Undo {UNDONE} frames"), gui.add_button("Finish")
+        self.back = gui.add_number("Frames to undo", UNDONE, min=1, max=MOST_UNDONE, step=1)
+        self.undo, self.finish = gui.add_button("Undo"), gui.add_button("Finish")
         self.tilt = gui.add_slider("Tilt [deg]", -30, 30, 1, 0)
         black = np.zeros((24, 32, 3), np.uint8)
         self._color = gui.add_image(black, label="colour", format="jpeg")
@@ -94,7 +97,7 @@ def page(port: int, feed: Feed, watch: Watch) -> Iterator[None]:
     made, over, around = Page(port), threading.Event(), contextvars.copy_context()
     made.start.on_click(lambda _: setattr(feed, "paused", False))
     made.pause.on_click(lambda _: setattr(feed, "paused", True))
-    made.undo.on_click(lambda _: watch.undo(UNDONE))
+    made.undo.on_click(lambda _: watch.undo(int(made.back.value)))
     made.finish.on_click(lambda _: feed.stop())
     motor = _motor(feed.source)
     made.tilt.disabled = motor is None
