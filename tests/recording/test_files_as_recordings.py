@@ -1,5 +1,6 @@
 """A recording may be one file: what is none, or is known and not read, is one line that says what it is."""
 
+import shutil
 import sqlite3
 from contextlib import closing
 
@@ -57,14 +58,17 @@ def test_folders_that_are_known_and_not_read(tmp_path):
         folder.mkdir()
         for name in names:
             (folder / name).touch()
+    project_of_colmap = tmp_path / "of_colmap"
+    shutil.copytree(model, project_of_colmap / "sparse" / "0")
     packets = tmp_path / "packets"
     packets.mkdir()
     with (packets / "12345_depth_1.depth").open("wb") as file:
         file.truncate(2_984_960)
     with pytest.raises(RecordingError, match=r"Kinect v2 packets.*16-bit PNG"):
         open_recording(packets)
-    with pytest.raises(RecordingError, match=r"COLMAP model.*no metric depth"):
-        open_recording(model)
+    for folder in (model, model.parent, project_of_colmap):
+        with pytest.raises(RecordingError, match=r"COLMAP model.*no metric depth"):
+            open_recording(folder)
     with pytest.raises(RecordingError, match=r"hand scanner.*export a mesh"):
         open_recording(project)
 

@@ -71,8 +71,8 @@ def _file(path: Path) -> tuple[str, str]:
 
 def _folder(path: Path) -> tuple[str, str]:
     names = {entry.name.lower() for entry in path.iterdir()}
-    sparse = [{f"{part}.{end}" for part in ("cameras", "images", "points3d")} for end in ("bin", "txt")]
-    if any(needed <= names for needed in sparse):
+    # the model itself, the project that holds it, or one whose model has a number, as COLMAP's own mapper makes them
+    if any(map(_colmap_model, (path, path / "sparse", path / "sparse" / "0"))):
         return "a COLMAP model", "it holds no metric depth: open the recording that the pictures came from"
     packets = (entry for entry in path.iterdir() if entry.suffix == ".depth" and entry.is_file())
     if any(entry.stat().st_size == KINECT_V2_RAW for entry in packets):
@@ -81,6 +81,11 @@ def _folder(path: Path) -> tuple[str, str]:
             "its tables are not in it: record depth as 16-bit PNG",
         )
     return _project(names)
+
+
+def _colmap_model(folder: Path) -> bool:
+    names = {entry.name.lower() for entry in folder.iterdir()} if folder.is_dir() else set()
+    return any({f"{part}.{end}" for part in ("cameras", "images", "points3d")} <= names for end in ("bin", "txt"))
 
 
 def _project(names: Iterable[str]) -> tuple[str, str]:
