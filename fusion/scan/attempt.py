@@ -67,7 +67,7 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
     moved = _moved(frames, (recording, sensor, settings), region, told)
     if told is None and moved.passed > FEW:  # what passes pulls the views along
-        moved = _moved(moved.frames, (recording, sensor, settings), region, told)
+        moved = _moved(moved.frames, (recording, sensor, settings), region, told, moved.motion)
     motion, frames = moved.motion, relieved(moved.frames, moved.motion.taken_out)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
@@ -86,9 +86,13 @@ def _moved(
     how: tuple[Recording, Sensor, ScanSettings],
     region: Region,
     told: NDArray[np.float64] | None,
+    start: Motion | None = None,
 ) -> _Moved:
     recording, sensor, settings = how
-    motion = on_its_plate(find_motion(frames, (recording.camera, settings), region, told), recording, sensor)
+    motion = find_motion(frames, (recording.camera, settings), region, told, start)
+    if start is not None:
+        motion = replace(motion, rejected={**motion.rejected, **start.rejected})
+    motion = on_its_plate(motion, recording, sensor)
     cut = region.cut(region.window(recording.camera))
     alone = object_alone(frames, cut, motion)
     clean = without_passing(alone, cut, about_axis(motion.axis, motion.angles, motion.shifts))

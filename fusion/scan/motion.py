@@ -30,7 +30,11 @@ Array = NDArray[np.float64]
 
 
 def find_motion(
-    frames: list[Prepared | None], how: tuple[Camera, ScanSettings], region: Region, commanded: Array | None
+    frames: list[Prepared | None],
+    how: tuple[Camera, ScanSettings],
+    region: Region,
+    commanded: Array | None,
+    start: Motion | None = None,
 ) -> Motion:
     """Axis and angles: by pairs of views, then of every frame against the model of all.
 
@@ -39,6 +43,7 @@ def find_motion(
         how: the camera of the whole image, and the settings.
         region: where the object is.
         commanded: (n,) angles [rad] as told, or None.
+        start: a motion that was found before, see `estimate_motion`.
 
     Raises:
         RecordingError: the images contradict the step that was told.
@@ -53,7 +58,7 @@ def find_motion(
         if how[1].step is not None and not how[1].force:
             refuse_contradicted_step(views, cut, how[1].step)
         known = None if how[1].sensor is None else _known(how[1].sensor, camera, region)
-        motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None)
+        motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None, start)
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is None and (motion.camera_check.values == motion.taken_out.values).all():
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
@@ -74,7 +79,7 @@ def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
 
 
 def _motion(
-    views: list[View], region: Region, known: tuple[Array | None, DepthKnown | None], logged: bool
+    views: list[View], region: Region, known: tuple[Array | None, DepthKnown | None], logged: bool, start: Motion | None
 ) -> tuple[Motion, Array | None]:
     """The motion between the views, and the told angles that it follows; `known`: these, and how well the depth is.
 
@@ -82,7 +87,7 @@ def _motion(
     """
     commanded, depth = known
     try:
-        return estimate_motion(views, region, commanded, depth), commanded
+        return estimate_motion(views, region, commanded, depth, start), commanded
     except TrackingError:
         if commanded is None or not logged:
             raise

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry import pose
+from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.all_views.together import (
@@ -87,9 +88,18 @@ class Motion:
     size_std: float | None = None
     against_print: float = float("nan")
 
+    @property
+    def state(self) -> State:
+        """As a joint fit has it."""
+        return State(self.axis, self.angles, np.zeros((len(self.angles), 2)) if self.shifts is None else self.shifts)
+
 
 def estimate_motion(
-    views: Sequence[View], region: Region, commanded: Array | None = None, known: DepthKnown | None = None
+    views: Sequence[View],
+    region: Region,
+    commanded: Array | None = None,
+    known: DepthKnown | None = None,
+    start: Motion | None = None,
 ) -> Motion:
     """Find axis and angles.
 
@@ -98,12 +108,13 @@ def estimate_motion(
         region: where the object is.
         commanded: (n,) angles [rad] that the table was told or said, of unknown sign; None when nothing is known.
         known: how well a calibrated depth is known; None for a depth as the camera gives it.
+        start: what was found before some pixels were left out; its rejected frames stay so. None for nothing.
 
     Raises:
         TrackingError: the views do not fit any turn about one axis.
     """
     n = len(views)
-    begun = begun_with(views, region, commanded)
+    begun = begun_with(views, region, commanded, None if start is None else start.state)
     used, seen, shown, floor, axis, angles = begun.used, begun.seen, begun.shown, begun.floor, begun.axis, begun.angles
     centre = (region.low + region.high) / 2
     if begun.by_hand is not None:

@@ -1,5 +1,6 @@
 """A motion of which nothing is told: hands turn by uneven steps and move the object; print holds what shape lets go."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.simulation.demo import looking_at
-from fusion.turntable.guess.alone import Alone, find_alone
+from fusion.turntable.guess.alone import Alone, find_alone, found_again
 from fusion.turntable.guess.everywhere import Heard
 from fusion.turntable.views import Region, view
 
@@ -158,3 +159,13 @@ def test_what_turns_about_no_axis_is_told():
         views.append(view(surface, np.isfinite(depth) & np.isfinite(surface.normals[..., 0])))
     with pytest.raises(TrackingError, match="do not fit a turn about one axis"):
         find_alone(views, REGION)
+
+
+@pytest.mark.slow
+def test_a_known_motion_is_found_again_where_it_was_pulled():
+    turns, _, views = scanned(UNEVEN, 0.0)
+    first = find_alone(views, REGION).state
+    pulled = replace(first, angles=first.angles + np.deg2rad(1.5) * (np.arange(len(turns)) > 9))
+    found = found_again(views, pulled)
+    error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
+    assert np.abs(error - error.mean()).max() < 0.4 and not found.wanders

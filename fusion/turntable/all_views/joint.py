@@ -46,6 +46,10 @@ class State:
     shifts: Array
     focal: float = 0.0
 
+    def of(self, chosen: NDArray[np.intp]) -> "State":
+        """The motion of some of the views."""
+        return replace(self, angles=self.angles[chosen], shifts=self.shifts[chosen])
+
     def motions(self) -> Array:
         """(n, 4, 4) what brings the object from its mean place, turned as at angle 0, to that in each view."""
         return planar(self.axis, self.angles, self.shifts)

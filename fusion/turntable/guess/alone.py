@@ -98,6 +98,22 @@ def find_alone(views: Sequence[View], region: Region) -> Alone:
     return _decided(stack([_thin(v, POINTS_JOINT) for v in views]), state, _chosen(edges, worth, n))
 
 
+def found_again(views: Sequence[View], start: State) -> Alone:
+    """The motion of views (n) that is known but for what pulled some of them: no turn is sought anew.
+
+    Raises:
+        TrackingError: the views do not fit turns about one axis.
+    """
+    n = len(views)
+    i, j = np.triu_indices(n, 1)
+    apart = np.abs((start.angles[j] - start.angles[i] + np.pi) % (2 * np.pi) - np.pi)
+    near = (apart < NEIGHBOURS) | (j == i + 1)
+    edges = list(zip(i[near].tolist(), j[near].tolist(), strict=True))
+    # partners of all distances: the nearest alone, as those of a hand at rest, would say nothing of the rest
+    worth = np.random.default_rng(0).uniform(size=len(edges))
+    return _decided(stack([_thin(v, POINTS_JOINT) for v in views]), start, _chosen(edges, worth, n))
+
+
 def _thin(view: View, most: int) -> View:
     return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)
 

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
+from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.loop import LoopSettings, close_loop
 from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
-from fusion.turntable.guess.alone import Alone, find_alone
+from fusion.turntable.guess.alone import Alone, find_alone, found_again
 from fusion.turntable.guess.start import axis_guesses, find_turns, search_range
 from fusion.turntable.pairs.edges import Stack, stack
 from fusion.turntable.pairs.misfit import misfits
@@ -52,24 +53,28 @@ def begin(
     return begun.used, begun.seen, begun.shown, begun.floor, (begun.axis, begun.angles)
 
 
-def begun_with(views: Sequence[View], region: Region, commanded: Array | None) -> Begun:
+def begun_with(views: Sequence[View], region: Region, commanded: Array | None, start: State | None = None) -> Begun:
     """The first motion: as told, checked against the views, or found from these alone.
 
     Args:
         views: (n) with all their surface points.
         region: where the object is.
         commanded: (n,) angles [rad] as told, or None.
+        start: a motion of all views that was found before, NaN where a view had no place in it; or None.
 
     Raises:
         TrackingError: the views do not fit any turn about one axis.
     """
     empty = np.array([len(v.points) < 100 for v in views])
+    empty |= False if start is None else np.isnan(start.angles)
     used = np.flatnonzero(~empty)
     seen = [v for v, nothing in zip(views, empty, strict=True) if not nothing]
     if len(used) < 3:
         raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
     told = None if commanded is None else commanded[used]
-    alone = find_alone(seen, region) if told is None else None
+    alone = None
+    if told is None:
+        alone = find_alone(seen, region) if start is None else found_again(seen, start.of(used))
     if alone is None:
         stride, steps, axis = _first_axis(seen, (region.low + region.high) / 2, told)
     else:
