@@ -79,7 +79,7 @@ def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
 
 
 def _motion(
-    views: list[View], region: Region, known: tuple[Array | None, DepthKnown | None], logged: bool, start: Motion | None
+    views: list[View], region: Region, known: tuple[Array | None, DepthKnown | None], logged: bool, start: Motion | None = None
 ) -> tuple[Motion, Array | None]:
     """The motion between the views, and the told angles that it follows; `known`: these, and how well the depth is.
 

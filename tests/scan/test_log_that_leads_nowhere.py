@@ -14,7 +14,7 @@ def asked(monkeypatch):
     """What the motion was looked for with; with told angles there is none."""
     calls = []
 
-    def estimate(views, region, commanded, known):
+    def estimate(views, region, commanded, known, start):
         calls.append(commanded)
         if commanded is not None:
             raise TrackingError("the views do not fit a turn about one axis")
