@@ -79,7 +79,11 @@ def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
 
 
 def _motion(
-    views: list[View], region: Region, known: tuple[Array | None, DepthKnown | None], logged: bool, start: Motion | None = None
+    views: list[View],
+    region: Region,
+    known: tuple[Array | None, DepthKnown | None],
+    logged: bool,
+    start: Motion | None = None,
 ) -> tuple[Motion, Array | None]:
     """The motion between the views, and the told angles that it follows; `known`: these, and how well the depth is.
 
@@ -91,7 +95,7 @@ def _motion(
     except TrackingError:
         if commanded is None or not logged:
             raise
-    return estimate_motion(views, region, None, depth), None
+    return estimate_motion(views, region, None, depth, start), None
 
 
 def _finished(
