@@ -54,9 +54,8 @@ def test_the_box_before_a_near_wall_is_told_from_it(scene):
 def test_an_arm_that_passes_now_and_then_leaves_the_corner_behind_it_known(scene):
     depths, _ = scene
     corner = np.s_[150:175, 20:60]  # where the wall stands on the table no plane goes on
-    arm = np.s_[150:175, :60]  # in from the border
     passed = depths.copy()
-    passed[::6, arm[0], arm[1]] -= 0.2
+    passed[::6, corner[0], corner[1]] -= 0.2
     wall = find_moving(passed, CAMERA, sigma).wall[corner]
     middle = np.median(depths, axis=0)[corner]
     assert (wall < middle).mean() > 0.95 and (wall > middle - 0.03).all()

@@ -27,7 +27,7 @@ class Behind:
     Attributes:
         far: (h, w) farthest depth that was seen more than rarely [m], NaN where unknown.
         still: (h, w) pixels that always see the same depth.
-        usual: (h, w) pixels that see their farthest depth in most frames, and before which only visitors passed.
+        usual: (h, w) pixels that see their farthest depth in most frames; an arm may have passed before it.
         limit: (h, w) depths that differ by less are the same [m].
     """
 
@@ -47,7 +47,7 @@ def find_background(seen: Behind, outside: NDArray[np.bool_]) -> Image:
     """
     step, start = CELL, CELL // 2
     far, limit = (np.ascontiguousarray(a[start::step, start::step]) for a in (seen.far, seen.limit))
-    sure = ((seen.still | seen.usual) & outside)[start::step, start::step] & np.isfinite(far)
+    sure = (seen.usual & outside)[start::step, start::step] & np.isfinite(far)
     nothing = np.full(seen.far.shape, np.nan, np.float32)
     if sure.sum() < LEAST_CELLS:
         return nothing

@@ -1,7 +1,7 @@
 """Find what turns: the region in space whose surface changes in nearly every frame of a standing camera."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -21,7 +21,6 @@ NEAREST = 0.006  # [m] least difference that shows a motion (guess)
 FILLED = 0.05
 FLAT = 0.02  # [m] before the background: shadows of stereo and filters bend that by less (guess)
 MOSTLY = 0.6  # share of an object that stands so far before the background, unless it is flat (guess)
-CHANGED = 0.1  # share of the frames in which a pixel that stands still may seem to move
 LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
@@ -62,7 +61,6 @@ def find_moving(
     """
     behind, moved = look_behind(depths, sigma)
     moved = without_visitors(moved, depths)
-    behind = _but_for_visitors(behind, moved)
     points, frames, stride = _points_of(moved, depths, camera)
     if len(points) < LEAST * len(depths):
         raise _nothing(f"{len(points) / len(depths):.0f} moving pixels a frame")
@@ -103,7 +101,6 @@ def find_wall(
         None where nothing is seen to move in the box: all of it counts then.
     """
     behind, moved = look_behind(depths, sigma)
-    behind = _but_for_visitors(behind, moved)
     points, frames, stride = _points_of(moved, depths, camera)
     inside = ((points >= within[0]) & (points <= within[1])).all(axis=1)
     if inside.sum() * stride < LEAST * len(depths):
@@ -140,7 +137,7 @@ def look_behind(
     far, median = (_quantile(ordered, count, q) for q in (0.9, 0.5))
     limit = np.maximum(5 * sigma(median) * noise_over_stated(depths, sigma, median), np.float32(NEAREST))
     with np.errstate(invalid="ignore"):
-        still = (known & (np.abs(depths - median) > limit)).sum(axis=0) < CHANGED * np.maximum(count, 1)
+        still = (known & (np.abs(depths - median) > limit)).sum(axis=0) < 0.1 * np.maximum(count, 1)
         moved = _with_neighbours(known & (depths < far - limit))
     rank = count - 1 - np.maximum(1, np.round(RARE * count)).astype(int)
     farthest = np.take_along_axis(ordered, np.maximum(rank, 0)[None], axis=0)[0]
@@ -148,13 +145,7 @@ def look_behind(
     limit = np.where(np.isfinite(limit), limit, np.float32(NEAREST)).astype(np.float32)
     with np.errstate(invalid="ignore"):
         usual = (known & (depths > farthest - limit)).sum(axis=0) > USUAL * np.maximum(count, 1)
-    return Behind(farthest, still, usual, limit), moved
-
-
-def _but_for_visitors(behind: Behind, moved: NDArray[np.bool_]) -> Behind:
-    """`usual` without pixels (h, w) where what turns was seen to move, in the frames (k, h, w) that show it alone."""
-    shown = moved[moved.any(axis=(1, 2))]
-    return replace(behind, usual=behind.usual & (shown.sum(axis=0) < CHANGED * len(shown)))
+    return Behind(farthest, still, still | usual, limit), moved
 
 
 def outside_of(box: tuple[Array, Array], far: NDArray[np.float32], camera: Camera) -> NDArray[np.bool_]:
