@@ -61,12 +61,8 @@ class Heard:
         return float(np.clip((np.median(near) - PLAIN[0]) / (PLAIN[1] - PLAIN[0]), 0, 1)) if near else 0.0
 
     def worth(self, printed: float) -> Array:
-        """(m,) how much each candidate counts: fitting shape, and where there is print, the share of it that agrees.
-
-        That share is the square of the correlation: wrong pairs that agree by chance must not outweigh a right one.
-        """
-        agreeing = np.clip(self.found.at.alike, 0, 1) ** 2
-        return np.asarray(self.shape * (1 - printed + printed * PRINT * agreeing))
+        """(m,) how much each candidate counts: fitting shape, and where there is print, print that agrees."""
+        return np.asarray(self.shape * (1 - printed + printed * PRINT * np.clip(self.found.at.alike, 0, 1)))
 
     def said(self, printed: float) -> Said:
         """For `labels.consistent`.
