@@ -95,7 +95,7 @@ def _camera(source: SceneSource) -> Camera | None:
         return find_camera(given)
     path = source.path(given, "camera")
     if not path.is_file():
-        raise source.wrong(
+        raise source.wrong("camera", expected="a camera.json or a name of docs/first_scan.md, as kinect-v1")
             "camera", expected="a camera.json or a name of docs/first_scan.md, as kinect-v1 or realsense-d435"
         )
     return find_camera(path)
