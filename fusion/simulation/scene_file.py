@@ -96,8 +96,6 @@ def _camera(source: SceneSource) -> Camera | None:
     path = source.path(given, "camera")
     if not path.is_file():
         raise source.wrong("camera", expected="a camera.json or a name of docs/first_scan.md, as kinect-v1")
-            "camera", expected="a camera.json or a name of docs/first_scan.md, as kinect-v1 or realsense-d435"
-        )
     return find_camera(path)
 
 
