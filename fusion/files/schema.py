@@ -120,7 +120,7 @@ def _value_at(content: Any, place: Place) -> Any:
 
 def _words(option: Node, found: Any) -> str:
     if "enum" in option:
-        return _names([name for name in option["enum"] if name != ""], found)
+        return one_of([name for name in option["enum"] if name != ""], found)
     kind = {"string": "a text", "boolean": "true or false", "array": "a list", "object": "a JSON object"}
     if option.get("type") == "string" and "description" in option:
         return str(option["description"])
@@ -132,7 +132,8 @@ def _words(option: Node, found: Any) -> str:
     return ("a whole number" if whole else "a number") + _bounds(option)
 
 
-def _names(names: list[str], found: Any) -> str:
+def one_of(names: list[str], found: Any) -> str:
+    """Which names are known, in one short line: of many those that are like what was found."""
     quoted = [f'"{name}"' for name in names]
     if len(names) <= MOST_NAMES:
         return quoted[0] if len(names) == 1 else "one of " + ", ".join(quoted)

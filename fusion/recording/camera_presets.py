@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from fusion.errors import RecordingError
+from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_file import read_camera
 
@@ -104,6 +105,6 @@ def find_camera(camera: Camera | Path | str) -> Camera:
     if str(camera) in PRESETS:
         return PRESETS[str(camera)][0]
     if not Path(camera).is_file():
-        expected = "a camera.json or one of " + ", ".join(PRESETS)
+        expected = "a camera.json or " + one_of(list(PRESETS), camera)
         raise RecordingError("the camera is not known", "--camera", camera, expected)
     return read_camera(Path(camera))

@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.scan.frames import masked
-from fusion.scan.seen import FACING
+from fusion.scan.seen import ASKED, facing
+from fusion.turntable.pairs.edges import NOISES
 from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 SOME = 1500  # pixels of a frame that are asked: what passes is wider than what lies between them
-ASKED = 36  # other frames, evenly from the scan
 NEAR = 0.005  # [m] beside noise: what a motion may be wrong by (guess)
-NOISES = 5.0
 AROUND = np.ones((5, 5), np.uint8)  # pixels that are asked beside those that pass: rims of it, which lie nearer (guess)
 
 
@@ -74,14 +73,7 @@ def _passing(asked: _Asked, others: list[tuple[Prepared | None, Array]]) -> NDAr
     near = NEAR + NOISES * np.nan_to_num(asked.sigma, nan=0.0)
     for frame, T in others:
         assert frame is not None
-        towards = T[:3, 3] - asked.points
-        facing = np.einsum("ij,ij->i", asked.normals, towards) > FACING * np.linalg.norm(towards, axis=1)
-        which = np.flatnonzero(facing)
-        here = pose.transform(pose.inverse(T), asked.points[which])
-        camera = frame.surface.camera
-        u, v = np.rint(np.clip(camera.project(here), -9, 99999)).astype(int).T
-        inside = (here[:, 2] > 0.05) & (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
-        which, u, v, z = which[inside], u[inside], v[inside], here[inside, 2]
+        which, (v, u), z = facing(asked.points, asked.normals, frame, T)
         beyond = frame.surface.points[v, u, 2] - z
         shown[which[np.abs(beyond) <= near[which]]] += 1
         through[which[beyond > near[which]]] += 1

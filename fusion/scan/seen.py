@@ -71,13 +71,18 @@ def _facing(
     """Of each placed frame: the vertices (m,) in its image that face it, their pixels (v, u) and their depths (m,)."""
     assert mesh.normals is not None
     for frame, T in zip(frames, poses, strict=True):
-        if frame is None or not np.isfinite(T).all():
-            continue
-        camera = frame.surface.camera
-        towards = T[:3, 3] - mesh.vertices
-        facing = np.einsum("ij,ij->i", mesh.normals, towards) > FACING * np.linalg.norm(towards, axis=1)
-        which = np.flatnonzero(facing)
-        points = pose.transform(pose.inverse(T), mesh.vertices[which].astype(float))
-        u, v = np.rint(np.clip(camera.project(points), -9, 99999)).astype(int).T
-        inside = (points[:, 2] > 0.05) & (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
-        yield frame, which[inside], (v[inside], u[inside]), points[inside, 2]
+        if frame is not None and np.isfinite(T).all():
+            yield frame, *facing(mesh.vertices, mesh.normals, frame, T)
+
+
+def facing(
+    points: NDArray[np.floating], normals: NDArray[np.floating], frame: Prepared, T: Array
+) -> tuple[NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], Array]:
+    """Which points (n, 3) with normals, of the object's frame, face the camera at T (4, 4) and lie in its image: (m,),
+    their pixels (v, u), and their depths (m,) [m]."""
+    camera, towards = frame.surface.camera, T[:3, 3] - points
+    which = np.flatnonzero(np.einsum("ij,ij->i", normals, towards) > FACING * np.linalg.norm(towards, axis=1))
+    here = pose.transform(pose.inverse(T), points[which].astype(float))
+    u, v = np.rint(np.clip(camera.project(here), -9, 99999)).astype(int).T
+    inside = (here[:, 2] > 0.05) & (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
+    return which[inside], (v[inside], u[inside]), here[inside, 2]

@@ -9,6 +9,7 @@ import numpy as np
 from fusion.errors import FusionError, RecordingError, SceneError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json
+from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import CameraFile, camera_of
@@ -95,7 +96,7 @@ def _camera(source: SceneSource) -> Camera | None:
         return find_camera(given)
     path = source.path(given, "camera")
     if not path.is_file():
-        raise source.wrong("camera", expected="a camera.json or a name of docs/first_scan.md, as kinect-v1")
+        raise source.wrong("camera", expected="a camera.json or " + one_of(list(PRESETS), given))
     return find_camera(path)
 
 

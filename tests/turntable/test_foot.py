@@ -47,11 +47,6 @@ def test_too_little_behind_is_no_foot():
     assert foot_normal(ground(random, 20), ball(random)) is None
 
 
-def test_an_axis_goes_through_the_middle_of_a_ball_or_elsewhere_if_asked():
+def test_an_axis_goes_through_the_middle_of_a_ball():
     points, middle = ball(np.random.default_rng(3)), to_camera(np.array([0, 0, 0.07]))
-    found = axis_through(UP, points)
-    assert found.distance(middle[None])[0][0] < 0.006
-    away = np.cross(np.cross(UP, middle), UP)
-    nearer, deeper = ((axis_through(UP, points, off).point - found.point) @ away for off in (-0.3, 0.3))
-    np.testing.assert_allclose(nearer / np.linalg.norm(away), -0.3 * 0.07, atol=0.003)
-    assert 0.005 < deeper / np.linalg.norm(away) < 0.3 * 0.07 + 0.003  # no farther than what is seen
+    assert axis_through(UP, points).distance(middle[None])[0][0] < 0.006

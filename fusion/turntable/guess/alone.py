@@ -39,10 +39,6 @@ WANDERS = 1.15
 SLIPS = 2.0  # standard deviations of the angles by shape alone over those with print: shape lets them slip (guess)
 PRINTED = 0.5  # typical correlation of prints that match (guess; 0.8 to 0.97 on printed things)
 UNLIKE = 1 / 3  # of it, from which two views show other places (guess: wrong pairs had 0.0 to 0.3)
-UNHEARD = 1.0  # worth of neighbours that shape alone can reach: print, if there is any, does not agree
-# of half the width, where else the axis may stand: a plate is wider than what stands on it, and off the axis print is
-# laid on other print (guess)
-DEEPER = (-0.3, 0.3)
 HOPELESS = 0.5  # misfit of views that do not turn about any axis (guess)
 JOINT = (Limits(0.01, 2.0, 0.12, 1000), Limits(0.006, 2.0, 0.12, POINTS_JOINT))
 COARSE = (Limits(0.02, 0.0, 0.24, 600), *JOINT)
@@ -152,9 +148,6 @@ def _upright(views: Sequence[View], seen: Stack, region: Region, keys: NDArray[n
         return value, axis_through(closed.axis.direction, points) if closed.axis.direction[1] < 0 else axis
 
     value, axis = max((fit(axis) for axis in tried), key=lambda found: found[0])
-    if foot is not None and len(seen.tones) and value < UNHEARD:
-        deeper = (fit(axis_through(foot, points, off)) for off in DEEPER)
-        value, axis = max((value, axis), *deeper, key=lambda found: found[0])
     if foot is not None and value < 0.15:  # it stands on something else
         foot = None
         value, axis = max((fit(axis) for axis in guesses), key=lambda found: found[0])

@@ -57,9 +57,9 @@ def _stands_on(height: Array, under: float) -> bool:
     return bool(np.mean(height > -FLAT) > ABOVE and lowest < under)
 
 
-def axis_through(direction: Array, points: Array, off: float = 0.0) -> Axis:
+def axis_through(direction: Array, points: Array) -> Axis:
     """The axis along a direction (3,) through the middle of what points (n, 3) of all views fill: half of it shows, so
-    that it reaches as far behind its nearest as it does to the sides; `off` of half the width farther behind."""
+    that it reaches as far behind its nearest as it does to the sides."""
     middle = np.median(points, axis=0)
     sideways = np.cross(direction, middle)
     sideways /= np.linalg.norm(sideways)
@@ -67,6 +67,6 @@ def axis_through(direction: Array, points: Array, off: float = 0.0) -> Axis:
     away *= np.sign(away @ middle)
     left, right = np.percentile(points @ sideways, [1, 99])
     near, far = np.percentile(points @ away, [1, 99])
-    depth = min(near + (1 + off) * (right - left) / 2, max(far, near + 0.005))
+    depth = min(near + (right - left) / 2, max(far, near + 0.005))
     along = np.percentile(points @ direction, [1, 99]).mean()
     return Axis((left + right) / 2 * sideways + depth * away + along * direction, direction)

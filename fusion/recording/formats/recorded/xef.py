@@ -49,8 +49,8 @@ def read(path: Path, camera: Camera | None) -> Recording:
     stamps, told = even_or_stated(TICK_S * np.array(depth.ticks, np.float64), FRAMES_PER_SECOND)
     warnings += told + _left_out(events)
     camera = turned_back(camera, warnings)
-    counts, places = partial(_pixels, path, depth, "a depth image"), _infrared(events, depth)
-    infrared = events.of(INFRARED)
+    counts, infrared = partial(_pixels, path, depth, "a depth image"), events.of(INFRARED)
+    places = _infrared(infrared, depth)
     source = Source(
         path=path,
         camera=replace(camera, depth_scale=DEPTH_SCALE),
@@ -71,9 +71,8 @@ def _left_out(events: Events) -> list[str]:
     return told
 
 
-def _infrared(events: Events, depth: Stream) -> NDArray[np.int64]:
+def _infrared(infrared: Stream | None, depth: Stream) -> NDArray[np.int64]:
     """For each depth image the infrared image of the same number and moment, -1 where there is none."""
-    infrared = events.of(INFRARED)
     at: dict[tuple[int, int], int] = {}
     if infrared is not None:
         at = {key: place for place, key in enumerate(zip(infrared.ticks, infrared.numbers, strict=True))}
