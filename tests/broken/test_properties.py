@@ -64,6 +64,8 @@ NAMES = [
     "room.sens",
     "room.klg",
     "room_Depth.dat",
+    "plain.xef",
+    "archived.xef",
     "phone.r3d",
     "polycam.zip",
     "rec.mcap",
