@@ -187,9 +187,14 @@ def test_without_pyserial_it_is_told_how_to_get_it(monkeypatch):
 
 
 def test_a_stop_by_hand_stops_the_table_too(tmp_path):
+    def stop_under_way() -> None:
+        while table.standing is not None and not table.dead.is_set():
+            time.sleep(0.02)
+        source.stop()
+
     with Emulated(speed=1.0) as table:
         source = Stepped(MadeUp(100_000, 0.005, now=True), Grbl(table.name), 90.0, 0.0)
-        threading.Timer(1.0, source.stop).start()
+        threading.Thread(target=stop_under_way, daemon=True).start()
         begin = time.monotonic()
         with source:
             assert record_source(source, tmp_path / "rec").frames == 1
