@@ -10,6 +10,7 @@ from fusion.commands.numbers import number, whole_number
 from fusion.commands.results import add_output, made
 from fusion.commands.screen import took
 from fusion.commands.shown import shown_sensor
+from fusion.commands.turned_table import add_table, before_table, check_table, watches_turn
 from fusion.progress import note, seconds
 from fusion.quantity import PORT, RECORDED, VOXEL
 
@@ -22,12 +23,13 @@ EXAMPLE = "fusion live kinect-v1 -o out"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    add("source", metavar="SOURCE", help="kinect-v1[:SERIAL], or replay:REC[@SPEED] for a recording played back")
+    add("source", metavar="SOURCE", help="as `fusion record` takes it: kinect-v1, realsense, replay:REC[@SPEED], ...")
     add_output(parser, "folder for mesh.ply, trajectory.txt, ...; the recording is written beside it, as OUT_recording")
     add("--port", type=whole_number(PORT), default=8080, metavar="N", help="of the page, on this machine alone (8080)")
     add("--no-view", action="store_true", help="no page, only a line of text")
     add("--frames", type=whole_number(RECORDED), metavar="N", help="end after N frames (default: at finish or Ctrl-C)")
     add("--turn", action="store_true", help="end when the table has turned once")
+    add_table(parser)
     add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
     add("--camera", metavar="C", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the source's own")
     add("--voxel", type=number(VOXEL), metavar="M", help="edge of a voxel of the result [m]")
@@ -37,10 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check(options: argparse.Namespace) -> None:
-    """Which files are read, so that none of them is written to."""
+    """Which files are read, so that none of them is written to; and that nothing is asked of a table that is none."""
     from fusion.devices.open import replayed
 
     options.recording = replayed(options.source)
+    check_table(options)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -58,8 +61,8 @@ def run(options: argparse.Namespace) -> None:
     read = [] if options.recording is None else [options.recording]
     with claimed(beside, "live", read, options.overwrite) as claim:
         shown = _shown(options)
-        settings = RecordSettings(options.frames, options.turn)
-        with open_source(options.source, options.camera) as source:
+        settings = RecordSettings(options.frames, watches_turn(options))
+        with before_table(open_source(options.source, options.camera), options, options.frames) as source:
             done, watch = record_live(source, beside, lambda: claim.folder((*MEMBERS, "undone.txt")), settings, shown)
     recording = open_recording(beside)
     scan = scan_turntable(recording, ScanSettings(sensor=shown_sensor(options, recording.camera), voxel=options.voxel))

@@ -5,13 +5,13 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from fusion.commands.numbers import number, whole_number
+from fusion.commands.numbers import whole_number
 from fusion.commands.results import add_output
-from fusion.quantity import EVERY, RECORDED, SETTLE, STEP
+from fusion.commands.turned_table import add_table, before_table, check_table, watches_turn
+from fusion.quantity import EVERY, RECORDED
 
 if TYPE_CHECKING:
     from fusion.devices.record import Recorded
-    from fusion.devices.source import Source
 
 ROUND = "the table has turned once"
 ENDED = {
@@ -32,10 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "folder of the new recording; whole from its first frame on, whatever ends it", report=False)
     add("--frames", type=whole_number(RECORDED), metavar="N", help="end after N frames (default: at Ctrl-C)")
     add("--turn", action="store_true", help="end when the table has turned once")
-    table = "grbl:PORT[:AXIS] or a command, 'my_table --to {angle}' or '... --by {step}' [deg]"
-    add("--table", metavar="TABLE", help=f"turn this table step by step, a frame of each place, one turn: {table}")
-    add("--step", type=number(STEP), metavar="DEG", help="with --table: turn between frames, its sign (default: 10)")
-    add("--settle", type=number(SETTLE), metavar="S", help="with --table: wait after each step (default: 0.5 s)")
+    add_table(parser)
     add("--every", type=whole_number(EVERY), default=1, metavar="N", help="record one frame of N (default: every one)")
     add("--ir", action="store_true", help="infrared instead of colours, from a camera that sends one at a time")
     add("--camera", metavar="FILE", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the source's own")
@@ -51,12 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def check(options: argparse.Namespace) -> None:
     """Which files are read, so that none of them is written to; and that nothing is asked of a table that is none."""
     from fusion.devices.open import replayed
-    from fusion.errors import DeviceError
 
     options.recording = replayed(options.source)
-    for name in ("step", "settle"):
-        if getattr(options, name) is not None and options.table is None:
-            raise DeviceError("there is no table to turn", f"--{name}", do="name it: --table grbl:PORT")
+    check_table(options)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -65,32 +59,15 @@ def run(options: argparse.Namespace) -> None:
     from fusion.devices.record import RecordSettings, fill_recorded
     from fusion.recording.write import MEMBERS
 
-    # with a table the source itself ends, after its places
-    turn = options.turn and options.table is None
-    settings = RecordSettings(options.frames, turn, options.every, options.color)
-    with _before_a_table(open_source(options.source, options.camera, options.ir), options) as source:
+    settings = RecordSettings(options.frames, watches_turn(options), options.every, options.color)
+    places = None if options.frames is None else options.frames * options.every
+    with before_table(open_source(options.source, options.camera, options.ir), options, places) as source:
         done = fill_recorded(source, options.output, lambda: options.claim.folder(MEMBERS), settings)
     ended = ROUND if options.table is not None and done.ended == "source" else ENDED[done.ended]
     if options.json:
         print(json.dumps(asdict(done) | {"path": str(done.path), "ended": ended}, indent=1))
     else:
         print(_line(done, ended))
-
-
-def _before_a_table(source: "Source", options: argparse.Namespace) -> "Source":
-    """The source, of one frame a place where there is a table."""
-    if options.table is None:
-        return source
-    from fusion.devices.table.stepped import Stepped, open_table
-
-    try:
-        table = open_table(options.table)
-    except BaseException:
-        source.stop()
-        raise
-    given = {name: value for name in ("step", "settle") if (value := getattr(options, name)) is not None}
-    count = None if options.frames is None else options.frames * options.every
-    return Stepped(source, table, count=count, **given)
 
 
 def _line(done: "Recorded", ended: str) -> str:

@@ -23,6 +23,7 @@ class Description:
             what is recorded.
         rate: frames a second that are to be expected, 0 where nobody knows.
         length: number of frames of a source that ends by itself, or None.
+        stepped: a frame comes of each place of a table, which goes on when the frame is taken.
         color, ir: frames hold such images, now and then at least.
         raw: what `SourceFrame.raw` holds, in a word or two; "" where there is none.
         tables: what the device tells of its own calibration, as plain JSON values; recorded as it is.
@@ -36,6 +37,7 @@ class Description:
     firmware: str = ""
     rate: float = 0.0
     length: int | None = None
+    stepped: bool = False
     color: bool = False
     ir: bool = False
     raw: str = ""

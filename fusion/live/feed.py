@@ -11,13 +11,15 @@ from fusion.devices.source import Description, Source, SourceFrame
 
 WAITING = 45  # frames that may wait for the view: what comes while the object is looked for (1.5 s at 30 a second)
 FEW = 4  # once the view keeps up: what is shown is then no older (0.13 s at 30 a second)
+PAUSED = 0.05  # [s] between two looks whether a pause is over
 PATIENCE = 3.0  # [s] for a view to make up for steps that took long, such as a look for the object, before frames go
 
 
 class Feed:
     """A source like the one it is made of, with a pause; the frames that are handed over are also offered to a view.
 
-    While it is paused, frames are taken from the camera and thrown away, so that it runs on.
+    While it is paused, frames are taken from the camera and thrown away, so that it runs on; a table that is turned
+    step by step waits instead.
 
     Args:
         source: the camera.
@@ -31,6 +33,7 @@ class Feed:
         self.ready = threading.Condition()
         self.dropped = self.recorded = self.lost = 0
         self.over = False
+        self._stopped = threading.Event()
         self.room = WAITING  # frames that may wait now
         self._late_since: float | None = None
 
@@ -40,18 +43,22 @@ class Feed:
 
     def start(self) -> None:
         """As the source."""
+        self._stopped.clear()
         self.source.start()
 
     def stop(self) -> None:
         """As the source."""
+        self._stopped.set()
         self.source.stop()
 
     def frames(self) -> Iterator[SourceFrame]:
         """As the source, without those of a pause."""
+        stepped = self.source.describe().stepped
         try:
-            for frame in self.source.frames():
+            frames = self.source.frames()
+            while not (stepped and self._halted()) and (frame := next(frames, None)) is not None:
                 self.lost += frame.missed
-                if self.paused:
+                if self.paused and not stepped:
                     continue
                 self.recorded += 1
                 self.offer(frame, self.clock())
@@ -60,6 +67,12 @@ class Feed:
             with self.ready:
                 self.over = True
                 self.ready.notify_all()
+
+    def _halted(self) -> bool:
+        """Wait while it is paused; whether it was stopped meanwhile."""
+        while self.paused and not self._stopped.wait(PAUSED):
+            pass
+        return self._stopped.is_set()
 
     def take(self) -> tuple[SourceFrame, float] | None:
         """The oldest frame offered and when it came [s], waiting for it; None when none will come."""

@@ -18,7 +18,7 @@ FEWEST, MOST = 8, 24  # of them: `find_moving` takes from 6; more tell nothing n
 ACROSS = 320
 MARGIN = 0.015  # [m] around what has moved, as around what turns in a whole recording
 AGAIN = 1.5  # it is looked again when so many times as many were shown: a look takes half a second (measured)
-LONGEST = 60.0  # [s] after which all of it has shown (guess: a slow table takes so long for a turn)
+ALL = 600  # compared after which all of it has shown (guess: a minute, which a slow table takes for a turn)
 
 
 class Looking:
@@ -30,13 +30,11 @@ class Looking:
         self.region: Region | None = None
         self.finds = 0  # looks that found it
         self._samples: list[NDArray[np.float32]] = []
-        self._first: float | None = None
         self._last, self._count, self._next = -np.inf, 0, FEWEST
 
     def see(self, now: float, depth: NDArray[np.float32]) -> None:
         """One frame: when it came [s] and its depth [m]."""
-        self._first = now if self._first is None else self._first
-        if now - self._last < BETWEEN or (self.region is not None and now - self._first > LONGEST):
+        if now - self._last < BETWEEN or (self.region is not None and self._count >= ALL):
             return
         self._last = now
         self._samples.append(depth[:: self._step, :: self._step])

@@ -1,5 +1,7 @@
 """What lies between camera and recorder: the recorder gets every frame, whatever becomes of the view."""
 
+import threading
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -15,16 +17,17 @@ CAMERA = Camera(32, 24, fx=30.0, fy=30.0, cx=15.5, cy=11.5)
 
 
 class Steady:
-    """A source of so many empty frames."""
+    """A source of so many empty frames; `given` of them were asked for."""
 
-    def __init__(self, count: int) -> None:
-        self.count = count
+    def __init__(self, count: int, stepped: bool = False) -> None:
+        self.count, self.stepped, self.given = count, stepped, 0
 
     def describe(self) -> Description:
-        return Description("steady", CAMERA)
+        return Description("steady", CAMERA, stepped=self.stepped)
 
     def frames(self):
         for k in range(self.count):
+            self.given += 1
             yield SourceFrame(k, k / 30, np.ones(CAMERA.shape, np.float32), missed=int(k == 5))
 
     def start(self) -> None:
@@ -79,6 +82,29 @@ def test_frames_of_a_pause_are_in_neither():
     feed = Feed(Steady(10), paused=True)
     assert list(feed.frames()) == []
     assert feed.take() is None
+
+
+def test_a_stepped_table_waits_in_a_pause_and_loses_no_place():
+    source = Steady(10, stepped=True)
+    feed = Feed(source)
+    frames = feed.frames()
+    taken = [next(frames).index for _ in range(4)]
+    feed.paused = True
+    rest = threading.Thread(target=lambda: taken.extend(one.index for one in frames))
+    rest.start()
+    rest.join(0.3)
+    assert rest.is_alive() and source.given == 4  # nothing is taken, so the table is not sent on
+    feed.paused = False
+    rest.join(30)
+    assert taken == list(range(10))
+
+
+def test_a_stepped_table_can_be_stopped_in_a_pause():
+    source = Steady(10, stepped=True)
+    feed = Feed(source, paused=True)
+    threading.Timer(0.2, feed.stop).start()
+    assert list(feed.frames()) == []
+    assert source.given == 0
 
 
 @pytest.mark.parametrize("sign", [1, -1])

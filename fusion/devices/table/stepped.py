@@ -7,7 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 from fusion.devices.source import Description, Source, SourceFrame
 from fusion.devices.table.command import Command
@@ -67,7 +67,12 @@ class Stepped:
 
     def describe(self) -> Description:
         """As the camera, but of so many frames; nobody knows how fast."""
-        return replace(self.source.describe(), rate=0.0, length=self.count)
+        return replace(self.source.describe(), rate=0.0, length=self.count, stepped=True)
+
+    @property
+    def motor(self) -> Any:
+        """What tilts the camera, or None."""
+        return getattr(self.source, "motor", None)
 
     def start(self) -> None:
         """As the camera."""
