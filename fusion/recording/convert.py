@@ -1,6 +1,5 @@
 """A recording of any format becomes a native folder."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +7,11 @@ from fusion.errors import RecordingError
 from fusion.files.inside import inside
 from fusion.files.publish import output_folder
 from fusion.files.reading import read_bytes
-from fusion.progress import each
 from fusion.recording.device_file import write_device
-from fusion.recording.recording import Frame, Recording
+from fusion.recording.losses import Watched
+from fusion.recording.recording import Recording
 from fusion.recording.scene_file import scene_mesh
-from fusion.recording.write import MEMBERS, fill_recording, rounded, tell, write_png
+from fusion.recording.write import MEMBERS, fill_recording, tell, write_png
 
 
 def convert_recording(recording: Recording, path: Path | str, notes: list[str] | None = None) -> None:
@@ -40,18 +39,14 @@ def convert_recording(recording: Recording, path: Path | str, notes: list[str] |
 def fill_conversion(folder: Path, recording: Recording, notes: list[str] | None = None) -> None:
     """The same into a folder that is being made."""
     scene = copy_scene_mesh(recording, folder)
-    unfit: dict[str, int] = {}
-    frames = _counted(recording, unfit)
+    frames = Watched(recording)
     fill_recording(folder, recording.camera, frames, recording.poses, recording.telemetry, scene)
     copy_color_apart(recording, folder)
     if recording.settings:
         write_device(folder, recording.settings)
     gone = "mesh" in scene and not (folder / str(scene["mesh"])).exists()
     told = [f"the mesh of the scene is not there: {scene['mesh']}"] if gone else []
-    sure = unfit.pop("confidence", 0)
-    told += [f"confidence of single pixels has no place in it: left out of {sure} frames"] if sure else []
-    told += [f"{count} {name} images are not in the depth camera's pixels: left out" for name, count in unfit.items()]
-    tell(recording.path, (*recording.warnings, *rounded(recording), *told), notes)
+    tell(recording.path, (*recording.warnings, *told, *frames.told()), notes)
 
 
 def copy_scene_mesh(recording: Recording, folder: Path) -> dict[str, Any]:
@@ -68,14 +63,6 @@ def copy_scene_mesh(recording: Recording, folder: Path) -> dict[str, Any]:
         scene["mesh"] = mesh.name  # beside its scene.json, wherever it was before
         _copy(mesh, folder / scene["mesh"], "the mesh of the scene")
     return scene
-
-
-def _counted(recording: Recording, unfit: dict[str, int]) -> Iterator[Frame]:
-    """The frames; into `unfit` goes how many images of each kind were left out of them."""
-    for frame in each(recording, "converting"):
-        for name in (*frame.unfit, *(["confidence"] if frame.noisier is not None else [])):
-            unfit[name] = unfit.get(name, 0) + 1
-        yield frame
 
 
 def copy_color_apart(recording: Recording, folder: Path) -> None:

@@ -23,6 +23,11 @@ def read_settings(folder: Path, notes: list[str]) -> dict[str, str]:
     except RecordingError as problem:  # no frame needs it
         notes.append(f"{NAME} is left out: {problem}")
         return {}
+    return settings_in(content)
+
+
+def settings_in(content: Mapping[str, Any]) -> dict[str, str]:
+    """How the device was set, words by name, as a device file's content says it."""
     listed = content.get("settings", {})
     told = {name: content[name] for name in OWN if name in content} | (listed if isinstance(listed, dict) else {})
     plain = {name: str(value) for name, value in told.items() if isinstance(value, str | int | float)}
@@ -31,5 +36,9 @@ def read_settings(folder: Path, notes: list[str]) -> dict[str, str]:
 
 def write_device(folder: Path, settings: Mapping[str, str], **more: Any) -> None:
     """Write the file into a folder that is being made."""
-    content = {**more, "settings": dict(settings)}
-    (folder / NAME).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    (folder / NAME).write_text(device_text(settings, **more), encoding="utf-8")
+
+
+def device_text(settings: Mapping[str, str], **more: Any) -> str:
+    """The content of the file."""
+    return json.dumps({**more, "settings": dict(settings)}, indent=1) + "\n"

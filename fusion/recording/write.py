@@ -16,7 +16,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import write_camera
 from fusion.recording.frame_files import INVALID_COUNT
-from fusion.recording.recording import Frame, Recording
+from fusion.recording.recording import Frame
 from fusion.recording.telemetry_file import telemetry_text
 from fusion.recording.trajectory_file import trajectory_text
 
@@ -92,14 +92,6 @@ def depth_counts(depth: NDArray[np.floating], depth_scale: float) -> NDArray[np.
         counts = np.rint(np.asarray(depth, float) * depth_scale)
         good = (counts > 0) & (counts < INVALID_COUNT)
     return np.where(good, counts, 0).astype(np.uint16)
-
-
-def rounded(recording: Recording) -> list[str]:
-    """What is told where depth is stored in metres and becomes counts."""
-    streams = recording.streams
-    if recording.files is not None or streams is None or streams.counts is not None:
-        return []
-    return [f"depth is stored in metres: it is rounded to whole counts of {1000 / recording.camera.depth_scale:g} mm"]
 
 
 def tell(path: Path, told: Iterable[str], notes: list[str] | None) -> None:

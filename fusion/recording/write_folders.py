@@ -4,7 +4,6 @@ Depth keeps its counts, time stamps their microseconds. What such a folder has n
 """
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.progress import each
+from fusion.recording.losses import BESIDE, Watched
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.trajectory_file import trajectory_text
-from fusion.recording.write import depth_counts, rounded, tell, write_frames, write_png
+from fusion.recording.write import depth_counts, tell, write_frames, write_png
 
 MILLIMETRES, TUM_COUNTS = 1000.0, 5000.0  # counts a metre that Open3D, and TUM's own tools, take depth for
 LATEST_S = 1e12  # what a name holds of microseconds
@@ -34,7 +33,8 @@ def fill_tum(folder: Path, recording: Recording, notes: list[str] | None = None)
     Raises:
         RecordingError: no frame, or one that cannot be read.
     """
-    write_frames(folder, recording.camera, (replace(frame, ir=None) for frame in _frames(recording)))
+    frames = _watched(recording)
+    write_frames(folder, recording.camera, (replace(frame, ir=None) for frame in frames))
     pairs = _pairs(folder)
     if pairs:
         (folder / "associations.txt").write_text("\n".join([*pairs, ""]), encoding="utf-8")
@@ -45,7 +45,7 @@ def fill_tum(folder: Path, recording: Recording, notes: list[str] | None = None)
     told = [f"a TUM folder holds no camera: its focal lengths and centre are {numbers} px"]
     if camera.depth_scale != TUM_COUNTS:
         told.append(f"a metre is {camera.depth_scale:g} counts of depth, where TUM's own tools take {TUM_COUNTS:g}")
-    _tell(recording, told, notes)
+    tell(recording.path, (*recording.warnings, *told, *frames.told()), notes)
 
 
 def fill_open3d(folder: Path, recording: Recording, notes: list[str] | None = None) -> None:
@@ -55,8 +55,8 @@ def fill_open3d(folder: Path, recording: Recording, notes: list[str] | None = No
     errors as of `fill_tum`; a time stamp before 0 is refused, too.
     """
     (folder / "depth").mkdir()
-    bare = 0
-    for frame in _frames(recording):
+    bare, frames = 0, _watched(recording)
+    for frame in frames:
         if not 0 <= frame.timestamp <= LATEST_S:
             raise RecordingError("a time stamp cannot be a file's name", recording.path, frame.timestamp, "0 s or more")
         name = f"{frame.index:07d}-{round(frame.timestamp * 1e6):012d}.png"
@@ -81,7 +81,7 @@ def fill_open3d(folder: Path, recording: Recording, notes: list[str] | None = No
         told.append(f"Open3D takes {MILLIMETRES:g} counts for a metre unless told: depth_scale={camera.depth_scale:g}")
     if 0 < bare < len(recording):
         told.append(f"{bare} frames have no colour; Open3D joins images by their order")
-    _tell(recording, told, notes)
+    tell(recording.path, (*recording.warnings, *told, *frames.told()), notes)
 
 
 def _pairs(folder: Path) -> list[str]:
@@ -93,10 +93,10 @@ def _pairs(folder: Path) -> list[str]:
     return [f"{line} {depth[Path(line).name]}" for line in lines["rgb"]]
 
 
-def _frames(recording: Recording) -> Iterator[Frame]:
+def _watched(recording: Recording) -> Watched:
     if not len(recording):
         raise RecordingError("there is no frame to write", recording.path, "no frame", "one or more")
-    yield from each(recording, "converting")
+    return Watched(recording, without=BESIDE)
 
 
 def _counts(recording: Recording, frame: Frame) -> NDArray[np.uint16]:
@@ -111,16 +111,3 @@ def _log_text(poses: NDArray[np.float64]) -> str:
             rows = [" ".join(f"{value:.12g}" for value in row) for row in T]
             blocks.append("\n".join([f"{number} {number} {number + 1}", *rows]))
     return "\n".join([*blocks, ""])
-
-
-def _tell(recording: Recording, told: list[str], notes: list[str] | None) -> None:
-    """What is to be known, and what the recording has that such a folder has no place for."""
-    has = {
-        "infrared": recording.has_ir is not None and bool(recording.has_ir.any()),
-        "colour of another camera": recording.color_is_apart,
-        "telemetry": bool(recording.telemetry),
-        "the scene": bool(recording.scene),
-    }
-    left = [name for name, there in has.items() if there]
-    told = [*told, *([f"left out: {', '.join(left)}"] if left else [])]
-    tell(recording.path, (*recording.warnings, *rounded(recording), *told), notes)

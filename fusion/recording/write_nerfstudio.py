@@ -13,10 +13,10 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.lens_forms import fisheye, to_fisheye, to_polynomial, with_lens
 from fusion.geometry.pose import Array, inverse, other_axes, transform
-from fusion.progress import each
+from fusion.recording.losses import INFRARED, KIND, SCENE, SETTINGS, TELEMETRY, Watched
 from fusion.recording.over_color import depth_over, fine_as
 from fusion.recording.recording import Recording
-from fusion.recording.write import depth_counts, rounded, tell, write_png
+from fusion.recording.write import depth_counts, tell, write_png
 
 POINTS = 200_000  # of the cloud that splats begin with: as many as colmap's sparse models have, and 3 MB
 SAME_PLACE = 1e-6
@@ -49,7 +49,8 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
         (folder / name).mkdir()
     frames, cloud, colors, left = [], [], [], 0
     step = max(1, len(recording) * recording.camera.width * recording.camera.height // POINTS)
-    for frame, T_world_camera in zip(each(recording, "writing"), poses, strict=True):
+    watched = Watched(recording, without=(INFRARED, TELEMETRY, SCENE, SETTINGS, KIND))
+    for frame, T_world_camera in zip(watched, poses, strict=True):
         color = recording.color_apart(frame.index) if recording.color_is_apart else frame.color
         if color is None or not np.isfinite(T_world_camera).all():
             left += 1
@@ -78,7 +79,7 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
     write_cloud(folder / "points.ply", np.concatenate(cloud), np.concatenate(colors))
     told += [
         *recording.warnings,
-        *rounded(recording),
+        *watched.told(),
         *([f"{left} frames without colour or pose are left out"] if left else []),
     ]
     if recording.camera.depth_scale != 1000:

@@ -115,6 +115,14 @@ def test_fakenect(tmp_path, order, raw):
     expected = by_tangent(counts) if raw else np.where(counts == 0, np.nan, counts / 1000)
     np.testing.assert_allclose(frame.depth, expected, rtol=0.015 if raw else 1e-6)
     assert np.isnan(frame.depth[:20]).all() and frame.color[0, 0].tolist() == [9, 8, 7]
+    notes: list[str] = []
+    convert_recording(recording, tmp_path / "native", notes)
+    kept = open_recording(tmp_path / "native")[0].depth
+    if raw:  # no two raw values become one count; what is rounded is told
+        assert np.abs(kept - frame.depth)[20:].max() < 0.11e-3
+        assert any("rounded to whole counts of 0.2 mm" in note for note in notes)
+    else:
+        assert np.array_equal(kept, frame.depth, equal_nan=True) and not any("rounded" in note for note in notes)
 
 
 def by_tangent(raw):

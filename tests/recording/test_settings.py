@@ -20,6 +20,9 @@ def test_settings_of_a_realsense_recording_are_kept_by_a_conversion(tmp_path, ca
     assert recording.settings["Name"] == "Intel RealSense D405" and recording.settings["Depth Units"] == "0.0001"
     convert_recording(recording, tmp_path / "native")
     assert open_recording(tmp_path / "native").settings == recording.settings
+    assert main(["convert", str(tmp_path / "a.bag"), str(tmp_path / "a.mcap"), "--format", "mcap"]) == 0
+    assert open_recording(tmp_path / "a.mcap").settings == recording.settings
+    capsys.readouterr()
     assert main(["info", str(tmp_path / "native"), "--quick"]) == 0
     told = capsys.readouterr().out
     assert "Depth Units 0.0001" in told and "0.1 mm a count" in told and "clock: " in told

@@ -94,13 +94,13 @@ def test_poses_of_another_file_are_written(original, tmp_path):
 
 
 @pytest.mark.parametrize("fill", [fill_conversion, fill_tum, fill_open3d])
-def test_depth_in_metres_is_told_to_be_rounded(tmp_path, fill):
+def test_depth_that_is_no_counts_is_told_to_be_rounded(tmp_path, fill):
     frames = synthetic.frames(2)
-    stored = (None, lambda index: depth_counts(frames[index].depth, 1000.0))
-    for number, counts in enumerate(stored):
+    for number, scale in enumerate((1000.0, None)):
+        depths = [f.depth if scale is None else depth_counts(f.depth, scale) / np.float32(scale) for f in frames]
         stamps = np.array([frame.timestamp for frame in frames])
-        source = Source(tmp_path, synthetic.CAMERA, stamps, lambda index: frames[index].depth, counts=counts)
+        source = Source(tmp_path, synthetic.CAMERA, stamps, depths.__getitem__)
         (tmp_path / str(number)).mkdir()
         notes: list[str] = []
         fill(tmp_path / str(number), source.recording("made", None, []), notes)
-        assert any("rounded to whole counts of 1 mm" in note for note in notes) == (counts is None)
+        assert any("rounded to whole counts of 1 mm" in note for note in notes) == (scale is None)

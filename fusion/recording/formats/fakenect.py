@@ -1,6 +1,7 @@
 """Dumps of libfreenect's fakenect: `INDEX.txt`, `d-*.pgm` depth, `r-*.ppm` colour of a Kinect v1."""
 
 import re
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -21,7 +22,7 @@ from fusion.recording.images import check_shape, read_bytes
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
 from fusion.recording.text_files import data_lines, stamp
-from fusion.recording.zero_plane import NO_VALUE, USUAL, ZeroPlane
+from fusion.recording.zero_plane import DEPTH_SCALE, NO_VALUE, USUAL, ZeroPlane
 
 DEVICE = "device.json"  # newer versions write down what the unit tells of itself
 HEADER = re.compile(rb"P5\s+(\d{1,5})\s+(\d{1,5})\s+(\d{1,5})\s")
@@ -74,6 +75,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     warnings += [] if camera else ["the camera is a nominal Kinect v1, not calibrated"]
     warnings += ["colour is not registered to depth: colours are shifted"] if files.color else []
     camera = camera or PRESETS["kinect-v1"][0]
+    camera = replace(camera, depth_scale=DEPTH_SCALE) if raw else camera  # raw values are no counts of any length
     stamps = stamps[order]
     return Recording(
         path=folder,

@@ -16,18 +16,20 @@ from fusion.files.json_file import json_in
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import camera_from_dict
+from fusion.recording.device_file import settings_in
 from fusion.recording.formats.bags.lens import camera_of
 from fusion.recording.formats.bags.messages import frame_of, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, Look, look_at
 from fusion.recording.formats.bags.store import Store, Topic
 from fusion.recording.formats.bags.streams import METRES_SCALE, Chosen, Stream, stream_stamps
-from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree
+from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree, stated_poses
 from fusion.recording.scene_file import scene_in
 from fusion.recording.telemetry_file import telemetry_in
 
 INFO = "sensor_msgs/CameraInfo"
 # in bags that this program wrote, what messages of ROS cannot say: unit, sensor, what was logged, what stood there
 CAMERA_TOPIC, TELEMETRY_TOPIC, SCENE_TOPIC = "/fusion/camera_json", "/fusion/telemetry_csv", "/fusion/scene_json"
+DEVICE_TOPIC = "/fusion/device_json"
 INFRARED = ("ir", "infra", "infra1", "infra2", "infrared", "amplitude", "confidence")
 MILLIMETRES = 1000.0
 
@@ -98,6 +100,7 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
     first = float(stream.stamps.min())
     color = _color(store, images, depth, tree, first)
     T = between(tree, depth.frame, color.frame, first) if color is not None else None
+    settings = _own_settings(store, warnings)
     return Chosen(
         "ros2" if depth.topic.ros2 else "ros1",
         stream,
@@ -108,8 +111,9 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
         color is not None and _same_pixels(color, depth),
         telemetry_in(logged, store.path, warnings) if (logged := _own_text(store, TELEMETRY_TOPIC)) else {},
         scene_in(stated_scene, store.path) if (stated_scene := _own_text(store, SCENE_TOPIC)) else {},
-        partial(_poses, tree, depth.frame),
+        partial(_poses, store, tree, depth.frame),
         tuple(warnings),
+        settings,
     )
 
 
@@ -122,13 +126,23 @@ def _own_camera(store: Store, depth: Images) -> Camera | None:
     return camera if camera.shape == (depth.look.height, depth.look.width) else None
 
 
+def _own_settings(store: Store, warnings: list[str]) -> dict[str, str]:
+    text = _own_text(store, DEVICE_TOPIC)
+    try:
+        return settings_in(json_in(text, DEVICE_TOPIC, RecordingError)) if text else {}
+    except RecordingError as problem:  # no frame needs it
+        warnings.append(f"{DEVICE_TOPIC} is left out: {problem}")
+        return {}
+
+
 def _own_text(store: Store, name: str) -> str:
     topic = store.topics.get(name)
     return str(message(topic, 0)["data"]) if topic is not None and topic.type == "std_msgs/String" else ""
 
 
-def _poses(tree: Tree, frame: str, stamps: NDArray[np.float64]) -> Trajectory | None:
-    return poses_at(tree, frame, stamps)
+def _poses(store: Store, tree: Tree, frame: str, stamps: NDArray[np.float64]) -> Trajectory | None:
+    """Of this program's own bags those that were written: a frame without one was lost, and is not put in between."""
+    return stated_poses(tree, frame) if CAMERA_TOPIC in store.topics else poses_at(tree, frame, stamps)
 
 
 def _stream(images: Images, camera: Camera | None, warnings: list[str]) -> Stream:

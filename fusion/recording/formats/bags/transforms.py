@@ -84,6 +84,15 @@ def poses_at(tree: Tree, frame: str, stamps: NDArray[np.float64]) -> Trajectory 
     return Trajectory(stamps, poses) if np.isfinite(poses).all(axis=(1, 2)).any() else None
 
 
+def stated_poses(tree: Tree, frame: str) -> Trajectory | None:
+    """Poses of a frame in the one above it as they were written, at stamps of their own; None where there are none.
+
+    Nothing is put between them, and a frame that stands still has poses too: of files that say nothing else by it.
+    """
+    link = tree.get(frame)
+    return None if link is None else Trajectory(link.stamps, _poses(link.places))
+
+
 def between(tree: Tree, one: str, other: str, stamp: float) -> Array | None:
     """(4, 4) that maps points of frame `one` to frame `other`, at a stamp [s]; None where nothing joins them."""
     if one == other:

@@ -1,7 +1,6 @@
 """A recording as an MCAP file of ROS 2: topics as a driver of a depth camera sends them."""
 
 import json
-import logging
 from pathlib import Path
 from typing import Any
 
@@ -10,19 +9,19 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse, to_tum
-from fusion.progress import each
 from fusion.recording.camera_file import camera_to_dict
+from fusion.recording.device_file import device_text
 from fusion.recording.formats.bags.mcap_writer import McapWriter
-from fusion.recording.formats.bags.ros import CAMERA_TOPIC, SCENE_TOPIC, TELEMETRY_TOPIC
+from fusion.recording.formats.bags.ros import CAMERA_TOPIC, DEVICE_TOPIC, SCENE_TOPIC, TELEMETRY_TOPIC
+from fusion.recording.losses import Watched
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.telemetry_file import telemetry_text
-from fusion.recording.write import depth_counts
+from fusion.recording.write import depth_counts, tell
 
 DEPTH, COLOR, INFRARED = "/camera/depth", "/camera/color", "/camera/ir"
 WORLD, DEPTH_FRAME, COLOR_FRAME = "world", "camera_depth_optical_frame", "camera_color_optical_frame"
 MILLIMETRES = 1000.0
 LATEST_S = 2**31  # a header holds seconds in 31 bits
-_log = logging.getLogger("fusion")
 
 
 def write_mcap(path: Path, recording: Recording) -> None:
@@ -40,11 +39,11 @@ def write_mcap(path: Path, recording: Recording) -> None:
             place = to_tum(inverse(np.asarray(camera.T_color_depth)))
             out.write("/tf_static", "tf2_msgs/TFMessage", first, _transform(first, DEPTH_FRAME, COLOR_FRAME, place))
         _write_poses(out, recording)
-        for frame, stamp in zip(each(recording, "converting"), stamps, strict=True):
+        watched = Watched(recording, counts=_in_millimetres(recording))
+        for frame, stamp in zip(watched, stamps, strict=True):
             _write_frame(out, recording, frame, stamp)
     left_out = ["the mesh of the scene is left out: a bag has no place for it"] if "mesh" in recording.scene else []
-    for text in (*recording.warnings, *left_out):
-        _log.warning("%s: %s", recording.path, text)
+    tell(recording.path, (*recording.warnings, *watched.told(), *left_out), None)
 
 
 def _own_texts(recording: Recording) -> dict[str, str]:
@@ -52,6 +51,8 @@ def _own_texts(recording: Recording) -> dict[str, str]:
     texts = {CAMERA_TOPIC: json.dumps(camera_to_dict(recording.camera))}
     if recording.telemetry:
         texts[TELEMETRY_TOPIC] = telemetry_text(recording.telemetry)
+    if recording.settings:
+        texts[DEVICE_TOPIC] = device_text(recording.settings)
     scene = {name: value for name, value in recording.scene.items() if name != "mesh"}
     if scene:
         texts[SCENE_TOPIC] = json.dumps(scene)
