@@ -42,7 +42,7 @@ def test_what_a_file_is_comes_from_its_content(tmp_path, start):
     ("tables", "what"),
     [
         (["Node", "Data", "Link"], "RTAB-Map.*rtabmap-export"),
-        (["cameras", "images", "keypoints"], "COLMAP"),
+        (["cameras", "images", "keypoints"], "COLMAP.*export nerfstudio's transforms.json"),
         (["books"], "no known recording"),
     ],
 )
@@ -67,7 +67,7 @@ def test_folders_that_are_known_and_not_read(tmp_path):
     with pytest.raises(RecordingError, match=r"Kinect v2 packets.*16-bit PNG"):
         open_recording(packets)
     for folder in (model, model.parent, project_of_colmap):
-        with pytest.raises(RecordingError, match=r"COLMAP model.*no metric depth"):
+        with pytest.raises(RecordingError, match=r"COLMAP model.*no metric depth.*export nerfstudio's transforms.json"):
             open_recording(folder)
     with pytest.raises(RecordingError, match=r"hand scanner.*export a mesh"):
         open_recording(project)

@@ -24,6 +24,11 @@ _BEGINNINGS: tuple[tuple[bytes, str, str], ...] = (
     (rb"\x89PNG|\xff\xd8\xff", "one picture", "name the folder of the whole recording"),
     (rb"ply\r?\n|solid |glTF|# \.PCD|ASTM-E57", "a mesh or a cloud", "fusion compare and fusion convert read it"),
 )
+# its own depth maps have the size of its poses, which pictures alone do not tell
+_COLMAP = (
+    "it holds no metric depth: open the recording that the pictures came from, or export nerfstudio's transforms.json "
+    "(ns-process-data images --skip-colmap), in metres, and name a depth camera's image in each frame's depth_file_path"
+)
 # tables that tell whose a database is
 _TABLES: tuple[tuple[frozenset[str], str, str], ...] = (
     (
@@ -36,7 +41,7 @@ _TABLES: tuple[tuple[frozenset[str], str, str], ...] = (
     (
         frozenset({"cameras", "images", "keypoints"}),
         "a COLMAP database",
-        "it holds no metric depth: open the recording that the pictures came from",
+        _COLMAP,
     ),
 )
 KINECT_V2_RAW = 10 * 298_496  # bytes: the ten pictures that make one depth image, as they come over USB
@@ -73,7 +78,7 @@ def _folder(path: Path) -> tuple[str, str]:
     names = {entry.name.lower() for entry in path.iterdir()}
     # the model itself, the project that holds it, or one whose model has a number, as COLMAP's own mapper makes them
     if any(map(_colmap_model, (path, path / "sparse", path / "sparse" / "0"))):
-        return "a COLMAP model", "it holds no metric depth: open the recording that the pictures came from"
+        return "a COLMAP model", _COLMAP
     packets = (entry for entry in path.iterdir() if entry.suffix == ".depth" and entry.is_file())
     if any(entry.stat().st_size == KINECT_V2_RAW for entry in packets):
         return (
