@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import sys
 import zipfile
 from dataclasses import dataclass, field
 
@@ -200,6 +201,18 @@ def test_stray_scanner_with_its_video(tmp_path):
     close(recording, scene)
     for i in (2, 0, 1):  # in any order; 12: what the video's packing takes
         np.testing.assert_allclose(recording.color_apart(i)[100, 100], [60 * i + 40, 90, 200], atol=12)
+
+
+def test_libraries_that_are_not_installed_are_named_with_their_extra(tmp_path, monkeypatch):
+    packed, folder = record3d(tmp_path / "a.r3d", Scene()), stray(tmp_path / "x", Scene())
+    (folder / "rgb.mp4").touch()
+    for name in ("lzfse", "av"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(RecordingError, match=r'package lzfse.*pip install "fusion-scan\[iphone\]"'):
+        open_recording(packed)[0]
+    recording = open_recording(folder)  # its depth needs none
+    assert any('package av; pip install "fusion-scan[iphone]"' in told for told in recording.warnings)
+    assert np.isfinite(recording[0].depth).any()
 
 
 @pytest.mark.parametrize("write", [record3d, polycam])
