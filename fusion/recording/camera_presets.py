@@ -18,7 +18,7 @@ def _preset(
 
 _VGA, _WIDE = (640, 480), (848, 480)
 _TUM, _STEREO = "structured_light", "active_stereo"
-_D400_VIEW = "field of view of 87 degrees (+-3, so 5 % of the focal length): Intel's D400 datasheet 337029, from memory"
+_D400_VIEW = "field of view of 87 degrees (+-3: 5 % of the focal length): Intel's datasheet 337029, as others cite it"
 _TUM_SOURCE = "TUM RGB-D, file formats page; depth is registered to the colour image"
 
 # name: (camera, where the numbers are from); of the recordings of data sets
@@ -51,7 +51,7 @@ DEVICES: dict[str, tuple[Camera, str]] = {
     ),
     "structure-sensor": (
         _preset(_VGA, (577.3, 577.3, 319.5, 239.5), 1000, _TUM, "structure-sensor"),
-        "field of view of 58 degrees: Occipital's data sheet, from memory",
+        "field of view of 58 degrees: Occipital's data sheet, from memory; one of ScanNet's: 571.6 px (ScannerApp)",
     ),
     "iphone-truedepth": (
         _preset(_VGA, (591.6, 591.6, 319.5, 239.5), 1000, _TUM, "iphone-truedepth"),
@@ -81,7 +81,7 @@ DEVICES: dict[str, tuple[Camera, str]] = {
     "realsense-d455": (_preset(_WIDE, (446.8, 446.8, 423.5, 239.5), 1000, _STEREO, "realsense-d455"), _D400_VIEW),
     "realsense-l515": (
         _preset((1024, 768), (731.2, 731.2, 511.5, 383.5), 4000, "itof", "realsense-l515"),
-        "field of view of 70 degrees: Intel's product page, from memory",
+        "field of view of 70 degrees (+-3): Intel's product page, as others cite it",
     ),
     "oak-d": (
         _preset((1280, 800), (882.5, 882.5, 639.5, 399.5), 1000, _STEREO, "oak-d"),
@@ -89,6 +89,11 @@ DEVICES: dict[str, tuple[Camera, str]] = {
     ),
 }
 PRESETS = DATA_SETS | DEVICES
+
+
+def say_camera(like: str) -> str:
+    """What to do where a recording states no camera; presets `like` this name come first."""
+    return "pass --camera fx,fy,cx,cy (pixels), a camera.json or a preset, " + one_of(list(PRESETS), like)
 
 
 def find_camera(camera: Camera | Path | str) -> Camera:

@@ -10,6 +10,7 @@ from fusion.errors import SensorError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json, shown
 from fusion.files.publish import atomic_file
+from fusion.files.schema import one_of
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.entries import GivenEffect, Stds, given_effects
@@ -122,7 +123,7 @@ def _read(path: Path) -> dict[str, Any]:
     except SensorError as error:
         if not isinstance(error.__cause__, FileNotFoundError):
             raise
-        known = "a sensor.json or one of " + ", ".join(PRESETS)
+        known = "a sensor.json or " + one_of(list(PRESETS), path)
         raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
 
 

@@ -18,7 +18,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import DepthScale, Size, are_focal
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.camera_presets import say_camera
 from fusion.recording.formats.recorded.parts import even_or_stated
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.frame_files import FrameFiles
@@ -106,7 +106,7 @@ def _stamps(names: list[str]) -> tuple[NDArray[np.float64], list[str]]:
 def _camera(folder: Path) -> Camera:
     path = next((part(folder, name, RecordingError) for name in CAMERA_FILES if (folder / name).is_file()), None)
     if path is None:
-        do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
+        do = say_camera("primesense")
         raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
     content = Content(read_json(path, RecordingError), path, "the camera", RecordingError)
     given = content.as_type(Intrinsic)

@@ -12,7 +12,7 @@ from fusion.files.inside import inside, part
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import read_camera
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.camera_presets import say_camera
 from fusion.recording.device_file import read_settings
 from fusion.recording.frame_files import ASSOCIATION_SECONDS, FrameFiles, associate, in_time
 from fusion.recording.images import image_size
@@ -35,7 +35,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     own = part(folder, "camera.json", RecordingError)
     native = own is not None
     if camera is None and own is None:
-        do = "pass --camera camera.json or a preset: " + ", ".join(PRESETS)
+        do = say_camera("tum-fr1")
         raise RecordingError("the recording has no camera", folder, "no camera.json", "intrinsics", do)
     camera = camera or read_camera(own or "")
     stamps, files = _read_lists(folder)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from fusion.errors import SensorError
+from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.presets.azure import azure_kinect, femto_bolt
 from fusion.sensor.presets.kinect_v1 import kinect_v1
@@ -74,7 +75,10 @@ def preset(name: str) -> Sensor:
     """The sensor of that name; SensorError when there is none."""
     if name not in PRESETS:
         raise SensorError(
-            "no such sensor", found=name, expected="a sensor.json or one of " + ", ".join(PRESETS), do="check --sensor"
+            "no such sensor",
+            found=name,
+            expected="a sensor.json or " + one_of(list(PRESETS), name),
+            do="check --sensor",
         )
     return PRESETS[name]()
 

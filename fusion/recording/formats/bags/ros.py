@@ -16,6 +16,7 @@ from fusion.files.json_file import json_in
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import camera_from_dict
+from fusion.recording.camera_presets import say_camera
 from fusion.recording.device_file import settings_in
 from fusion.recording.formats.bags.lens import camera_of
 from fusion.recording.formats.bags.messages import frame_of, message
@@ -88,7 +89,7 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
     own = _own_camera(store, depth)
     stated = camera or own or _camera(store, depth)
     if stated is None:
-        do = "pass --camera camera.json or a preset's name"
+        do = say_camera("realsense-d435")
         raise RecordingError("the recording has no camera", store.path, f"no camera_info beside {name}", do=do)
     if camera is None:
         scale = own.depth_scale if own is not None else METRES_SCALE

@@ -15,6 +15,7 @@ from fusion.files.limits import check_size
 from fusion.files.npy import npy_header, read_npy
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
+from fusion.recording.camera_presets import say_camera
 from fusion.recording.frame_files import INVALID_COUNT, FrameFiles
 from fusion.recording.image_header import read_header
 from fusion.recording.images import check_shape, image_size
@@ -27,7 +28,6 @@ ENDINGS = (".png", ".npy")
 STAMP = re.compile(r"\d{9,11}\.\d+")  # seconds since 1970, as recorders name their images
 FRAMES_PER_SECOND = 30.0
 FARTHEST = 50.0  # [m] in the middle of an image: no depth camera sees as far, and millimetres begin there
-DO = "pass --camera fx,fy,cx,cy (pixels), a camera.json or a preset"
 
 
 def recognises(folder: Path) -> bool:
@@ -45,7 +45,13 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     first = folder / names[0]
     width, height = _size(first)
     if camera is None:
-        raise RecordingError("the recording has no camera", folder, f"{len(names)} depth images alone", "a camera", DO)
+        raise RecordingError(
+            "the recording has no camera",
+            folder,
+            f"{len(names)} depth images alone",
+            "a camera",
+            say_camera("primesense"),
+        )
     real = first.suffix == ".npy" and npy_header(first, RecordingError, "a depth image")[1].kind == "f"
     if not camera.width:
         camera = replace(camera, width=width, height=height)

@@ -12,7 +12,7 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import open_regular
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.camera_presets import say_camera
 from fusion.recording.formats.recorded.parts import Part, counts_of, even_or_stated, read_part, unzipped
 from fusion.recording.image_header import read_header
 from fusion.recording.images import color_in
@@ -53,7 +53,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     stamped, depth, color, claimed = _places(path)
     shape = _shape(path, depth[0], color[0])
     if camera is None:
-        do = "pass --camera fx,fy,cx,cy (pixels), a camera.json or a preset: " + ", ".join(PRESETS)
+        do = say_camera("primesense")
         raise RecordingError("the recording has no camera", path, "images alone", "intrinsics", do)
     if not camera.width:
         camera = replace(camera, width=shape[1], height=shape[0])

@@ -15,7 +15,7 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning, open_regular
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.camera_presets import say_camera
 from fusion.recording.formats.recorded import sixteen_z
 from fusion.recording.formats.recorded.parts import Part, counts_of, even_or_stated, read_part
 from fusion.recording.load_frame import counts_to_metres
@@ -98,7 +98,7 @@ def _nominal(node: Node, width: int, height: int, path: Path) -> Camera:
     data = node.properties.get("xnFOV", b"")
     across, down = struct.unpack("<2d", data) if len(data) == 16 else (0.0, 0.0)
     if not (0.05 < across < 3 and 0.05 < down < 3):
-        do = "pass --camera fx,fy,cx,cy (pixels), a camera.json or a preset: " + ", ".join(PRESETS)
+        do = say_camera("primesense")
         raise RecordingError("the recording has no camera", path, "no field of view", "intrinsics", do)
     fx, fy = width / 2 / np.tan(across / 2), height / 2 / np.tan(down / 2)
     return Camera(width, height, float(fx), float(fy), width / 2, height / 2)
