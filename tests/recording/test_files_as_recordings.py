@@ -66,7 +66,7 @@ def test_folders_that_are_known_and_not_read(tmp_path):
         file.truncate(2_984_960)
     with pytest.raises(RecordingError, match=r"Kinect v2 packets.*16-bit PNG"):
         open_recording(packets)
-    for folder in (model, model.parent, project_of_colmap):
+    for folder in (model, model.parent, project_of_colmap, project_of_colmap / "sparse"):
         with pytest.raises(RecordingError, match=r"COLMAP model.*no metric depth.*export nerfstudio's transforms.json"):
             open_recording(folder)
     with pytest.raises(RecordingError, match=r"hand scanner.*export a mesh"):

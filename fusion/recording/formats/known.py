@@ -77,7 +77,7 @@ def _file(path: Path) -> tuple[str, str]:
 def _folder(path: Path) -> tuple[str, str]:
     names = {entry.name.lower() for entry in path.iterdir()}
     # the model itself, the project that holds it, or one whose model has a number, as COLMAP's own mapper makes them
-    if any(map(_colmap_model, (path, path / "sparse", path / "sparse" / "0"))):
+    if any(map(_colmap_model, (path, path / "0", path / "sparse", path / "sparse" / "0"))):
         return "a COLMAP model", _COLMAP
     packets = (entry for entry in path.iterdir() if entry.suffix == ".depth" and entry.is_file())
     if any(entry.stat().st_size == KINECT_V2_RAW for entry in packets):
