@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fusion.compute.taichi_copy import kernel_impl, reading, ti, turn
+from fusion.compute.taichi_copy import PROCESSORS, kernel_impl, reading, ti, turn
 
 impl = kernel_impl.impl  # no import of Taichi beside the one that keeps it from greeting
 Put = Callable[[Any, tuple[int], Any], None]
@@ -105,7 +105,7 @@ def _types(kernel: Any, args: tuple[Any, ...]) -> tuple[Any, ...] | None:
 
 def _ready(kernel: Any, args: tuple[Any, ...], program: Any) -> Ready | None:
     """None where an argument is of a kind that is not handed over here, or on a device where nobody has tried it."""
-    if program.config().arch not in (ti.x64, ti.arm64):
+    if program.config().arch not in PROCESSORS:
         return None
     given = [
         (n, a.annotation) for n, a in enumerate(kernel.arguments) if not isinstance(a.annotation, kernel_impl.template)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.language import func, ti
+from fusion.compute.taichi_copy import PROCESSORS
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits
 SHARES = 32  # of a loop, on a processor
@@ -52,4 +53,4 @@ def after(n: ti.i32, stop: ti.i32, turn: ti.template(), total: ti.i32):
 
 
 def _shares() -> int:
-    return SHARES if ti.lang.impl.current_cfg().arch in (ti.x64, ti.arm64) else MANY
+    return SHARES if ti.lang.impl.current_cfg().arch in PROCESSORS else MANY

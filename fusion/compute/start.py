@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from fusion.compute.process import own_process
-from fusion.compute.taichi_copy import misc, ti, turn
+from fusion.compute.taichi_copy import PROCESSORS, misc, ti, turn
 from fusion.errors import FusionError
 from fusion.progress import note
 
@@ -51,6 +51,12 @@ def _started() -> str:
     running = config.arch
     if name != "cpu" and running != DEVICES[name]:  # Taichi takes the processor without a word
         raise FusionError("no such device here", "--device or FUSION_DEVICE", name, "cpu", "leave it out")
+    if running not in PROCESSORS:
+        from fusion.compute.promises import broken_promise  # kernels: they need a device that has started
+
+        if broken := broken_promise():
+            where = "--device or FUSION_DEVICE"
+            raise FusionError("this device computes wrong", where, f"{name}: {broken}", "cpu", "leave it out")
     return name
 
 

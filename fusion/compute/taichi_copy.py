@@ -24,7 +24,7 @@ from typing import Any
 
 from fusion.compute.process import own_process
 
-__all__ = ["kernel_impl", "misc", "reading", "ti", "turn"]
+__all__ = ["PROCESSORS", "kernel_impl", "misc", "reading", "ti", "turn"]
 
 # Taichi reads one kernel at a time: which one is kept for the whole process, and Python changes threads meanwhile
 turn = RLock()
@@ -104,6 +104,8 @@ def _filled(line: str, tabsize: int = 8, **_: int) -> str:
 def _nothing(*_: object, **__: object) -> None:
     """In place of what is not wanted."""
 
+
+PROCESSORS = (ti.x64, ti.arm64)  # not a card, with memory of its own
 
 kernel_impl = _ours("taichi.lang.kernel_impl")  # how kernels and functions are read
 kernel_impl.ASTTransformerContext = type(  # type: ignore[attr-defined]

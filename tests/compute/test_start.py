@@ -52,10 +52,8 @@ def test_a_mistake_in_a_kernel_names_file_line_and_function():
 
 @pytest.mark.parametrize(("device", "said"), [("abacus", "unknown device"), ("vulkan", "no such device here")])
 def test_a_device_that_is_not_there_is_said(device, said):
-    if device == "vulkan" and os.environ.get("FUSION_DEVICE") == "vulkan":
-        pytest.skip("it is there")
     program = "from fusion.compute.start import start; start()"
     environment = {**os.environ, "FUSION_DEVICE": device}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0 or said in done.stderr
+    assert done.returncode == 0 or said in done.stderr or "this device computes wrong" in done.stderr
     assert done.returncode != 0 or device == "vulkan"  # a machine that has it
