@@ -11,12 +11,12 @@ from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
-from fusion.live.looking import Looking
+from fusion.live.looking import SURE, Looking
 from fusion.live.state import Surface
 from fusion.live.turned import Turned
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.window import of_window
-from fusion.tracking.tracker import FEWEST, Tracked, Tracker
+from fusion.tracking.tracker import Tracked, Tracker
 from fusion.turntable.views import Region, crop, usable
 from fusion.volume.forecast import choose_truncation, choose_voxel
 from fusion.volume.prepared import NOISIEST, Prepared, fuse, prepare
@@ -27,9 +27,6 @@ KEPT, EVERY = 8, 15  # copies of the model to go back to, and frames between the
 SHOWN = 30_000  # points handed to a view
 # frames lost in a row after which a model of so few frames is given up (guesses: a third of a second, and one)
 PATIENCE, BARELY = 10, 30
-# times as many pixels as a frame needs that the first one must show, unless a second look has found what turns: it is
-# known in part at first, and the next frames may show less (guess; of 300 frames, 11 were lost where 1.0 was enough)
-BEGIN = 2
 WEAK = 0.8  # of the usual share of points that fit, below which tracking is weak (guess)
 
 
@@ -68,6 +65,7 @@ class Grower:
 
     def take(self, frame: SourceFrame) -> Placed:
         """Place and fuse a frame of which the region is known."""
+        sure = self.looking.finds >= SURE  # asked first: a look may end meanwhile, but this frame has the region before
         prepared = self._prepared(frame)
         distance = float(np.nanmedian(prepared.depth)) if np.isfinite(prepared.depth).any() else np.nan
         if self.volume is None and np.isfinite(distance):
@@ -76,8 +74,7 @@ class Grower:
             self.volume = Volume(VolumeSettings(voxel, choose_truncation(voxel, sigma)))
         camera = prepared.surface.camera
         self._seen_by = camera.halved() if self.camera.width > 400 else camera
-        shown = np.isfinite(prepared.surface.normals[..., 0]).sum()
-        if not self.count and self.looking.finds < 2 and shown < BEGIN * FEWEST:
+        if not self.count and not sure:
             return Placed(self.tracker.skip("too little of what turns is known yet"), False, distance)
         tracked = self.tracker.place(prepared.surface)
         if tracked.ok and self.volume is not None:

@@ -4,6 +4,7 @@ import resource
 import shutil
 import threading
 from collections import deque
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -68,8 +69,9 @@ class Watch:
 
     def _run(self) -> None:
         try:
-            while (taken := self.feed.take()) is not None:
-                self.see(*taken)
+            with ThreadPoolExecutor(1, "fusion-look") as self.grower.looking.beside:
+                while (taken := self.feed.take()) is not None:
+                    self.see(*taken)
             self.untracked += len(self.waiting)
         except Exception as error:  # the recording goes on
             self.error = error
