@@ -13,18 +13,19 @@ KILLED = 5  # times that a job's worker may die before that counts as the job's 
 
 
 @contextmanager
-def client_of(workers: int, scheduler: str | None) -> Iterator[Any]:
+def client_of(workers: int, scheduler: str | None, what: str = "fusion batch") -> Iterator[Any]:
     """A Dask client, with its cluster for as long as the block runs.
 
     Args:
         workers: processes of one job each, on this machine.
         scheduler: address of another one ("tcp://host:8786"), whose workers are used instead.
+        what: needs them, as a message has it.
 
     Raises:
         FusionError: dask is not installed, or nobody answers.
     """
-    distributed = extra("distributed", "batch", "fusion batch", "")
-    dask = extra("dask", "batch", "fusion batch", "")
+    distributed = extra("distributed", "batch", what, "")
+    dask = extra("dask", "batch", what, "")
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a killed worker is no news: its job runs elsewhere
     quiet = {"distributed.scheduler.allowed-failures": KILLED, "distributed.admin.large-graph-warning-threshold": "1GB"}
     with dask.config.set(quiet):

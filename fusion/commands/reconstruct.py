@@ -3,20 +3,25 @@
 import argparse
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fusion.commands.numbers import number
+from fusion.commands.numbers import number, whole_number
 from fusion.commands.results import made
 from fusion.commands.screen import took
 from fusion.commands.shown import FIRST_CAMERA, add_common, shown_box, shown_name, shown_sensor
 from fusion.progress import seconds, stage
-from fusion.quantity import MAX_DEPTH
+from fusion.quantity import MAX_DEPTH, MEMORY, WORKERS
 
 if TYPE_CHECKING:
+    from fusion.reconstruction.large import Large
     from fusion.reconstruction.result import Reconstruction
     from fusion.reconstruction.settings import ReconstructSettings
     from fusion.recording.recording import Recording
+    from fusion.tiles.fusing import Way
 
 EXAMPLE = "fusion reconstruct my_scan -o out --sensor kinect-v1"
 
@@ -27,6 +32,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--poses", metavar="FILE", help="TUM trajectory to use instead of tracking; `stated`: the recording's own")
     add("--max-depth", type=number(MAX_DEPTH), metavar="M", help="leave out what is farther [m]")
+    large = "for what does not fit: take about so much memory [GB], fuse space tile by tile; mesh.ply without colours"
+    add("--memory", type=number(MEMORY), metavar="GB", help=large)
+    add(
+        "--workers",
+        type=whole_number(WORKERS),
+        metavar="N",
+        help="with --memory: processes that fuse tiles (default 1)",
+    )
+    add("--scheduler", metavar="ADDRESS", help="with --memory: a running Dask scheduler, whose workers fuse the tiles")
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument("--room", action="store_true", default=None, help="it is a room: voxels of 5 to 20 mm")
     kind.add_argument("--object", action="store_false", dest="room", help="it is an object: voxels of 1 to 2 mm")
@@ -34,18 +48,50 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Reconstruct and write the results."""
+    from fusion.errors import FusionError
+    from fusion.reconstruction.large import reconstruct_large
     from fusion.reconstruction.pipeline import reconstruct
     from fusion.recording.open import open_recording
 
+    if options.memory is None and (options.workers or options.scheduler):
+        do = "pass --memory GB too, or leave them out"
+        raise FusionError("nothing to share between workers", "--workers, --scheduler", "no --memory", do=do)
     recording = open_recording(options.recording, options.camera, options.topic)
-    result = reconstruct(recording, _settings(options, recording))
+    large: Large | None = None
     with options.claim.folder() as partial:
-        fill(partial, recording, result, page=options.report)
-    numbers = summary(result) | {"seconds": seconds()}
+        if options.memory is None:
+            result = reconstruct(recording, _settings(options, recording))
+        else:
+            with _way(options, recording) as way:
+                settings, memory = _settings(options, recording), int(options.memory * 1e9)
+                large = reconstruct_large(recording, settings, memory, partial / "mesh.ply", way)
+            result = large.overview
+        fill(partial, recording, result, page=options.report, large=large)
+    numbers = summary(result) | _large(large) | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
-    else:
-        print("\n".join([*_lines(result), *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
+        return
+    print(
+        "\n".join(
+            [*_lines(result), *_large_lines(large), *made(options, "report"), f"took      {took(numbers['seconds'])}"]
+        )
+    )
+
+
+@contextmanager
+def _way(options: argparse.Namespace, recording: "Recording") -> Iterator["Way | None"]:
+    """How tiles are fused: here, or by workers while the block runs."""
+    if options.scheduler is None and (options.workers or 1) == 1:
+        yield None
+        return
+    from fusion.batch.cluster import client_of
+    from fusion.reconstruction.large import Opening
+    from fusion.tiles.spread import spread
+
+    sensor = shown_sensor(options, recording.camera)
+    path = options.recording.resolve()
+    with client_of(options.workers or 1, options.scheduler, "--workers") as client:
+        yield spread(client, Opening(path, options.camera, options.topic, sensor, options.max_depth))
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ReconstructSettings":
@@ -75,13 +121,18 @@ def _poses(name: str, recording: "Recording") -> Any:
     return recording.poses
 
 
-def fill(folder: Path, recording: "Recording", result: "Reconstruction", page: bool = True) -> None:
-    """mesh.ply, trajectory.txt, settings.json and, if `page`, report.html, into a folder."""
+def fill(
+    folder: Path, recording: "Recording", result: "Reconstruction", page: bool = True, large: "Large | None" = None
+) -> None:
+    """mesh.ply, trajectory.txt, settings.json and, if `page`, report.html, into a folder.
+
+    Of a `large` one mesh.ply is there already, and the mesh of its overview becomes overview.ply.
+    """
     from fusion.mesh.files import write_mesh
     from fusion.recording.trajectory_file import write_trajectory
     from fusion.report.scan import scan_report
 
-    write_mesh(folder / "mesh.ply", result.mesh)
+    write_mesh(folder / ("mesh.ply" if large is None else "overview.ply"), result.mesh)
     write_trajectory(folder / "trajectory.txt", result.trajectory)
     if page:
         with stage("report"):
@@ -92,6 +143,7 @@ def fill(folder: Path, recording: "Recording", result: "Reconstruction", page: b
         "result": result.facts.values(),
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
         "sigma": None if result.sure is None else result.sure.values(),
+        **_large(large),
         "judgement": result.judgement.values(),
         "warnings": result.judgement.warnings,
         "footnotes": result.judgement.footnotes,
@@ -144,6 +196,25 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
         "judgement": result.judgement.values(),
         "warnings": result.judgement.warnings,
     }
+
+
+def _large(large: "Large | None") -> dict[str, Any]:
+    """What is told of a mesh made tile by tile."""
+    if large is None:
+        return {}
+    told = {"voxel_m": large.voxel, "truncation_m": large.truncation, "pieces": large.tiles}
+    return {"tiles": told | asdict(large.mesh)}
+
+
+def _large_lines(large: "Large | None") -> list[str]:
+    if large is None:
+        return []
+    mesh, (parts, crumbs) = large.mesh, large.mesh.parts
+    said = f"{mesh.vertices:,} vertices, {mesh.faces:,} triangles, {mesh.area:.1f} m^2 in {parts:,} parts"
+    return [
+        f"tiles     {large.tiles}: {said}, voxel {large.voxel * 1e3:g} mm; {crumbs:,} crumbs left out",
+        "overview  the lines above but this one are of overview.ply, in larger voxels",
+    ]
 
 
 def _kind(result: "Reconstruction") -> str:

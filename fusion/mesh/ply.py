@@ -64,9 +64,22 @@ def _colors(columns: dict[str, NDArray]) -> NDArray[np.uint8] | None:
 
 def write_ply(path: Path, mesh: Mesh) -> None:
     """Binary little-endian PLY; scalars as float properties `scalar_<name>`, which CloudCompare shows as fields."""
-    near = np.abs(mesh.vertices).max(initial=0.0) < _FLOAT32_EXACT
+    vertices = vertex_rows(mesh, exact_in_float32(mesh.vertices))
+    with path.open("wb") as file:
+        file.write(header(vertices.dtype, len(vertices), len(mesh.faces)))
+        file.write(vertices.tobytes())  # not tofile: it does not tell why it could not write
+        file.write(face_rows(mesh.faces).tobytes())
+
+
+def exact_in_float32(coordinates: NDArray[np.float64]) -> bool:
+    """Whether such coordinates [m] may be written as float32."""
+    return bool(np.abs(coordinates).max(initial=0.0) < _FLOAT32_EXACT)
+
+
+def vertex_rows(mesh: Mesh, single: bool) -> NDArray:
+    """Vertices as they stand in a PLY file, with coordinates as float32 or float64."""
     columns: list[tuple[str, str, NDArray]] = []
-    columns += [(name, "<f4" if near else "<f8", mesh.vertices[:, i]) for i, name in enumerate("xyz")]
+    columns += [(name, "<f4" if single else "<f8", mesh.vertices[:, i]) for i, name in enumerate("xyz")]
     if mesh.normals is not None:
         columns += [(name, "<f4", mesh.normals[:, i]) for i, name in enumerate(("nx", "ny", "nz"))]
     if mesh.colors is not None:
@@ -75,18 +88,21 @@ def write_ply(path: Path, mesh: Mesh) -> None:
     vertices = np.empty(len(mesh.vertices), [(name, dtype) for name, dtype, _ in columns])
     for name, _, values in columns:
         vertices[name] = values
-    faces = np.empty(len(mesh.faces), [("count", "u1"), ("indices", "<i4", 3)])
-    faces["count"], faces["indices"] = 3, mesh.faces
-    with path.open("wb") as file:
-        file.write(_header(vertices, len(mesh.faces)).encode("ascii", "replace"))
-        file.write(vertices.tobytes())  # not tofile: it does not tell why it could not write
-        file.write(faces.tobytes())
+    return vertices
 
 
-def _header(vertices: NDArray, face_count: int) -> str:
+def face_rows(faces: NDArray[np.int32]) -> NDArray:
+    """Triangles (m, 3) as they stand in a PLY file."""
+    rows = np.empty(len(faces), [("count", "u1"), ("indices", "<i4", 3)])
+    rows["count"], rows["indices"] = 3, faces
+    return rows
+
+
+def header(kind: np.dtype, vertices: int, faces: int) -> bytes:
+    """What a PLY file begins with: so many vertices of such rows, so many triangles."""
     types = {"<f4": "float", "<f8": "double", "|u1": "uchar"}
-    lines = ["ply", "format binary_little_endian 1.0", "comment fusion; unit: metre", f"element vertex {len(vertices)}"]
-    lines += [f"property {types[np.dtype(dtype).str]} {name}" for name, dtype, *_ in vertices.dtype.descr]
-    if face_count:
-        lines += [f"element face {face_count}", "property list uchar int vertex_indices"]
-    return "\n".join([*lines, "end_header", ""])
+    lines = ["ply", "format binary_little_endian 1.0", "comment fusion; unit: metre", f"element vertex {vertices}"]
+    lines += [f"property {types[np.dtype(dtype).str]} {name}" for name, dtype, *_ in kind.descr]
+    if faces:
+        lines += [f"element face {faces}", "property list uchar int vertex_indices"]
+    return "\n".join([*lines, "end_header", ""]).encode("ascii", "replace")

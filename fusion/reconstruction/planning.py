@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fusion.errors import RecordingError, VolumeError
+from fusion.errors import RecordingError
 from fusion.geometry.pose import Array, transform
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.walked_round import View, walked_round
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
+from fusion.volume.blocks import FullError
 from fusion.volume.forecast import choose_truncation, choose_voxel, forecast_bytes
 from fusion.volume.prepared import NOISIEST, Prepared, prepare
 from fusion.volume.settings import VolumeSettings
@@ -142,12 +143,12 @@ def _taken(volume: VolumeSettings, view: View) -> int:
 def _memory(needed: int, volume: VolumeSettings, recording: Recording) -> tuple[tuple[str, str], ...]:
     if needed > volume.max_bytes:
         fits = volume.voxel * np.sqrt(needed / volume.max_bytes)
-        raise VolumeError(
+        raise FullError(
             "the volume will not fit into its memory",
             recording.path,
             f"{needed / 2**20:.0f} MiB for one view with voxels of {volume.voxel * 1e3:g} mm",
             f"at most {volume.max_bytes / 2**20:.0f} MiB",
-            f"pass --voxel {np.ceil(fits * 4000) / 4000:g} or more, --room, --box or --max-depth",
+            f"pass --voxel {np.ceil(fits * 4000) / 4000:g} or more, --room, --box, --max-depth, or --memory (tiles)",
         )
     if needed > MUCH * volume.max_bytes:
         text = f"one view alone takes {needed / 2**20:.0f} MiB of {volume.max_bytes / 2**20:.0f} MiB"

@@ -16,6 +16,10 @@ from fusion.volume.settings import BLOCK, VOXELS, VolumeSettings
 LARGEST = (1 << 31) // (2 * VOXELS) - 1  # blocks that 32 bits can index
 
 
+class FullError(VolumeError):
+    """The blocks do not fit into the memory that they may take."""
+
+
 class Blocks:
     """The blocks of a volume.
 
@@ -114,10 +118,10 @@ def by_row(voxels: NDArray[np.float32]) -> NDArray[np.float32]:
     return voxels.reshape(-1, BLOCK * BLOCK, BLOCK, 2).swapaxes(2, 3)
 
 
-def _full(settings: VolumeSettings, needed: int) -> VolumeError:
+def _full(settings: VolumeSettings, needed: int) -> FullError:
     # at a fixed truncation in voxels the number of blocks goes with 1 / voxel^2
     fits = settings.voxel * np.sqrt(needed * settings.block_bytes / settings.max_bytes) * 1.05
-    return VolumeError(
+    return FullError(
         "the volume does not fit into its memory",
         found=f"at least {needed} blocks = {needed * settings.block_bytes / 2**20:.0f} MiB needed",
         expected=f"at most {settings.max_bytes / 2**20:.0f} MiB",

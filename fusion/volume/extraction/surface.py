@@ -1,6 +1,8 @@
 # mypy: ignore-errors
 """Marching cubes over the blocks: one vertex per crossed edge, so the mesh is welded from the start."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,30 @@ from fusion.volume.sample import place, value
 from fusion.volume.settings import BLOCK
 
 
+@dataclass(frozen=True)
+class Extracted:
+    """A surface and where in the blocks each of its elements comes from; b is the number of blocks.
+
+    Attributes:
+        mesh: (n) vertices and (m) faces.
+        crossed: (b * 64,) of each row of voxels the edges that hold a vertex, a bit each: 8 * axis + place in the row.
+        triangles: (b * 64,) how many triangles the cells of each row hold.
+    """
+
+    mesh: Mesh
+    crossed: NDArray[np.int32]
+    triangles: NDArray[np.int32]
+
+    def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Of each vertex (n,): block, place of its edge's first voxel in it (0 to 511), axis of the edge; and of each
+        face (m,) the block of its cell."""
+        rows = np.flatnonzero(self.crossed)
+        at, bit = np.nonzero(self.crossed[rows, None] >> np.arange(24) & 1)
+        row = rows[at]
+        faces = np.repeat(np.arange(len(self.triangles)) // ROWS, self.triangles)
+        return row // ROWS, row % ROWS * BLOCK + bit % 8, bit // 8, faces
+
+
 def surface(blocks: Blocks, min_weight: float) -> Mesh:
     """The zero surface of the blocks.
 
@@ -25,10 +51,16 @@ def surface(blocks: Blocks, min_weight: float) -> Mesh:
         Vertices [m, world], faces counter-clockwise seen from outside, outward unit normals and, for a volume with
         colour, colours.
     """
+    return extract(blocks, min_weight).mesh
+
+
+def extract(blocks: Blocks, min_weight: float) -> Extracted:
+    """The same, with where each vertex and face comes from."""
     n, colored = blocks.count, blocks.settings.color
-    if n == 0:
-        return _empty(colored)
     rows = n * ROWS
+    nothing = Extracted(_empty(colored), np.zeros(rows, np.int32), np.zeros(rows, np.int32))
+    if n == 0:
+        return nothing
     signs, valid, triangles, crossed, crossings = (np.empty(rows, np.int32) for _ in range(5))
     table = cubes.table().astype(np.int32)
     look(blocks.flat, max(min_weight, 1e-30), n, signs)
@@ -36,7 +68,7 @@ def surface(blocks: Blocks, min_weight: float) -> Mesh:
     cross(blocks.neighbours, signs, valid, n, crossed, crossings)
     vertex_of, face_of = _starts(crossings), _starts(triangles)
     if face_of[-1] == 0:
-        return _empty(colored)
+        return nothing
     vertices = np.empty((vertex_of[-1], 3))
     normals, colors = np.empty((len(vertices), 3), np.float32), np.empty((len(vertices), 3), np.uint8)
     _place(
@@ -46,7 +78,7 @@ def surface(blocks: Blocks, min_weight: float) -> Mesh:
     faces = np.empty((face_of[-1], 3), np.int32)
     edges = np.array(cubes.EDGES, np.int32)[:, 0].copy()
     _connect(blocks.neighbours, signs, crossed, vertex_of, table, edges, face_of, n, faces)
-    return Mesh(vertices, faces, normals, colors if colored else None)
+    return Extracted(Mesh(vertices, faces, normals, colors if colored else None), crossed, triangles)
 
 
 def _empty(colored: bool) -> Mesh:

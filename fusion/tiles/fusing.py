@@ -1,0 +1,158 @@
+"""Every frame that reaches a tile fused into it, and tiles that do not fit cut into smaller ones."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.geometry.pose import Array
+from fusion.progress import each, stage
+from fusion.tiles.piece import piece_of
+from fusion.tiles.reach import changed, shown
+from fusion.tiles.tile import Tile, tiles_of
+from fusion.volume.blocks import FullError
+from fusion.volume.extraction.surface import extract
+from fusion.volume.prepared import Prepared, fuse, fusible
+from fusion.volume.settings import BLOCK, VolumeSettings
+from fusion.volume.volume import Volume
+
+LEAST_WEIGHT = 1e-6  # of the voxels of a cell, as `Volume.surface` has it
+FLAT = 2.5  # blocks that a flat surface takes for each block's face of it, at the usual truncation (see forecast.py)
+
+
+class Frames(Protocol):
+    """Frames made ready, by number; RecordingError where one cannot be read."""
+
+    def __getitem__(self, index: int) -> Prepared: ...
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Where the frames show something.
+
+    Attributes:
+        tiles: that some frame has a surface in, in order.
+        boxes: of each frame used, by number, those in which it changes voxels.
+    """
+
+    tiles: list[Tile]
+    boxes: dict[int, NDArray[np.float64]]
+
+
+def reached(frames: Frames, poses: Array, settings: VolumeSettings) -> Reached:
+    """One look at each frame that has a pose (n, 4, 4; NaN for none)."""
+    edge = settings.voxel * BLOCK
+    across = 1 << int(np.log2(np.sqrt(max(settings.max_bytes / settings.block_bytes / FLAT, 1.0))))
+    tiles: set[Tile] = set()
+    boxes = {}
+    for index in each(np.flatnonzero(np.isfinite(poses).all(axis=(1, 2))).tolist(), "tiles"):
+        try:
+            frame = frames[index]
+        except RecordingError:  # as where all is fused at once, the others go on
+            continue
+        camera, T = frame.surface.camera, poses[index]
+        depth = np.where(fusible(frame, settings.truncation), frame.depth, np.float32(np.nan))
+        tiles |= tiles_of(shown(depth, camera, T, settings.truncation), edge, across)
+        boxes[index] = changed(depth, camera, T, settings.truncation)
+    return Reached(sorted(tiles), boxes)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A tile to be fused.
+
+    Attributes:
+        tile: its core is what counts.
+        settings: of the whole volume; `max_bytes` is for this tile.
+        frames: numbers of those that reach it, in order.
+        poses: (n, 4, 4) `T_world_camera` of these.
+        path: of its piece.
+    """
+
+    tile: Tile
+    settings: VolumeSettings
+    frames: tuple[int, ...]
+    poses: Array
+    path: Path
+
+
+class Outcome(Enum):
+    """What became of a job."""
+
+    MADE = "made"
+    NOTHING = "nothing"  # there is no surface in it
+    FULL = "full"  # the tile does not fit into its memory
+
+
+Way = Callable[[list[Job]], Iterator[tuple[Job, Outcome]]]  # takes jobs from the list's end until none is left
+
+
+def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path, way: Way | None = None) -> list[Path]:
+    """Fuse tile by tile; a file in the folder for each piece of the surface, in the order of their tiles.
+
+    Args:
+        frames: of the recording.
+        poses: (n, 4, 4) `T_world_camera`, NaN for frames that are left out.
+        settings: of the whole volume; `max_bytes` is for one tile.
+        folder: an empty one.
+        way: how jobs are done; None: here, one after the other.
+
+    Raises:
+        VolumeError: one block with those around it does not fit into `max_bytes`.
+    """
+    found = reached(frames, poses, settings)
+
+    def job(tile: Tile) -> Job:
+        those = tuple(i for i, boxes in found.boxes.items() if tile.reached(boxes, settings.voxel * BLOCK))
+        return Job(tile, settings, those, poses[list(those)], folder / f"{tile.name}.npz")
+
+    made: list[tuple[Tile, Path]] = []
+    waiting = [job(tile) for tile in reversed(found.tiles)]
+    with stage("fusing tiles", len(waiting)) as step:
+        for one, outcome in (way or one_by_one(frames))(waiting):
+            if outcome is Outcome.FULL:
+                if not one.tile.divisible:
+                    raise FullError(
+                        "a tile of one block does not fit into its memory", found=f"{settings.max_bytes} bytes",
+                        expected=f"{27 * settings.block_bytes} bytes, with the blocks around", do="allow more memory",
+                    )  # fmt: skip
+                waiting += [job(part) for part in sorted(one.tile.parts(), reverse=True)]
+                continue
+            if outcome is Outcome.MADE:
+                made.append((one.tile, one.path))
+            step()
+    return [path for _, path in sorted(made)]
+
+
+def one_by_one(frames: Frames) -> Way:
+    """Jobs done here."""
+
+    def way(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:
+        while waiting:
+            job = waiting.pop()
+            yield job, done(frames, job)
+
+    return way
+
+
+def done(frames: Frames, job: Job) -> Outcome:
+    """Fuse a tile and write its piece."""
+    own = job.tile.settings(job.settings)
+    if own is None or not job.frames:
+        return Outcome.NOTHING
+    volume = Volume(own)
+    try:
+        for index, T in zip(job.frames, job.poses, strict=True):
+            fuse(volume, frames[index], T)
+    except FullError:
+        return Outcome.FULL
+    piece = piece_of(volume, job.tile, extract(volume.blocks, LEAST_WEIGHT))
+    if not len(piece.vertices) and not len(piece.faces):
+        return Outcome.NOTHING
+    piece.save(job.path)
+    return Outcome.MADE

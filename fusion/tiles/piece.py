@@ -1,0 +1,82 @@
+"""The part of the mesh that one tile gives."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import VolumeError
+from fusion.files.npy import read_npz
+from fusion.mesh.cleanup import parts
+from fusion.mesh.mesh import Mesh
+from fusion.tiles.tile import Tile
+from fusion.volume.extraction.surface import Extracted
+from fusion.volume.settings import BLOCK
+from fusion.volume.volume import Volume
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Faces whose cell a tile owns, and vertices whose edge begins at a voxel that it owns.
+
+    Attributes:
+        vertices: (n, 3) float64 [m], owned.
+        normals: (n, 3) float32.
+        faces: (m, 3) int32; n and more stand for the k vertices of the faces that other tiles own.
+        seam: (s,) int32 owned vertices that other tiles' faces may use.
+        seam_keys: (s, 4) int32 voxel and axis of their edges, which name them.
+        foreign_keys: (k, 4) int32 of vertices that other tiles own.
+        part: (n + k,) int32 connected part of each vertex, foreign ones behind.
+        low, high: (p, 3) float64 box around each part [m].
+        area: (p,) float64 of its faces [m^2].
+    """
+
+    vertices: NDArray[np.float64]
+    normals: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    seam: NDArray[np.int32]
+    seam_keys: NDArray[np.int32]
+    foreign_keys: NDArray[np.int32]
+    part: NDArray[np.int32]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    area: NDArray[np.float64]
+
+    def save(self, path: Path) -> None:
+        """As .npz."""
+        np.savez(path, **vars(self))
+
+    @classmethod
+    def load(cls, path: Path) -> "Piece":
+        """What was saved."""
+        return cls(**read_npz(path, VolumeError, "the piece of the mesh"))
+
+
+def piece_of(volume: Volume, tile: Tile, found: Extracted) -> Piece:
+    """The part of a surface, extracted from a tile with its halo, that is the tile's own."""
+    block, place, axis, cell = found.edges()
+    coordinates = volume.blocks.coordinates[: volume.block_count]
+    core = tile.holds(coordinates)
+    faces = found.mesh.faces[core[cell]]
+    own = core[block] if len(block) else np.zeros(0, bool)
+    foreign = np.zeros(len(own), bool)
+    foreign[faces.ravel()] = True
+    foreign &= ~own
+    order = np.concatenate([np.flatnonzero(own), np.flatnonzero(foreign)])
+    number = np.full(len(own), -1, np.int32)
+    number[order] = np.arange(len(order))
+    voxel = np.stack([place // BLOCK**2, place // BLOCK % BLOCK, place % BLOCK], axis=1)
+    keys = np.column_stack([coordinates[block] * BLOCK + voxel, axis]).astype(np.int32)[order]
+    n = int(own.sum())
+    seam = np.flatnonzero((keys[:n, :3] == np.multiply(tile.low, BLOCK)).any(axis=1)).astype(np.int32)
+    mesh = Mesh(found.mesh.vertices[order], number[faces])
+    part, area = parts(mesh) if len(faces) else (np.arange(len(order), dtype=np.int32), np.zeros(len(order)))
+    low, high = np.full((len(area), 3), np.inf), np.full((len(area), 3), -np.inf)
+    np.minimum.at(low, part, mesh.vertices)
+    np.maximum.at(high, part, mesh.vertices)
+    normals = found.mesh.normals
+    assert normals is not None
+    return Piece(
+        mesh.vertices[:n], normals[order[:n]], mesh.faces, seam, keys[seam], keys[n:], part, low, high, area
+    )  # fmt: skip

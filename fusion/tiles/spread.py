@@ -1,0 +1,34 @@
+"""Tiles on other processes: a piece depends on its tile alone, so it is the same wherever it is made."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from fusion.tiles.fusing import Frames, Job, Outcome, Way, done
+
+AHEAD = 2  # jobs handed out for each worker, so that none waits
+
+
+def spread(client: Any, opened: Callable[[], Frames]) -> Way:
+    """Jobs done by the workers of a Dask client; they see the same files.
+
+    Args:
+        client: `distributed.Client`.
+        opened: gives a worker the frames; it can be pickled.
+    """
+    import distributed
+
+    def way(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:
+        under_way: dict[Any, Job] = {}
+        while waiting or under_way:
+            room = AHEAD * max(len(client.scheduler_info()["workers"]), 1)
+            while waiting and len(under_way) < room:
+                job = waiting.pop()
+                under_way[client.submit(_done, opened, job, pure=False)] = job
+            for future in distributed.wait(list(under_way), return_when="FIRST_COMPLETED").done:
+                yield under_way.pop(future), future.result()
+
+    return way
+
+
+def _done(opened: Callable[[], Frames], job: Job) -> Outcome:
+    return done(opened(), job)
