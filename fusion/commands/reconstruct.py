@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> None:
         if options.memory is None:
             result = reconstruct(recording, _settings(options, recording))
         else:
-            with _way(options, recording) as way:
+            with _way(options) as way:
                 settings, memory = _settings(options, recording), int(options.memory * 1e9)
                 large = reconstruct_large(recording, settings, memory, partial / "mesh.ply", way)
             result = large.overview
@@ -79,19 +79,18 @@ def run(options: argparse.Namespace) -> None:
 
 
 @contextmanager
-def _way(options: argparse.Namespace, recording: "Recording") -> Iterator["Way | None"]:
+def _way(options: argparse.Namespace) -> Iterator["Way"]:
     """How tiles are fused: here, or by workers while the block runs."""
+    from fusion.tiles.fusing import one_by_one
+
     if options.scheduler is None and (options.workers or 1) == 1:
-        yield None
+        yield one_by_one
         return
     from fusion.batch.cluster import client_of
-    from fusion.reconstruction.large import Opening
     from fusion.tiles.spread import spread
 
-    sensor = shown_sensor(options, recording.camera)
-    path = options.recording.resolve()
     with client_of(options.workers or 1, options.scheduler, "--workers") as client:
-        yield spread(client, Opening(path, options.camera, options.topic, sensor, options.max_depth))
+        yield spread(client)
 
 
 def _settings(options: argparse.Namespace, recording: "Recording") -> "ReconstructSettings":

@@ -1,4 +1,4 @@
-"""`fusion sensor`: a sensor model as a table, for other simulators, or beside another one."""
+"""`fusion sensor`: a sensor model as a table or a page, for other simulators, or beside another one."""
 
 import argparse
 import json
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fusion.commands.sensor_export import run_compare, run_export
+from fusion.commands.sensor_page import run_check, run_page
 from fusion.errors import FusionError
 
 EXAMPLE = "fusion sensor show kinect-v1"
@@ -17,34 +18,37 @@ NARROWEST, WIDEST = 80, 120
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
-    actions = "show one model, list those known by name, export one for another simulator, or compare two"
-    add("action", choices=("show", "list", "export", "compare"), help=actions)
+    actions = "show one model, list those known by name, export one for another simulator, compare two, check whether "
+    actions += "one says all that others need, or make its page (Markdown) in a folder"
+    add("action", choices=("show", "list", "export", "compare", "check", "page"), help=actions)
     add("sensor", nargs="?", metavar="S", help="sensor.json or a preset's name")
     add("other", nargs="?", metavar="B", help="compare: another sensor, or a recording in which nothing moves")
     add("--to", metavar="NAME", help="export: isaac, mujoco, gazebo, blenderproc or habitat")
     add(
         "--camera",
         metavar="FILE",
-        help="export, compare: camera.json or a preset's name; default: the sensor's usual one",
+        help="export, compare, page: camera.json or a preset's name; default: the sensor's usual one",
     )
-    add("-o", "--output", type=Path, metavar="OUT", help="export: the file; compare: a folder for a page with pictures")
+    add("-o", "--output", type=Path, metavar="OUT", help="export: the file; compare, page: a folder for a page")
     add("--overwrite", action="store_true", help="replace an earlier result in OUT")
     add("--json", action="store_true", help="print one JSON object")
 
 
 def check(options: argparse.Namespace) -> None:
     """What OUT is depends on the action. Raises FusionError where there is none."""
-    options.folder = options.action == "compare"
-    if options.output is not None and options.action in ("show", "list"):
+    options.folder = options.action in ("compare", "page")
+    if options.output is not None and options.action in ("show", "list", "check"):
         do = "leave it out"
-        raise FusionError("nothing is written", "-o", options.output, "export or compare", do)
+        raise FusionError("nothing is written", "-o", options.output, "export, compare or page", do)
+    if options.output is None and options.action == "page":
+        raise FusionError("no folder for the page", "-o", "nothing", "a folder", "pass -o FOLDER")
 
 
-def run(options: argparse.Namespace) -> None:
-    """Print the model or the names; export or compare."""
+def run(options: argparse.Namespace) -> int | None:
+    """Print the model or the names; export, compare, check, make a page."""
     if options.action == "list":
         _list(options.json)
-        return
+        return None
     if options.sensor is None:
         do = "see fusion sensor list"
         raise FusionError(
@@ -52,15 +56,18 @@ def run(options: argparse.Namespace) -> None:
         )
     if options.action == "export":
         run_export(options)
-        return
+        return None
     if options.action == "compare":
         run_compare(options)
-        return
+        return None
+    if options.action in ("check", "page"):
+        return run_check(options) if options.action == "check" else run_page(options)
     from fusion.sensor.description import description
     from fusion.sensor.file import read_sensor
 
     content = description(read_sensor(options.sensor))
     print(json.dumps(content, indent=1, allow_nan=False) if options.json else "\n".join(table(content)))
+    return None
 
 
 def _list(as_json: bool) -> None:

@@ -12,13 +12,11 @@ from fusion.reconstruction.planning import plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.walk import Frames
-from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.light import Light
 from fusion.sensor.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
-from fusion.sensor.sensor import Sensor
-from fusion.tiles.fusing import Way, pieces
+from fusion.tiles.fusing import Way, one_by_one, pieces
 from fusion.tiles.stream import Streamed, stream
 from fusion.volume.blocks import FullError
 from fusion.volume.settings import VolumeSettings
@@ -47,25 +45,8 @@ class Large:
     tiles: int
 
 
-@dataclass(frozen=True)
-class Opening:
-    """How a worker gets at the frames: the recording as `open_recording` takes it, and what corrects it."""
-
-    path: Path
-    camera: str | None
-    topic: str | None
-    sensor: Sensor | None
-    max_depth: float | None
-
-    def __call__(self) -> Frames:
-        """Raises RecordingError."""
-        recording = open_recording(self.path, self.camera, self.topic)
-        sensor = self.sensor or default_sensor(recording.camera)
-        return Frames(corrected_recording(recording, sensor)[0], sensor, self.max_depth)
-
-
 def reconstruct_large(
-    recording: Recording, settings: ReconstructSettings, memory: int, path: Path, way: Way | None = None
+    recording: Recording, settings: ReconstructSettings, memory: int, path: Path, way: Way = one_by_one
 ) -> Large:
     """Reconstruct a recording whose volume may be larger than memory; its mesh is written as PLY.
 
@@ -75,7 +56,7 @@ def reconstruct_large(
     Args:
         memory: what a process may take [bytes], about.
         path: of the mesh; pieces lie in a folder beside it while it is made.
-        way: how tiles are done; None: here, one after the other.
+        way: how tiles are done.
 
     Raises:
         FusionError: as `reconstruct`; VolumeError too where not even an overview fits.

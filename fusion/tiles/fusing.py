@@ -1,4 +1,4 @@
-"""Every frame that reaches a tile fused into it, and tiles that do not fit cut into smaller ones."""
+"""Every frame that reaches a tile is fused into it; tiles that do not fit are cut into smaller ones."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.progress import each, stage
 from fusion.tiles.piece import piece_of
@@ -17,7 +18,7 @@ from fusion.tiles.reach import changed, shown
 from fusion.tiles.tile import Tile, tiles_of
 from fusion.volume.blocks import FullError
 from fusion.volume.extraction.surface import extract
-from fusion.volume.prepared import Prepared, fuse, fusible
+from fusion.volume.prepared import Prepared, fusible, fusing_weight
 from fusion.volume.settings import BLOCK, VolumeSettings
 from fusion.volume.volume import Volume
 
@@ -38,18 +39,23 @@ class Reached:
     Attributes:
         tiles: that some frame has a surface in, in order.
         boxes: of each frame used, by number, those in which it changes voxels.
+        cameras: of these frames.
     """
 
     tiles: list[Tile]
     boxes: dict[int, NDArray[np.float64]]
+    cameras: dict[int, Camera]
 
 
-def reached(frames: Frames, poses: Array, settings: VolumeSettings) -> Reached:
-    """One look at each frame that has a pose (n, 4, 4; NaN for none)."""
+def reached(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path) -> Reached:
+    """Look once at each frame that has a pose (n, 4, 4; NaN for none), and write what is fused of it into a folder.
+
+    A tile reads it from there: making it ready again for each tile took two thirds of the time.
+    """
     edge = settings.voxel * BLOCK
     across = 1 << int(np.log2(np.sqrt(max(settings.max_bytes / settings.block_bytes / FLAT, 1.0))))
     tiles: set[Tile] = set()
-    boxes = {}
+    boxes, cameras = {}, {}
     for index in each(np.flatnonzero(np.isfinite(poses).all(axis=(1, 2))).tolist(), "tiles"):
         try:
             frame = frames[index]
@@ -58,8 +64,14 @@ def reached(frames: Frames, poses: Array, settings: VolumeSettings) -> Reached:
         camera, T = frame.surface.camera, poses[index]
         depth = np.where(fusible(frame, settings.truncation), frame.depth, np.float32(np.nan))
         tiles |= tiles_of(shown(depth, camera, T, settings.truncation), edge, across)
-        boxes[index] = changed(depth, camera, T, settings.truncation)
-    return Reached(sorted(tiles), boxes)
+        boxes[index], cameras[index] = changed(depth, camera, T, settings.truncation), camera
+        np.save(_ready(folder, index), np.stack([frame.depth, fusing_weight(frame, settings.truncation)]))
+    return Reached(sorted(tiles), boxes, cameras)
+
+
+def _ready(folder: Path, index: int) -> Path:
+    """The file of a frame's depth and weight (2, h, w)."""
+    return folder / f"frame_{index}.npy"
 
 
 @dataclass(frozen=True)
@@ -69,16 +81,19 @@ class Job:
     Attributes:
         tile: its core is what counts.
         settings: of the whole volume; `max_bytes` is for this tile.
-        frames: numbers of those that reach it, in order.
-        poses: (n, 4, 4) `T_world_camera` of these.
-        path: of its piece.
+        frames: those that reach it, in order: number, camera and `T_world_camera` (4, 4).
+        folder: where what is fused of them lies, and where its piece belongs.
     """
 
     tile: Tile
     settings: VolumeSettings
-    frames: tuple[int, ...]
-    poses: Array
-    path: Path
+    frames: tuple[tuple[int, Camera, Array], ...]
+    folder: Path
+
+    @property
+    def path(self) -> Path:
+        """Of its piece."""
+        return self.folder / f"{self.tile.name}.npz"
 
 
 class Outcome(Enum):
@@ -92,29 +107,31 @@ class Outcome(Enum):
 Way = Callable[[list[Job]], Iterator[tuple[Job, Outcome]]]  # takes jobs from the list's end until none is left
 
 
-def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path, way: Way | None = None) -> list[Path]:
+def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path, way: Way) -> list[Path]:
     """Fuse tile by tile; a file in the folder for each piece of the surface, in the order of their tiles.
+
+    The folder takes 8 bytes for each pixel of each frame too.
 
     Args:
         frames: of the recording.
         poses: (n, 4, 4) `T_world_camera`, NaN for frames that are left out.
         settings: of the whole volume; `max_bytes` is for one tile.
         folder: an empty one.
-        way: how jobs are done; None: here, one after the other.
+        way: how jobs are done.
 
     Raises:
         VolumeError: one block with those around it does not fit into `max_bytes`.
     """
-    found = reached(frames, poses, settings)
+    found = reached(frames, poses, settings, folder)
 
     def job(tile: Tile) -> Job:
-        those = tuple(i for i, boxes in found.boxes.items() if tile.reached(boxes, settings.voxel * BLOCK))
-        return Job(tile, settings, those, poses[list(those)], folder / f"{tile.name}.npz")
+        those = [i for i, boxes in found.boxes.items() if tile.reached(boxes, settings.voxel * BLOCK)]
+        return Job(tile, settings, tuple((i, found.cameras[i], poses[i]) for i in those), folder)
 
     made: list[tuple[Tile, Path]] = []
     waiting = [job(tile) for tile in reversed(found.tiles)]
     with stage("fusing tiles", len(waiting)) as step:
-        for one, outcome in (way or one_by_one(frames))(waiting):
+        for one, outcome in way(waiting):
             if outcome is Outcome.FULL:
                 if not one.tile.divisible:
                     raise FullError(
@@ -129,26 +146,23 @@ def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path,
     return [path for _, path in sorted(made)]
 
 
-def one_by_one(frames: Frames) -> Way:
+def one_by_one(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:
     """Jobs done here."""
-
-    def way(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:
-        while waiting:
-            job = waiting.pop()
-            yield job, done(frames, job)
-
-    return way
+    while waiting:
+        job = waiting.pop()
+        yield job, done(job)
 
 
-def done(frames: Frames, job: Job) -> Outcome:
+def done(job: Job) -> Outcome:
     """Fuse a tile and write its piece."""
     own = job.tile.settings(job.settings)
     if own is None or not job.frames:
         return Outcome.NOTHING
     volume = Volume(own)
     try:
-        for index, T in zip(job.frames, job.poses, strict=True):
-            fuse(volume, frames[index], T)
+        for index, camera, T in job.frames:
+            depth, weight = np.load(_ready(job.folder, index))
+            volume.integrate(depth, camera, T, weight)
     except FullError:
         return Outcome.FULL
     piece = piece_of(volume, job.tile, extract(volume.blocks, LEAST_WEIGHT))

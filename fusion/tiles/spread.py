@@ -1,20 +1,15 @@
 """Tiles on other processes: a piece depends on its tile alone, so it is the same wherever it is made."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
-from fusion.tiles.fusing import Frames, Job, Outcome, Way, done
+from fusion.tiles.fusing import Job, Outcome, Way, done
 
 AHEAD = 2  # jobs handed out for each worker, so that none waits
 
 
-def spread(client: Any, opened: Callable[[], Frames]) -> Way:
-    """Jobs done by the workers of a Dask client; they see the same files.
-
-    Args:
-        client: `distributed.Client`.
-        opened: gives a worker the frames; it can be pickled.
-    """
+def spread(client: Any) -> Way:
+    """Jobs done by the workers of a Dask client (`distributed.Client`); they see the same files."""
     import distributed
 
     def way(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:
@@ -23,12 +18,8 @@ def spread(client: Any, opened: Callable[[], Frames]) -> Way:
             room = AHEAD * max(len(client.scheduler_info()["workers"]), 1)
             while waiting and len(under_way) < room:
                 job = waiting.pop()
-                under_way[client.submit(_done, opened, job, pure=False)] = job
+                under_way[client.submit(done, job, pure=False)] = job
             for future in distributed.wait(list(under_way), return_when="FIRST_COMPLETED").done:
                 yield under_way.pop(future), future.result()
 
     return way
-
-
-def _done(opened: Callable[[], Frames], job: Job) -> Outcome:
-    return done(opened(), job)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fusion.errors import VolumeError
+from fusion.errors import RecordingError, VolumeError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import exp, pose, transform
 from fusion.mesh.cleanup import without_crumbs
@@ -13,7 +13,7 @@ from fusion.mesh.files import read_mesh
 from fusion.mesh.ply import write_ply
 from fusion.recording.recording import Frame
 from fusion.sensor.presets import default_sensor
-from fusion.tiles.fusing import pieces, reached
+from fusion.tiles.fusing import one_by_one, pieces, reached
 from fusion.tiles.reach import changed
 from fusion.tiles.stream import stream
 from fusion.tiles.tile import Tile, tiles_of
@@ -64,7 +64,7 @@ def test_tiles_of_any_size_give_the_mesh_of_one_volume(tmp_path, kib, crumb, bou
     poses[3] = np.nan
     settings = replace(SETTINGS, bounds=bounds)
     whole = without_crumbs(at_once(frames, poses, settings).surface(), crumb)
-    found = pieces(frames, poses, replace(settings, max_bytes=kib << 10), tmp_path)
+    found = pieces(frames, poses, replace(settings, max_bytes=kib << 10), tmp_path, one_by_one)
     told = stream(found, tmp_path / "mesh.ply", crumb)
     write_ply(tmp_path / "whole.ply", whole)
     ours, theirs = (ordered(read_mesh(tmp_path / name)) for name in ("mesh.ply", "whole.ply"))
@@ -113,16 +113,23 @@ def test_tiles_hold_every_box():
     assert {tile.low for tile in found} == {(-4, 0, 0), (0, 0, 0), (4, 0, 0), (8, 0, 0), (48, 48, 48)}
 
 
-def test_frames_that_cannot_be_read_or_have_no_pose_are_left_out():
-    frames, poses = scan(2, seed=4)
+def test_frames_that_cannot_be_read_or_have_no_pose_are_left_out(tmp_path):
+    frames, poses = scan(3, seed=4)
     poses[1] = np.nan
-    assert list(reached(frames, poses, SETTINGS).boxes) == [0]
+
+    class Broken(list):
+        def __getitem__(self, index):
+            if index == 0:
+                raise RecordingError("a broken file")
+            return super().__getitem__(index)
+
+    assert list(reached(Broken(frames), poses, SETTINGS, tmp_path).boxes) == [2]
 
 
 def test_a_block_that_does_not_fit_is_told(tmp_path):
     frames, poses = scan(1, seed=5)
     with pytest.raises(VolumeError, match="a tile of one block does not fit"):
-        pieces(frames, poses, replace(SETTINGS, max_bytes=1000), tmp_path)
+        pieces(frames, poses, replace(SETTINGS, max_bytes=1000), tmp_path, one_by_one)
 
 
 def test_no_surface_is_told(tmp_path):

@@ -75,8 +75,10 @@ def loss_of(sensor: Sensor, camera: Camera, target: Target, given: Parameters) -
 
 
 def usual_camera(sensor: Sensor) -> Camera:
-    """The camera of a sensor's principle where none is given."""
-    return stated_by(PRESETS[USUAL_CAMERA.get(sensor.principle, "primesense")][0], sensor)
+    """The camera of that name where none is given, or else one of the sensor's principle."""
+    known = (camera for name, (camera, _) in PRESETS.items() if f"{sensor.name}-".startswith(f"{name}-"))
+    by_principle = PRESETS[USUAL_CAMERA.get(sensor.principle, "primesense")][0]
+    return stated_by(next(known, by_principle), sensor)
 
 
 def _wall(sensor: Sensor, camera: Camera, depth: float) -> tuple[Floats, Floats]:

@@ -1,0 +1,18 @@
+"""The gallery of cameras says what the models say."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+PROJECT = Path(__file__).resolve().parents[2]
+TOOL = PROJECT / "tools" / "document_cameras.py"
+
+
+def test_committed_texts_are_up_to_date():
+    done = subprocess.run([sys.executable, TOOL, "--check"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{done.stdout}{done.stderr}"
+
+
+def test_pictures_are_small():
+    sizes = [path.stat().st_size for path in (PROJECT / "docs" / "cameras").glob("*.svg")]
+    assert len(sizes) > 10 and max(sizes) < 40_000
