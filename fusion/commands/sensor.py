@@ -9,19 +9,24 @@ from typing import Any
 
 from fusion.commands.sensor_export import run_compare, run_export
 from fusion.commands.sensor_page import run_check, run_page
+from fusion.commands.sensor_units import run_units
 from fusion.errors import FusionError
 
 EXAMPLE = "fusion sensor show kinect-v1"
 NARROWEST, WIDEST = 80, 120
+FURTHER = {"check": run_check, "page": run_page, "units": run_units}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
     actions = "show one model, list those known by name, export one for another simulator, compare two, check whether "
-    actions += "one says all that others need, or make its page (Markdown) in a folder"
-    add("action", choices=("show", "list", "export", "compare", "check", "page"), help=actions)
-    add("sensor", nargs="?", metavar="S", help="sensor.json or a preset's name")
+    actions += "one says all that others need, make its page (Markdown) in a folder, or compare units of one camera"
+    add("action", choices=("show", "list", "export", "compare", "check", "page", "units"), help=actions)
+    units = (
+        "units: a CSV file with columns sensor, unit, date (2026-11-26), or a folder with a sensor.json in each folder"
+    )
+    add("sensor", nargs="?", metavar="S", help=f"sensor.json or a preset's name; {units}")
     add("other", nargs="?", metavar="B", help="compare: another sensor, or a recording in which nothing moves")
     add("--to", metavar="NAME", help="export: isaac, mujoco, gazebo, blenderproc or habitat")
     add(
@@ -29,17 +34,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="export, compare, page: camera.json or a preset's name; default: the sensor's usual one",
     )
-    add("-o", "--output", type=Path, metavar="OUT", help="export: the file; compare, page: a folder for a page")
+    add("-o", "--output", type=Path, metavar="OUT", help="export: the file; compare, page, units: a folder")
     add("--overwrite", action="store_true", help="replace an earlier result in OUT")
     add("--json", action="store_true", help="print one JSON object")
 
 
 def check(options: argparse.Namespace) -> None:
     """What OUT is depends on the action. Raises FusionError where there is none."""
-    options.folder = options.action in ("compare", "page")
+    options.folder = options.action in ("compare", "page", "units")
     if options.output is not None and options.action in ("show", "list", "check"):
         do = "leave it out"
-        raise FusionError("nothing is written", "-o", options.output, "export, compare or page", do)
+        raise FusionError("nothing is written", "-o", options.output, "export, compare, page or units", do)
     if options.output is None and options.action == "page":
         raise FusionError("no folder for the page", "-o", "nothing", "a folder", "pass -o FOLDER")
 
@@ -60,8 +65,8 @@ def run(options: argparse.Namespace) -> int | None:
     if options.action == "compare":
         run_compare(options)
         return None
-    if options.action in ("check", "page"):
-        return run_check(options) if options.action == "check" else run_page(options)
+    if options.action in FURTHER:
+        return FURTHER[options.action](options)
     from fusion.sensor.description import description
     from fusion.sensor.file import read_sensor
 

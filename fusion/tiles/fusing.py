@@ -13,7 +13,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.progress import each, stage
-from fusion.tiles.piece import piece_of
+from fusion.tiles.piece import Filed, piece_of
 from fusion.tiles.reach import changed, shown
 from fusion.tiles.tile import Tile, tiles_of
 from fusion.volume.blocks import FullError
@@ -107,7 +107,7 @@ class Outcome(Enum):
 Way = Callable[[list[Job]], Iterator[tuple[Job, Outcome]]]  # takes jobs from the list's end until none is left
 
 
-def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path, way: Way) -> list[Path]:
+def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path, way: Way) -> list[Filed]:
     """Fuse tile by tile; a file in the folder for each piece of the surface, in the order of their tiles.
 
     The folder takes 8 bytes for each pixel of each frame too.
@@ -128,7 +128,7 @@ def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path,
         those = [i for i, boxes in found.boxes.items() if tile.reached(boxes, settings.voxel * BLOCK)]
         return Job(tile, settings, tuple((i, found.cameras[i], poses[i]) for i in those), folder)
 
-    made: list[tuple[Tile, Path]] = []
+    made: list[Filed] = []
     waiting = [job(tile) for tile in reversed(found.tiles)]
     with stage("fusing tiles", len(waiting)) as step:
         for one, outcome in way(waiting):
@@ -141,9 +141,9 @@ def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path,
                 waiting += [job(part) for part in sorted(one.tile.parts(), reverse=True)]
                 continue
             if outcome is Outcome.MADE:
-                made.append((one.tile, one.path))
+                made.append(Filed(one.tile, one.path))
             step()
-    return [path for _, path in sorted(made)]
+    return sorted(made)
 
 
 def one_by_one(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:

@@ -1,13 +1,13 @@
 """The part of the mesh that one tile gives."""
 
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from fusion.errors import VolumeError
-from fusion.files.npy import read_npz
 from fusion.mesh.cleanup import parts
 from fusion.mesh.mesh import Mesh
 from fusion.tiles.tile import Tile
@@ -47,10 +47,24 @@ class Piece:
         """As .npz."""
         np.savez(path, **vars(self))
 
-    @classmethod
-    def load(cls, path: Path) -> "Piece":
-        """What was saved."""
-        return cls(**read_npz(path, VolumeError, "the piece of the mesh"))
+
+@dataclass(frozen=True, order=True)
+class Filed:
+    """A piece in its file: its arrays are read one by one, as they are needed."""
+
+    tile: Tile
+    path: Path
+
+    def array(self, name: str) -> NDArray:
+        """One of the piece's arrays."""
+        with np.load(self.path) as file:
+            return np.asarray(file[name])
+
+    def count(self, name: str) -> int:
+        """Its length, without reading it."""
+        with zipfile.ZipFile(self.path) as file, file.open(f"{name}.npy") as part:
+            npy.read_magic(part)
+            return int(npy.read_array_header_1_0(part)[0][0])
 
 
 def piece_of(volume: Volume, tile: Tile, found: Extracted) -> Piece:

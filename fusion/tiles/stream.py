@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.errors import VolumeError
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.ply import exact_in_float32, face_rows, header, vertex_rows
 from fusion.progress import each
-from fusion.tiles.piece import Piece
-from fusion.tiles.seams import seams
+from fusion.tiles.piece import Filed
+from fusion.tiles.seams import borrowed, seams
 
 MOST = (1 << 31) - 1  # vertices that the faces of a PLY file can name
 
@@ -35,15 +36,15 @@ class Streamed:
     high: tuple[float, float, float]
 
 
-def stream(paths: Sequence[Path], path: Path, crumb: float) -> Streamed:
+def stream(pieces: Sequence[Filed], path: Path, crumb: float) -> Streamed:
     """Write the mesh of all pieces as PLY, without connected parts whose box has a smaller diagonal than `crumb` [m].
 
     Raises:
         VolumeError: there is no surface, or more vertices than a PLY file can name.
     """
-    if not paths:
+    if not pieces:
         raise VolumeError("nothing was fused", found="no surface", do="check --box, --poses and --max-depth")
-    joined = seams(paths)
+    joined = seams(pieces)
     keep = joined.kept(crumb)
     vertices, faces = int(joined.vertices[keep].sum()), int(joined.faces[keep].sum())
     if vertices > MOST:
@@ -51,31 +52,57 @@ def stream(paths: Sequence[Path], path: Path, crumb: float) -> Streamed:
         raise VolumeError("the mesh is too large for one file", path, f"{vertices} vertices", f"at most {MOST}", do)
     wholes = np.unique(joined.whole[keep])
     low, high = joined.low[wholes].min(axis=0), joined.high[wholes].max(axis=0)
-    single = exact_in_float32(np.stack([low, high]))
-    number = np.zeros(max((int(some.max(initial=-1)) for some in joined.seam), default=-1) + 1, np.int64)
-    begins = np.concatenate([[0], np.cumsum(np.where(keep, joined.vertices, 0))])[joined.first]
+    numbers = Numbers(pieces, joined.first, keep, np.cumsum(np.where(keep, joined.vertices, 0)))
     with path.open("wb") as file:
-        for index, one in enumerate(each(paths, "vertices")):
-            piece = Piece.load(one)
-            own = keep[joined.first[index] + piece.part[: len(piece.vertices)]]
-            place = begins[index] + np.cumsum(own) - 1
-            number[joined.seam[index]] = place[piece.seam]
-            rows = vertex_rows(Mesh(piece.vertices[own], normals=piece.normals[own]), single)
+        for index, piece in enumerate(each(pieces, "vertices")):
+            own = numbers.kept(index)
+            mesh = Mesh(piece.array("vertices")[own], normals=piece.array("normals")[own])
+            rows = vertex_rows(mesh, exact_in_float32(np.stack([low, high])))
             if index == 0:
                 file.write(header(rows.dtype, vertices, faces))
             file.write(rows.tobytes())
-        for index, one in enumerate(each(paths, "faces")):
-            piece = Piece.load(one)
-            part = joined.first[index] + piece.part
-            own = keep[part[: len(piece.vertices)]]
-            place = np.concatenate([begins[index] + np.cumsum(own) - 1, number[joined.foreign[index]]])
-            file.write(face_rows(place[piece.faces[keep[part[piece.faces[:, 0]]]]].astype(np.int32)).tobytes())
+        for index, piece in enumerate(each(pieces, "faces")):
+            corners = piece.array("faces")
+            kept = keep[piece.array("part")[corners[:, 0]] + joined.first[index]]
+            file.write(face_rows(numbers.of(index)[corners[kept]].astype(np.int32)).tobytes())
     left_out = len(joined.area) - len(wholes)
     return Streamed(
         vertices, faces, (len(wholes), left_out), float(joined.area[wholes].sum()), _corner(low), _corner(high)
     )  # fmt: skip
 
 
-def _corner(values: np.ndarray) -> tuple[float, float, float]:
+@dataclass(frozen=True)
+class Numbers:
+    """Which number each vertex of each piece has in the whole mesh.
+
+    Attributes:
+        first: (pieces + 1,) number of the first part of each piece, and q, the number of all parts.
+        keep: (q,) parts that are in the mesh.
+        until: (q,) vertices of the parts up to and with each that are in the mesh.
+    """
+
+    pieces: Sequence[Filed]
+    first: NDArray[np.int64]
+    keep: NDArray[np.bool_]
+    until: NDArray[np.int64]
+
+    def kept(self, index: int) -> NDArray[np.bool_]:
+        """Which of a piece's own vertices (n,) are in the mesh."""
+        piece = self.pieces[index]
+        return self.keep[piece.array("part")[: piece.count("vertices")] + self.first[index]]
+
+    def of(self, index: int) -> NDArray[np.int64]:
+        """Numbers (n + k,) of a piece's own vertices and those that it has from others; -1 where they are left out."""
+        parts = [self._own(index), np.full(self.pieces[index].count("foreign_keys"), -1, np.int64)]
+        for owner, wanted, vertices in borrowed(self.pieces, index):
+            parts[1][wanted] = self._own(owner)[vertices]
+        return np.concatenate(parts)
+
+    def _own(self, index: int) -> NDArray[np.int64]:
+        own, before = self.kept(index), int(self.first[index]) - 1
+        return np.where(own, np.cumsum(own) - 1 + (self.until[before] if before >= 0 else 0), -1)
+
+
+def _corner(values: NDArray[np.float64]) -> tuple[float, float, float]:
     x, y, z = values.tolist()
     return x, y, z
