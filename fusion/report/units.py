@@ -91,8 +91,8 @@ def unit_table(found: Units) -> str:
     rows = []
     for n, depth in enumerate(found.depths):
         cells = [f"{depth:g}", _mm(float(np.mean(found.bias[:, n])))]
-        for one in (found.between, found.within, found.drift):
-            cells.append(f"{_mm(one.value[n])} ({_ends(one, n)})" if np.isfinite(one.value[n]) else "-")
+        some = [(one.value[n], one) for one in (found.between, found.within, found.drift)]
+        cells += [f"{_mm(value)} ({_ends(one, n)})" if np.isfinite(value) else "-" for value, one in some]
         rows.append(cells)
     return numbers_table(head, rows)
 
