@@ -53,7 +53,7 @@ def reached(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path
     A tile reads it from there: making it ready again for each tile took two thirds of the time.
     """
     edge = settings.voxel * BLOCK
-    across = 1 << int(np.log2(np.sqrt(max(settings.max_bytes / settings.block_bytes / FLAT, 1.0))))
+    across = int(np.sqrt(max(settings.max_bytes / settings.block_bytes / FLAT, 1.0)))
     tiles: set[Tile] = set()
     boxes, cameras = {}, {}
     for index in each(np.flatnonzero(np.isfinite(poses).all(axis=(1, 2))).tolist(), "tiles"):
