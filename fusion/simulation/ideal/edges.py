@@ -46,7 +46,7 @@ def _torn(w: Image, frame: IdealFrame, axis: int) -> tuple[Indices, Indices]:
     flat, stride = w.reshape(-1), stride_along(w, axis)
     step = flat[stride:] - flat[:-stride]
     least = np.float32(JUMP * BETWEEN) * flat[:-stride]
-    some = np.abs(step) > least
+    some = (np.abs(step) > least) & ~_calm(step, flat, w.shape, axis, frame.segmentation is not None)
     missing = np.isnan(flat)
     ends = pairs_along(w, axis, missing[stride:] != missing[:-stride])
     first = pairs_along(w, axis, some)
@@ -71,6 +71,22 @@ def _torn(w: Image, frame: IdealFrame, axis: int) -> tuple[Indices, Indices]:
     if axis == 0:  # column by column
         first = first[np.lexsort((first // stride, first % stride))]
     return first, first + stride
+
+
+def _calm(step: Image, flat: Image, shape: tuple[int, int], axis: int, segmented: bool) -> NDArray[np.bool_]:
+    """(n,) steps that go on as one beside them does, by the least that may count: whole images, so that few are left
+    for a closer look. None at the rim, and none beside what is missing."""
+    stride = 1 if axis == 1 else shape[1]
+    limit = np.maximum(flat[:-stride], flat[stride:]) * np.float32(0.999 * JUMP * (BETWEEN if segmented else 1.0))
+    alike = np.abs(step[stride:] - step[:-stride])
+    calm = np.zeros(len(step), bool)
+    calm[stride:-stride] = np.minimum(alike[:-stride], alike[stride:]) <= limit[stride:-stride]
+    full = np.zeros(len(flat), bool)
+    full[: len(step)] = calm
+    image = full.reshape(shape)
+    for rim in (np.s_[:1], np.s_[-2:]):
+        image[rim if axis == 0 else (slice(None), rim)] = False
+    return image.reshape(-1)[: len(step)]
 
 
 @lru_cache(maxsize=8)
