@@ -180,7 +180,7 @@ def main() -> int:
         ours, theirs = (within(home / one / "mesh.ply", low, high) for one in ("whole", "part"))
         equal = ours.shape == theirs.shape and bool((ours == theirs).all())
         found = "the same, bit for bit" if equal else "NOT the same"
-        print(f"in the part: {len(ours[0]):,} and {len(theirs[0]):,} triangles, {found}")
+        print(f"in the part: {len(ours):,} and {len(theirs):,} triangles, {found}")
     return int(not equal or memory > chosen.memory)
 
 

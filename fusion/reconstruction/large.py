@@ -23,7 +23,7 @@ from fusion.volume.settings import VolumeSettings
 
 # shares of the process's memory: libraries take some 0.5 GB, a tile up to five times its voxels while it grows and
 # its surface is extracted (measured), and of an overview mesh, pictures and page many times its voxels
-TILE, OVERVIEW, TRACKED = 12, 12, 8
+TILE, OVERVIEW, TRACKED = 16, 12, 8
 UNBOUNDED = 1 << 60  # bytes
 
 
