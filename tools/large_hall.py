@@ -16,14 +16,16 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
-import open3d as o3d
+import open3d
 from scipy.spatial.transform import Rotation
 
 from fusion.volume.settings import BLOCK
 
+o3d: Any = open3d  # its stubs know less than it does
 SIZES = {"hall": (30.0, 30.0, 5.0), "corridor": (60.0, 2.4, 3.0)}  # [m] x, y, z; z up
 WIDTH, HEIGHT, FOCAL, SCALE = 640, 480, 480.0, 2000
 PART = {"hall": ((9.0, 9.0, -0.1), (13.0, 13.0, 3.0)), "corridor": ((20.0, -0.1, -0.1), (26.0, 2.5, 3.1))}  # that fits
@@ -32,7 +34,7 @@ CHUNK = 1 << 22  # faces looked at together
 WITHIN = 2  # blocks inside of the part's border, where the part is as the whole
 
 
-def scene_of(name: str) -> o3d.t.geometry.RaycastingScene:
+def scene_of(name: str) -> Any:
     """Floor, walls and ceiling, and boxes that stand and lie about."""
     size, rng = np.array(SIZES[name]), np.random.default_rng(7)
     boxes = [
