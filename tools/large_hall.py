@@ -54,9 +54,9 @@ def scene_of(name: str) -> Any:
     if name == "hall":
         boxes += [((x, y, 0.0), (x + 0.4, y + 0.4, size[2])) for x in (7.0, 14.8, 22.6) for y in (7.0, 14.8, 22.6)]
     scene = o3d.t.geometry.RaycastingScene()
-    for low, high in boxes:
-        box = o3d.t.geometry.TriangleMesh.create_box(*(np.subtract(high, low).tolist()))
-        scene.add_triangles(box.translate(list(map(float, low))))
+    for first, last in boxes:
+        box = o3d.t.geometry.TriangleMesh.create_box(*(np.subtract(last, first).tolist()))
+        scene.add_triangles(box.translate(list(map(float, first))))
     return scene
 
 
