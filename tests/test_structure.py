@@ -16,7 +16,7 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 ROOMS = [
     "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
     "printing", "repeatability", "coloring", "texture", "sensor", "calibration", "evaluation", "tracking", "volume",
-    "certainty", "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes",
+    "tiles", "certainty", "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan", "passes",
     "batch", "live", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
