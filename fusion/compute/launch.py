@@ -12,6 +12,7 @@ each other. A launch keeps Python's lock from its begin to its end, as what Taic
 import functools
 import weakref
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,6 +70,10 @@ class Kernel:
 
     def _slowly(self, types: tuple[Any, ...] | None, args: tuple[Any, ...]) -> Any:
         """As Taichi does it, after which it is known how to do the same again."""
+        if ti.lang.impl.current_cfg().arch not in PROCESSORS and overlap(args):
+            raise ValueError(
+                f"{self.plain.func.__name__}: two arguments share memory; found on a card, which copies each"
+            )
         with turn:
             with reading():
                 found = self.plain(*args)
@@ -82,6 +87,13 @@ class Kernel:
 def kernel(function: Callable[..., None]) -> Kernel:
     """Marks a function as a kernel."""
     return Kernel(function)
+
+
+def overlap(args: tuple[Any, ...]) -> bool:
+    """Whether two arrays lie in the same memory: a card gets a copy of each, and what is written to one of them is lost
+    when the other comes back."""
+    ends = sorted(np.lib.array_utils.byte_bounds(a) for a in args if type(a) is np.ndarray and a.size)
+    return any(begin < end for (_, end), (begin, _) in pairwise(ends))
 
 
 def _nothing() -> None:

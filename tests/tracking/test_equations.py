@@ -67,7 +67,7 @@ def test_points_are_laid_out_once_each(room):
     assert 1000 <= lay_out(frame, 1000).count <= 4000  # strides are whole numbers
     assert thinned(every, 500).count >= 500
     nothing = np.full((*CAMERA.shape, 3), np.nan, np.float32)
-    assert lay_out(PointMap(CAMERA, nothing, nothing, nothing[..., 0]), 100).count == 0
+    assert lay_out(PointMap(CAMERA, nothing, nothing.copy(), nothing[..., 0].copy()), 100).count == 0
 
 
 def test_the_raster_leaves_no_mark(room):

@@ -68,7 +68,7 @@ def test_another_surface_does_not_fit(room, wall):
 
 def test_without_a_model_nothing_is_met(room):
     nothing = np.full((*CAMERA.shape, 3), np.nan, np.float32)
-    model = PointMap(CAMERA, nothing, nothing, nothing[..., 0])
+    model = PointMap(CAMERA, nothing, nothing.copy(), nothing[..., 0].copy())
     result = align(room.frame(np.eye(4)), model, np.eye(4))
     assert result.status == "only 0 points met the model"
 

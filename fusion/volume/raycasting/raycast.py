@@ -47,7 +47,8 @@ def raycast(
     T, voxel, rays = rows(T_world_camera), blocks.settings.voxel, camera.rays()
     down, across = np.nonzero(seen.last)
     tiles = (down << 16 | across).astype(np.int32)
-    coarse = fine = unseen(h, w, COARSE)
+    # of the first step nothing is coarser; no kernel gets an array twice, as a card would have two copies of it
+    coarse, fine = np.empty((1, 1), np.float32), unseen(h, w, COARSE)
     for step in (COARSE, 2, 1):
         farthest = SPACING * voxel * camera.fx / (2 * step)
         if step != COARSE:
