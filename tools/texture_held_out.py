@@ -14,7 +14,6 @@ than some pixels, that is the print.
 
 import argparse
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.coloring.color_mesh import color_from
-from fusion.coloring.images import bilinear, color_images
+from fusion.coloring.images import color_images
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, transform
@@ -31,7 +30,8 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.texture.result_folder import open_result
 from fusion.texture.settled import settled
-from fusion.texture.textured import TRIANGLES, Textured, texture_mesh
+from fusion.texture.shown import seen_faces, seen_texture
+from fusion.texture.textured import TRIANGLES, texture_mesh
 
 JUMP, RIM = 0.01, 2  # of the depth; [px]
 SAMPLES = 20_000
@@ -84,7 +84,7 @@ def measure(mesh: Mesh, taken: list[tuple[Any, Trajectory]], options: argparse.N
         image = source.read(index)
         if image is None:
             continue
-        textured, a = fitted(lambda T, s=source: shown_texture(made, s.camera, T), source.camera, image.color, T)
+        textured, a = fitted(lambda T, s=source: seen_texture(made, s.camera, T), source.camera, image.color, T)
         vertices, b = fitted(lambda T, s=source: shown_vertices(colored, s.camera, T), source.camera, image.color, T)
         pixels = np.isfinite(a) & np.isfinite(b)
         if not options.rims:
@@ -133,40 +133,15 @@ def inside(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
     return cv2.distanceTransform((~jump & np.isfinite(depth)).astype(np.uint8), cv2.DIST_L2, 5) > RIM
 
 
-def shown_texture(made: Textured, camera: Camera, T: Array) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """(h, w, 3) what a camera sees of a textured mesh, and its depth (h, w); black and infinite beside it."""
-    face, share, depth = cast(made.mesh, camera, T)
-    h, w = made.image.shape[:2]
-    known = np.isfinite(depth)
-    uv = (made.uv[made.mesh.faces[face[known]]] * share[known][..., None]).sum(axis=1)
-    out = np.zeros((*depth.shape, 3))
-    out[known] = bilinear(made.image, np.column_stack([uv[:, 0] * w - 0.5, (1 - uv[:, 1]) * h - 0.5]))
-    return out, depth
-
-
 def shown_vertices(mesh: Mesh, camera: Camera, T: Array) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """The same of a mesh with colours at its vertices."""
-    face, share, depth = cast(mesh, camera, T)
+    """(h, w, 3) what a camera sees of a mesh with colours at its vertices, and its depth (h, w); black and infinite
+    beside it."""
+    face, share, depth = seen_faces(mesh, camera, T)
     known = np.isfinite(depth)
     out = np.zeros((*depth.shape, 3))
     colors = np.asarray(mesh.colors, float)
     out[known] = (colors[mesh.faces[face[known]]] * share[known][..., None]).sum(axis=1)
     return out, depth
-
-
-def cast(mesh: Mesh, camera: Camera, T: Array) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.float32]]:
-    """Face (h, w), shares of its corners (h, w, 3) and depth (h, w) [m] that a camera sees."""
-    import open3d as o3d
-
-    tensor, scene = o3d.core.Tensor.from_numpy, o3d.t.geometry.RaycastingScene()
-    local = replace(mesh, vertices=(mesh.vertices - T[:3, 3]) @ T[:3, :3])
-    scene.add_triangles(tensor(local.vertices.astype(np.float32)), tensor(mesh.faces.astype(np.uint32)))
-    rays = np.zeros((*camera.shape, 6), np.float32)
-    rays[..., 3:] = np.dstack([camera.rays(), np.ones(camera.shape, np.float32)])
-    hit = scene.cast_rays(tensor(rays))
-    b, c = np.moveaxis(hit["primitive_uvs"].numpy().astype(float), -1, 0)
-    face = hit["primitive_ids"].numpy().astype(np.int64)
-    return face, np.stack([1 - b - c, b, c], axis=-1), hit["t_hit"].numpy()
 
 
 if __name__ == "__main__":

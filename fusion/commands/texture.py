@@ -2,13 +2,15 @@
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.commands.numbers import number, whole_number
 from fusion.commands.results import add_output, add_topic
+from fusion.commands.results import made as files_made
 from fusion.commands.screen import took
-from fusion.progress import seconds
+from fusion.progress import seconds, stage
 from fusion.quantity import TEXEL, TRIANGLES
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     add = parser.add_argument
     add("result", type=Path, metavar="RESULT", help="folder made by fusion turntable, reconstruct or merge")
-    add_output(parser, "folder for textured.glb, textured.obj with .mtl and .png, texture.json", report=False)
+    add_output(parser, "folder for textured.glb, textured.obj with .mtl and .png, texture.json, report.html")
     add(
         "--mesh",
         type=Path,
@@ -58,11 +60,14 @@ def run(options: argparse.Namespace) -> None:
     made = texture_mesh(mesh, taken, options.triangles or USUAL, options.texel)
     with options.claim.folder() as partial:
         fill(partial, made, options.usdz)
+        if options.report:
+            _page(partial / "report.html", made, options)
     numbers = made.values() | {"seconds": seconds()}
     if options.json:
         print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
     else:
-        print("\n".join([*lines(made), str(options.output / "textured.glb"), f"took      {took(numbers['seconds'])}"]))
+        files = [str(options.output / "textured.glb"), *files_made(options, "report")]
+        print("\n".join([*lines(made), *files, f"took      {took(numbers['seconds'])}"]))
 
 
 def fill(folder: Path, made: "Textured", usdz: bool = False) -> None:
@@ -75,6 +80,21 @@ def fill(folder: Path, made: "Textured", usdz: bool = False) -> None:
     if usdz:
         write_usdz(folder / "textured.usdz", made)
     (folder / "texture.json").write_text(json.dumps(made.values(), indent=1) + "\n", encoding="utf-8")
+
+
+def _page(path: Path, made: "Textured", options: argparse.Namespace) -> None:
+    from fusion.report.texture import TextureReport, texture_report
+
+    with stage("report"):
+        settings = {
+            "result": str(options.result),
+            "mesh": str(options.mesh or options.result / "mesh.ply"),
+            "recordings": sorted({str(source.recording.path) for source in made.views.sources}),
+            "triangles_at_most": options.triangles,
+            "texel_asked_m": options.texel,
+        }
+        told = "fusion " + " ".join(sys.argv[1:])
+        texture_report(path, TextureReport(made, str(options.result), settings, told))
 
 
 def lines(made: "Textured") -> list[str]:

@@ -34,12 +34,14 @@ class Painted:
         seen: (k,) shown by a view.
         images: how many were used.
         gains: smallest and largest factor by which an image was made brighter.
+        views: the images, their cameras settled.
     """
 
     colors: NDArray[np.float32]
     seen: NDArray[np.bool_]
     images: int
     gains: tuple[float, float]
+    views: Views
 
 
 class Mean:
@@ -78,7 +80,7 @@ def painted(points: Mesh, mesh: Mesh, views: Views) -> Painted:
         high.add(shown.index, (good * levels.sharp[at] ** 2) ** BEST, print_ * levels.gain[at])
     gains = (float(levels.gain.min()), float(levels.gain.max())) if len(numbers) else (1.0, 1.0)
     colors = np.clip(low.value() + high.value(), 0, 255)
-    return Painted(colors, low.weight[:, 0] > 0, len(numbers), gains)
+    return Painted(colors, low.weight[:, 0] > 0, len(numbers), gains, views)
 
 
 def _some(mesh: Mesh) -> Mesh:

@@ -38,6 +38,7 @@ class Textured:
         images: how many colour images were used.
         gains: smallest and largest factor by which one was made brighter.
         unseen_share: of the surface, shown by no image: there the colour is that of the vertices around, or grey.
+        views: the images, where the print says that their cameras were.
     """
 
     mesh: Mesh
@@ -48,6 +49,7 @@ class Textured:
     images: int
     gains: tuple[float, float]
     unseen_share: float
+    views: Views
 
     def values(self) -> dict[str, Any]:
         """What `texture.json` tells."""
@@ -113,6 +115,7 @@ def texture_mesh(
         found.images,
         found.gains,
         float(np.mean(~found.seen)) if len(found.seen) else 0.0,
+        found.views,
     )
 
 

@@ -126,10 +126,17 @@ def test_the_command_makes_a_folder(result, tmp_path, capsys):
     assert "1,500 triangles" in told and str(out / "textured.glb") in told
     names = {path.name for path in out.iterdir()}
     assert names >= {f"textured.{end}" for end in ("glb", "obj", "mtl", "png", "usdz")} | {"texture.json"}
+    page = (out / "report.html").read_text()
+    assert (
+        "Beside photographs" in page and page.count("data:image/webp") == 2 * 4 + 1 and str(out / "report.html") in told
+    )
     assert json.loads((out / "texture.json").read_text())["images"] > 5
     assert main(["texture", str(result), "-o", str(out)]) == 1  # an earlier result stays unless told
-    assert main(["texture", str(result), "-o", str(out), "--overwrite", "--json", "--triangles", "1500"]) == 0
-    assert not (out / "textured.usdz").exists()
+    assert (
+        main(["texture", str(result), "-o", str(out), "--overwrite", "--json", "--triangles", "1500", "--no-report"])
+        == 0
+    )
+    assert not (out / "textured.usdz").exists() and not (out / "report.html").exists()
 
 
 def test_a_merge_takes_the_images_of_all_passes(result, capsys):
