@@ -31,19 +31,21 @@ from fusion.recording.write import MEMBERS
 
 
 class Fed:
-    """A clock that goes on by the processor's time while a step is taken, and else when it is told to."""
+    """A clock that goes on by the processor's time while a step is taken, or by `pace` [s] for each; else when told."""
 
-    def __init__(self) -> None:
-        self._at, self._since = 0.0, float("nan")
+    def __init__(self, pace: float | None = None) -> None:
+        self._at, self._since, self._pace = 0.0, float("nan"), pace
 
     def __call__(self) -> float:
         return self._at if np.isnan(self._since) else self._at + time.process_time() - self._since
 
     def step(self, work: Callable[[], None]) -> float:
         """Do something; how long it took [s]."""
-        begin, self._since = self._at, time.process_time()
+        begin = self._at
+        if self._pace is None:
+            self._since = time.process_time()
         work()
-        self._at, self._since = self(), float("nan")
+        self._at, self._since = self() + (self._pace or 0.0), float("nan")
         return self._at - begin
 
     def until(self, moment: float) -> None:
@@ -51,9 +53,9 @@ class Fed:
         self._at = max(self._at, moment)
 
 
-def fed(recording: Recording, rate: float) -> tuple[Watch, list[float]]:
-    """The view of a recording by a fed clock, and how long each of its steps took [s]."""
-    source, clock = Replay(recording, None), Fed()
+def fed(recording: Recording, rate: float, pace: float | None = None) -> tuple[Watch, list[float]]:
+    """The view of a recording by a fed clock, and how long each of its steps took [s], or was said to (`pace`)."""
+    source, clock = Replay(recording, None), Fed(pace)
     feed = Feed(source, clock=clock)
     watch, took, count = Watch(feed, Path()), [], 0
     frames = list(source.frames())
