@@ -1,5 +1,6 @@
 """Simulated recordings in place of the prediction: matched frame by frame, what they lack is named, wrong ones told."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from made_up_walls import WALLS, sensor_of, view_of
 
+from fusion.commands.main import main
 from fusion.discrepancy.explain import explain
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.verdict.verdict import verdict_of
@@ -14,6 +16,8 @@ from fusion.errors import RecordingError
 from fusion.recording.recording import Frame, Recording
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.column_delay import ColumnDelay
+from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.file import write_sensor
 from fusion.sensor.sensor import Sensor
 
 FRAMES = 7
@@ -45,7 +49,8 @@ def all_of(sensor: Sensor, seed: int) -> list[Recording]:
 def test_a_simulation_that_is_right_leaves_nothing():
     known = sensor_of("itof")
     found = explain(all_of(known, 1), known, simulated=all_of(known, 2))
-    assert verdict_of(found)["missing"] == []
+    verdict = verdict_of(found)
+    assert verdict["missing"] == [] and verdict["headline"].startswith("Nothing is missing: the simulation explains")
 
 
 @pytest.mark.slow
@@ -58,6 +63,30 @@ def test_what_a_simulation_lacks_is_named():
     assert "ambient_light" in (noise["effect"], *noise["indistinguishable_from"])
     named = {*claims, *(name for claim in claims.values() for name in claim["indistinguishable_from"])}
     assert "column_delay" in named
+
+
+@pytest.mark.slow
+def test_an_error_of_the_simulation_is_found_in_folders_without_scene_and_poses(tmp_path, capsys):
+    """As any simulator writes them: depth images and nothing else."""
+    known = sensor_of("itof")
+    wrong = replace(known, effects=(*known.effects, DepthScale(0.006)))
+    for name, recordings in (("recorded", all_of(known, 1)), ("simulated", all_of(wrong, 2))):
+        for place, recording in enumerate(recordings):
+            folder = tmp_path / f"{name}_{place}"
+            folder.mkdir()
+            for i in range(FRAMES):
+                np.save(folder / f"{i:03d}.npy", recording[i].depth)
+    write_sensor(tmp_path / "known.json", known)
+    camera = recording_of(known, 0, 1).camera
+    folders = {name: [str(tmp_path / f"{name}_{place}") for place in range(5)] for name in ("recorded", "simulated")}
+    words = ["explain", *folders["recorded"], "--simulated", *folders["simulated"], "-o", str(tmp_path / "out")]
+    words += ["--sensor", str(tmp_path / "known.json"), "--camera"]
+    assert main([*words, f"{camera.fx},{camera.fy},{camera.cx},{camera.cy}", "--no-report"]) == 0
+    (claim,) = json.loads((tmp_path / "out" / "verdict.json").read_text())["missing"]
+    scale = claim["parameters"]["scale"]
+    assert claim["effect"] == "depth_scale" and abs(scale["value"] + 0.006) < 3 * scale["std"] < 0.003
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Missing in the simulation: depth scale" in told and "one of the simulation's own" in told
 
 
 @pytest.mark.slow

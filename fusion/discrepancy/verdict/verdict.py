@@ -20,7 +20,7 @@ from fusion.discrepancy.verdict.record_next import planned_next, shown_next
 from fusion.discrepancy.verdict.reference import reference_of
 from fusion.discrepancy.verdict.unexplained import unexplained_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
-from fusion.discrepancy.verdict.words import sentence
+from fusion.discrepancy.verdict.words import SIMULATION, sentence
 
 FORMAT = "fusion-verdict/1"
 
@@ -67,6 +67,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
         "outliers": outliers_of(found.before),
         "repeats": repeats_of(found.looks),
         **({"reference": reference} if reference else {}),
+        **({"against": SIMULATION} if any(look.given is not None for look in found.looks) else {}),
     }
     return {**verdict, "headline": sentence(verdict)}
 

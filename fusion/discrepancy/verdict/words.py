@@ -13,6 +13,7 @@ WORSE = 1.5  # times the stated errors of poses, from which on a person wants to
 CALM = 0.5  # chi2 per tile below which residuals are too small to be true (guess)
 SIZED = 1e-3  # of a mesh: what is less is told as a place and not as a size
 FOLLOWED = 3  # recordings that are told by name
+SIMULATION = "simulation"  # what recordings are held against where another simulator's stand for the model's
 
 Entry = dict[str, Any]
 
@@ -24,18 +25,33 @@ def sentence(verdict: dict[str, Any]) -> str:
     if missing:
         sure = max(_odds(entry) for entry in missing)
         each = "each " if len(missing) > 1 else ""
-        return f"Missing in the model: {'; '.join(map(_named, missing))} - {each}established, {chance(sure)}; {left}."
+        named = "; ".join(map(_named, missing))
+        told = f"Missing in the {_against(verdict)}: {named} - {each}established, {chance(sure)}; {left}."
+        return told + _or_its_own(verdict)
     if likely:
         odds = max(_odds(entry) for entry in likely)
         told = "; ".join(map(_named, likely))
-        return f"Nothing is established; what these recordings suggest: {told} - likely, {chance(odds)}; {left}."
+        suggested = f"Nothing is established; what these recordings suggest: {told} - likely, {chance(odds)}; {left}."
+        return suggested + _or_its_own(verdict)
     looked, unseen = len(verdict["limits"]), len(verdict["invisible"])
     if verdict["unexplained"]["rms_m"] > 0:
         return f"No effect that has a name is established: {left}; {looked} effects were looked for."
     return (
-        f"Nothing is missing: the model explains these recordings, {left}; "
+        f"Nothing is missing: the {_against(verdict)} explains these recordings, {left}; "
         f"{looked} effects were looked for, {unseen} cannot be seen here."
     )
+
+
+def _against(verdict: dict[str, Any]) -> str:
+    """What the recordings were held against."""
+    return str(verdict.get("against", "model"))
+
+
+def _or_its_own(verdict: dict[str, Any]) -> str:
+    """Recordings alone do not say which of the two an error is in."""
+    if _against(verdict) != SIMULATION:
+        return ""
+    return " Where the camera has no such error it is one of the simulation's own, with the opposite sign."
 
 
 def name_of(entry: Entry) -> str:

@@ -1,4 +1,4 @@
-"""Depth offset: every distance is too long by the same length."""
+"""Depth offset: every distance is too long (below 0 too short) by the same length."""
 
 from dataclasses import dataclass
 from typing import ClassVar

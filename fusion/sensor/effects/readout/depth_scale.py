@@ -1,4 +1,4 @@
-"""Depth scale: every depth is too long by the same share, as from a wrong baseline or clock."""
+"""Depth scale: every depth is too long (below 0 too short) by the same share, as from a wrong baseline or clock."""
 
 from dataclasses import dataclass
 from typing import ClassVar
