@@ -133,7 +133,8 @@ def test_a_line_is_written_whole_or_not_at_all(tmp_path):
 
 
 RECORDER = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in what a shell runs in the background
 sys.path.insert(0, sys.argv[1])
 from made_up_kinect import MadeUp
 from fusion.devices import open as opening

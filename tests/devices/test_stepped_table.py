@@ -239,7 +239,8 @@ def test_options_of_a_table_without_one_are_told(tmp_path, capsys):
 
 def test_ctrl_c_in_the_middle_keeps_what_there_is(tmp_path):
     program = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in what a shell runs in the background
 sys.path.insert(0, sys.argv[1])
 from made_up_kinect import MadeUp
 from fusion.devices import open as opening
