@@ -20,13 +20,11 @@ from fusion.errors import RecordingError
 from fusion.recording.camera_file import write_camera
 from fusion.recording.device_file import write_device
 from fusion.recording.telemetry_file import CLOCKS
-from fusion.recording.write import LISTS, depth_counts
+from fusion.recording.write import LISTS, depth_counts, png_bytes
 
 ENCODERS = 3  # threads: as many images as a frame has; OpenCV lets others run meanwhile
 COLUMNS = (*CLOCKS, "missed")  # of telemetry.csv, whatever the device tells beside them
 Color = Literal["png", "jpeg"]
-# level 1 by run lengths: of OpenCV's ways the fastest for colours, and no larger (measured on noisy images)
-PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE]
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 95]
 
 
@@ -94,12 +92,12 @@ class GrowingFolder:
         return "jpg" if name == "rgb" and self.color == "jpeg" else "png"
 
     def _encoded(self, image: NDArray) -> bytes:
-        if image.ndim == 3:
-            how: tuple[str, list[int]] = (".jpg", JPEG) if self.color == "jpeg" else (".png", PNG)
-            return cv2.imencode(how[0], np.ascontiguousarray(image[..., ::-1]), how[1])[1].tobytes()
-        if image.dtype != np.uint16:
+        if image.ndim == 3 and self.color == "jpeg":
+            bgr = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2BGR)
+            return cv2.imencode(".jpg", bgr, JPEG)[1].tobytes()
+        if image.ndim == 2 and image.dtype != np.uint16:
             image = depth_counts(image, self.source.camera.depth_scale)
-        return cv2.imencode(".png", image, PNG)[1].tobytes()
+        return png_bytes(image)
 
     def _write_image(self, name: str, data: bytes) -> None:
         path = self.folder / name

@@ -63,7 +63,7 @@ def read_color(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.u
 
 def color_in(data: bytes, path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
     """The same of the bytes of an image that stands in another file; `path` names it. Raises RecordingError."""
-    image = _decoded(data, _header(data, path), cv2.IMREAD_COLOR, path)[..., ::-1]
+    image = _decoded(data, _header(data, path), cv2.IMREAD_COLOR_RGB, path)
     if shape is not None and other_way(image.shape[:2], shape):
         image = np.rot90(image, exif_turn(data))
     return np.ascontiguousarray(image)

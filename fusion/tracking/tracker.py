@@ -76,17 +76,19 @@ class Tracker:
         self.past: list[tuple[int, Array]] = []  # (frame, T_world_camera) of the good ones
         self.lost = 0
         self.count = 0
+        self._shown: tuple[Array, PointMap] | None = None  # from where the model was looked at last, and what it showed
 
     def skip(self, reason: str) -> Tracked:
         """Count a frame that cannot be looked at as lost."""
         return self._reject(reason)
 
-    def place(self, frame: PointMap, sure: Sure | None = None) -> Tracked:
+    def place(self, frame: PointMap, sure: Sure | None = None, same: bool = False) -> Tracked:
         """Place the next frame; the first that shows a surface is where the start says.
 
         Args:
             frame: its surface.
             sure: asked of a pose that was found again after a loss; where it says no, the next is tried.
+            same: the model is as it was for the last frame, which stood near: what it looked like there will do.
         """
         known = int(np.isfinite(frame.normals[..., 0]).sum())
         if known < FEWEST:
@@ -95,7 +97,7 @@ class Tracker:
             self._accept(self.start)
             return Tracked(self.start)
         points = lay_out(frame, self.settings.icp.points[-1])
-        tried = self._follow(points)
+        tried = self._follow(points, same)
         if tried.ok and self.lost and sure is not None and not sure(tried):
             tried = replace(tried, status=UNSURE)
         if not tried.ok:
@@ -105,16 +107,19 @@ class Tracker:
         self._accept(tried.T_world_camera)
         return tried
 
-    def _follow(self, points: Points) -> Tracked:
+    def _follow(self, points: Points, same: bool) -> Tracked:
         """From the better of two guesses: the motion goes on, or the camera stands still."""
         last = self.past[-1][1]
-        seen = self.model(last)
-        guesses = [np.eye(4), *self._velocity()]
+        if self._shown is None or self.lost or not same:
+            self._shown = last, self.model(last)
+        at, seen = self._shown
+        since = inverse(at) @ last
+        guesses = [since, *(since @ motion for motion in self._velocity())]
         if len(guesses) > 1:
             some, reach = thinned(points, self.settings.icp.points[0]), max(self.settings.icp.reaches)
             guesses.sort(key=lambda guess: _misfit(some, guess, seen, reach))
         result = align_points(points, seen, guesses[0], self.settings.icp)
-        return self._judge(result, last)
+        return self._judge(result, at)
 
     def _velocity(self) -> list[Array]:
         """The last motion, when the last two frames were both placed."""

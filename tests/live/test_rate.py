@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fusion.live.watch as watch_of
 from fusion.commands.main import main
+from fusion.live import grow
 from fusion.recording.open import open_recording
+from fusion.volume.prepared import fuse
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
 from live_rate import fed
@@ -33,6 +36,18 @@ def test_every_frame_of_a_turn_is_placed_and_none_is_shown_late(turn):
     watch, _ = fed(turn, 30.0, pace=0.02)
     assert (watch.tracked, watch.untracked, len(watch.waiting), watch.feed.dropped) == (FRAMES, 0, 0, 0)
     assert np.median(watch.behind) < 0.15
+
+
+def test_while_the_view_is_late_every_frame_is_placed_but_not_fused(turn, monkeypatch):
+    """At the end of the turn it stands where it would otherwise, within a degree."""
+    usual, _ = fed(turn, 30.0, pace=0.02)
+    fused = []
+    monkeypatch.setattr(grow, "fuse", lambda *told: fused.append(fuse(*told)))
+    monkeypatch.setattr(watch_of, "LATE", -1.0)
+    watch, _ = fed(turn, 30.0, pace=0.02)
+    assert watch.tracked == FRAMES
+    assert len(fused) == pytest.approx(FRAMES / grow.FUSED, abs=2)
+    assert watch.grower.turned.angle == pytest.approx(usual.grower.turned.angle, abs=np.deg2rad(1.0))
 
 
 def test_a_machine_that_is_too_slow_leaves_frames_out_of_the_view_and_counts_them(turn):

@@ -32,6 +32,15 @@ def test_a_swaying_camera_is_followed(room):
     assert tracked[0].T_world_camera == pytest.approx(np.eye(4))
 
 
+def test_a_model_that_is_the_same_is_looked_at_once(room):
+    truth = [sway(t) for t in np.arange(6) * 0.15]
+    looks = []
+    tracker = Tracker(lambda T: looks.append(T) or room.model(T))
+    tracked = [tracker.place(room.frame(T, seed), same=seed % 3 > 1) for seed, T in enumerate(truth)]
+    assert len(looks) == 3
+    assert errors(tracked, truth).max() < 0.5e-3
+
+
 def test_the_first_frame_with_a_surface_is_the_world(room):
     tracker = Tracker(room.model)
     first = tracker.place(blank())
