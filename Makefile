@@ -14,6 +14,8 @@ TOOLS := $(VENV)/.made_tools
 PYTHONS ?= python3.13 python3.12 python3.11 python3 python
 # a file stays with one worker: its fixtures and kernels are made once; more than four workers mostly import
 SPREAD ?= -n auto --maxprocesses 4 --dist loadfile
+# many of the slow ones use two cores themselves, or wait for a device's clock
+SLOW_SPREAD ?= -n auto --maxprocesses 2 --dist loadfile
 
 .PHONY: demo test slow real lint types environment clean
 
@@ -24,7 +26,7 @@ test: $(TOOLS)
 	$(BIN)/python -m pytest -m "not real and not slow" $(SPREAD)
 
 slow: $(TOOLS)
-	$(BIN)/python -m pytest -m "slow and not real"
+	$(BIN)/python -m pytest -m "slow and not real" $(SLOW_SPREAD)
 
 real: $(TOOLS)
 	$(BIN)/python -m pytest -m real
