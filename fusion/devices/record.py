@@ -213,6 +213,4 @@ class _Tape:
                     folder.add(frame)
                 self.count, self.last = folder.count, frame.timestamp
         finally:
-            if folder is not None:
-                folder.close()
             self.over.set()

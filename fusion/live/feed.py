@@ -12,7 +12,7 @@ from fusion.devices.source import Description, Source, SourceFrame
 WAITING = 60  # frames that may wait for the view: what comes while the object is looked for (2 s at 30 a second)
 FEW = 4  # once the view keeps up: what is shown is then no older (0.13 s at 30 a second)
 PAUSED = 0.05  # [s] between two looks whether a pause is over
-PATIENCE = 3.0  # [s] for a view to make up for steps that took long, such as a look for the object, before frames go
+PATIENCE = 5.0  # [s] for a view to make up for steps that took long, such as a look for the object, before frames go
 
 
 class Feed:

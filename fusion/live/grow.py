@@ -33,7 +33,7 @@ SHOWN = 30_000  # points handed to a view
 PATIENCE, BARELY = 10, 30
 FUSED = 3  # of so many frames one is fused while the view is late; all are placed (guess)
 # of the same table's next frame: what is not found from here is looked for further off, see `Tracker`
-NEARBY = IcpSettings(points=(2000, 8000), reaches=(0.10, 0.02), iterations=(8, 5))
+NEARBY = IcpSettings(points=(1000, 4000), reaches=(0.10, 0.02), iterations=(8, 5))
 WEAK = 0.8  # of the usual share of points that fit, below which tracking is weak (guess)
 
 
@@ -87,7 +87,7 @@ class Grower:
             return Placed(self.tracker.skip("too little of what turns is known yet"), False, distance)
         tracked = self.tracker.place(prepared.surface, same=self._unfused > 0)
         if tracked.ok and self.volume is not None:
-            self._grown(prepared, tracked, fused)
+            self._grown(prepared, tracked, fused, late)
         if not tracked.ok and self.tracker.lost > PATIENCE and self.count < BARELY:
             self._begin_anew()
         usual = float(np.median(self._shares)) if self._shares else 1.0
@@ -131,7 +131,7 @@ class Grower:
     def _new_tracker(self) -> Tracker:
         return Tracker(self._model, TrackerSettings(icp=NEARBY))
 
-    def _grown(self, prepared: Prepared, tracked: Tracked, fused: bool) -> None:
+    def _grown(self, prepared: Prepared, tracked: Tracked, fused: bool, late: bool) -> None:
         assert self.volume is not None
         self._unfused = 0 if fused else self._unfused + 1
         if fused:
@@ -140,7 +140,8 @@ class Grower:
         self.count += 1
         if np.isfinite(tracked.inlier_share):
             self._shares.append(tracked.inlier_share)
-        if fused and (not self._copies or self.count >= self._copies[-1][0] + EVERY):
+        apart = 4 * EVERY if late else EVERY  # a copy takes as long as three frames
+        if fused and (not self._copies or self.count >= self._copies[-1][0] + apart):
             self._copies.append((self.count, _copy(self.volume), prepared.frame.timestamp))
 
     def _prepared(self, frame: SourceFrame, fused: bool) -> Prepared:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.turning.moving import find_moving
+from fusion.turntable.turning.moving import Moving, find_moving
 from fusion.turntable.views import Region
 
 BETWEEN = 0.1  # [s] between two frames that are compared
@@ -19,6 +19,7 @@ FEWEST, MOST = 8, 24  # of them: `find_moving` takes from 6; more tell nothing n
 ACROSS = 320
 MARGIN = 0.015  # [m] around what has moved, as around what turns in a whole recording
 AGAIN = 1.5  # it is looked again when so many times as many were shown: a look takes half a second (measured)
+PUT_OFF = 2.0  # times as many frames where the view is late, and what turns is known (a guess)
 SURE = 2  # looks that must have found it before a model begins: the first may know a part, and later frames miss that
 SOON = 4  # more frames to the second look once the first has found it (a guess)
 ALL = 600  # compared after which all of it has shown (guess: a minute, which a slow table takes for a turn)
@@ -39,14 +40,14 @@ class Looking:
         self.region: Region | None = None
         self.finds = 0
         self.beside: Executor | None = None
-        self._under_way: Future[None] | None = None
+        self._under_way: Future[Moving | None] | None = None
         self._samples: list[NDArray[np.float32]] = []
         self._last, self._count, self._next = -np.inf, 0, FEWEST
 
-    def see(self, now: float, depth: NDArray[np.float32]) -> None:
-        """One frame: when it came [s] and its depth [m]."""
+    def see(self, now: float, depth: NDArray[np.float32], late: bool = False) -> None:
+        """One frame: when it came [s] and its depth [m]; while the view is late, a look that adds little can wait."""
         if self._under_way is not None and self._under_way.done():
-            self._under_way.result()  # what went wrong there is told here
+            self._learn(self._under_way.result())  # what went wrong there is told here
             self._under_way = None
         if now - self._last < BETWEEN or (self.region is not None and self._count >= ALL):
             return
@@ -55,18 +56,18 @@ class Looking:
         self._count += 1
         if len(self._samples) > MOST:  # every second one goes, so that they still reach back to the first
             self._samples = self._samples[::2]
-        if self._count >= self._next and self._under_way is None:
-            self._next = int(np.ceil(AGAIN * self._count))
-            samples = np.stack(self._samples)
-            if self.beside is None:
-                self._look(samples)
-            else:
-                self._under_way = self.beside.submit(self._look, samples)
+        due = PUT_OFF * self._next if late and self.finds >= SURE else self._next
+        if self._count < due or self._under_way is not None:
+            return
+        self._next = int(np.ceil(AGAIN * self._count))
+        asked = np.stack(self._samples), self._small, self.sensor
+        if self.beside is None:
+            self._learn(look(*asked))
+        else:
+            self._under_way = self.beside.submit(look, *asked)
 
-    def _look(self, samples: NDArray[np.float32]) -> None:
-        try:
-            found = find_moving(samples, self._small, self._sigma)
-        except TrackingError:
+    def _learn(self, found: Moving | None) -> None:
+        if found is None:
             return
         (height, width), step = self.camera.shape, self._step
         wall = found.wall.repeat(step, axis=0).repeat(step, axis=1)[:height, :width]
@@ -75,8 +76,13 @@ class Looking:
         if self.finds == 1:
             self._next = min(self._next, self._count + SOON)
 
-    def _sigma(self, z: NDArray[np.float32]) -> NDArray[np.float32]:
-        return np.asarray(self.sensor.sigma(z, None, self._small), np.float32)
+
+def look(samples: NDArray[np.float32], camera: Camera, sensor: Sensor) -> Moving | None:
+    """What turns in a sample (k, h, w) of the frames [m]; None where nothing does."""
+    try:
+        return find_moving(samples, camera, lambda z: np.asarray(sensor.sigma(z, None, camera), np.float32))
+    except TrackingError:
+        return None
 
 
 def every(camera: Camera, step: int) -> Camera:

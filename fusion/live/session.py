@@ -8,7 +8,9 @@ from pathlib import Path
 
 from fusion.devices.record import Recorded, RecordSettings, fill_recorded
 from fusion.devices.source import Source
+from fusion.live.aside import Aside
 from fusion.live.feed import Feed
+from fusion.live.looking import every
 from fusion.live.ready import get_ready
 from fusion.live.struck import strike
 from fusion.live.watch import Watch
@@ -36,12 +38,13 @@ def record_live(
     Raises:
         DeviceError: no frame came, or the device went away; what was recorded before stays.
     """
-    with stage("getting ready"), suppress(Exception):  # what goes wrong the view will meet itself, and tell
-        get_ready(source.describe().camera)
-    feed = Feed(source)
-    watch = Watch(feed, path.parent)
-    over = threading.Event()
+    feed, over = Feed(source), threading.Event()
     with ExitStack() as stack:
+        beside = stack.enter_context(Aside())
+        beside.submit(every, source.describe().camera, 1)  # loads what a look needs before the first frame comes
+        with stage("getting ready"), suppress(Exception):  # what goes wrong the view will meet itself, and tell
+            get_ready(source.describe().camera)
+        watch = Watch(feed, path.parent, beside)
         if shown is not None:
             stack.enter_context(shown(feed, watch))
         watch.start()

@@ -4,7 +4,7 @@ import resource
 import shutil
 import threading
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from fusion.live.state import LiveState
 
 OFTEN = 0.1  # [s] between two states: ten a second are all that an eye needs
 SURFACE = 1.0  # [s] between two surfaces, and ten times what one takes
-LATE = 0.1  # [s] from which on the view makes haste: three frames at 30 a second
+LATE = 0.05  # [s] from which on the view makes haste: more than a frame at 30 a second
 ACROSS = 320  # [px] of the small pictures
 # [m] within which the common cameras of a kind measure an object well (guess, from docs/first_scan.md)
 BANDS = {"structured_light": (0.5, 1.2), "itof": (0.4, 1.2), "active_stereo": (0.25, 1.0)}
@@ -31,11 +31,12 @@ MUCH = 0.2, 0.6  # share of such pixels that is too much: overexposed, underexpo
 class Watch:
     """The growing model of a feed; `state` is the newest state, replaced and never changed."""
 
-    def __init__(self, feed: Feed, folder: Path) -> None:
+    def __init__(self, feed: Feed, folder: Path, beside: Executor | None = None) -> None:
         self.feed, self.folder = feed, folder
         about = feed.describe()
         self.camera, self.length = about.camera, about.length
         self.grower = Grower(about.camera)
+        self.grower.looking.beside = beside
         self.state = LiveState()
         self.undone: list[tuple[float, float]] = []  # stamps after which and up to which frames are taken out
         self.error: Exception | None = None
@@ -70,9 +71,8 @@ class Watch:
 
     def _run(self) -> None:
         try:
-            with ThreadPoolExecutor(1, "fusion-look") as self.grower.looking.beside:
-                while (taken := self.feed.take()) is not None:
-                    self.see(*taken)
+            while (taken := self.feed.take()) is not None:
+                self.see(*taken)
             self.untracked += len(self.waiting)
         except Exception as error:  # the recording goes on
             self.error = error
@@ -81,7 +81,7 @@ class Watch:
     def see(self, frame: SourceFrame, came: float) -> None:
         """One frame, and when it came [s, by the feed's clock]; one thread at a time."""
         waiting = self.waiting
-        self.grower.looking.see(came, frame.depth)
+        self.grower.looking.see(came, frame.depth, self._late_with(came))
         waiting.append((frame, came))
         if self.grower.found:
             # before the model begins, frames that show too little wait: what turns is yet known in part
@@ -101,7 +101,7 @@ class Watch:
             after = self.grower.undo(frames)
             if after is not None:
                 self.undone.append((after, frame.timestamp))
-        placed = self.grower.take(frame, self.feed.clock() - came > LATE)
+        placed = self.grower.take(frame, self._late_with(came))
         if not placed.tracked.tried and not self.grower.count:
             self._tell(frame, placed)
             return False
@@ -115,6 +115,9 @@ class Watch:
             self._last_angle = float(np.rad2deg(self.grower.turned.angle))
         self._tell(frame, placed)
         return True
+
+    def _late_with(self, came: float) -> bool:
+        return self.feed.clock() - came > LATE
 
     def _tell(self, frame: SourceFrame, placed: Placed | None) -> None:
         now = self.feed.clock()

@@ -55,6 +55,7 @@ def test_who_shows_the_images_need_not_wait(monkeypatch):
     show(one, 0, 2 * FEWEST)
     assert one.region is None and len(beside.waiting) == 1  # not a second look while the first is under way
     beside.work()
+    show(one, 2 * FEWEST, 2 * FEWEST + 1)
     assert one.region is not None and one.finds == 1 and shown == [FEWEST]
 
 
