@@ -8,9 +8,10 @@ from typing import Any, cast
 import numpy as np
 
 from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.look import Look, Stage, wanted_channels
+from fusion.discrepancy.look import Look, wanted_channels
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.planning.menu import Choice, Setup
+from fusion.discrepancy.stage import Stage
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exposure import whole_mesh
