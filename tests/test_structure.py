@@ -16,8 +16,8 @@ SOURCES = sorted((PROJECT / "fusion").rglob("*.py"))
 ROOMS = [
     "errors", "quantity", "progress", "files", "compute", "geometry", "recording", "devices", "mesh",
     "printing", "repeatability", "coloring", "texture", "sensor", "calibration", "evaluation", "tracking", "volume",
-    "tiles", "certainty", "simulation", "turntable", "discrepancy", "results", "report", "reconstruction", "scan",
-    "passes", "batch", "live", "commands",
+    "tiles", "certainty", "simulation", "turntable", "plain", "discrepancy", "results", "report", "reconstruction",
+    "scan", "passes", "batch", "live", "commands",
 ]  # fmt: skip
 ALLOWED_AT_TOP = {
     "pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore", ".ci", "docs", "fusion",

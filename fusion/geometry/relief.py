@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32
+from fusion.compute.choice import either
 from fusion.compute.language import func, kernel, ti
 from fusion.compute.spare import Spare
 from fusion.compute.start import start
@@ -58,6 +59,7 @@ def _planes(camera: Camera) -> _Planes:
 _spare = Spare(_planes, most=4)  # for the next frame
 
 
+@either
 def relief(
     depth: NDArray[np.float32], camera: Camera, sigma: NDArray[np.float32], step: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:

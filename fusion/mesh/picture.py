@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.shading import CLAY, picture, vertex_normals
+from fusion.mesh.shading import CLAY, lit, picture, vertex_normals
 from fusion.mesh.sight import Side, look, sides
 
 PIXELS = 360  # of the mesh's longest edge
@@ -39,7 +39,7 @@ def shaded(mesh: Mesh, side: Side, pixels: int) -> NDArray[np.uint8]:
     longest = float(np.ptp(known, axis=0).max()) if len(known) else 1.0
     colors = np.broadcast_to(CLAY, mesh.vertices.shape) if mesh.colors is None else mesh.colors / 255
     # two looked-at pixels for each of the picture
-    return picture(look(mesh, side, longest / (2 * pixels)), vertex_normals(mesh), colors)
+    return picture(lit(look(mesh, side, longest / (2 * pixels)), vertex_normals(mesh)), colors)
 
 
 def raised(side: Side) -> Side:

@@ -1,34 +1,56 @@
 """From what is seen to a picture: soft light from the upper left, edges deepened, background transparent."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Sight
+from fusion.mesh.sight import Side, Sight
 
 CLAY = (0.80, 0.81, 0.83)  # colour of a mesh that has none
 
 
-def picture(sight: Sight, normals: NDArray, colors: NDArray) -> NDArray[np.uint8]:
-    """An RGBA picture (h // 2, w // 2, 4), every pixel the mean of 2 x 2 looked-at ones.
+@dataclass(frozen=True)
+class Lit:
+    """A sight in its light, which is the same whatever colours are shown in it.
 
-    Args:
+    Attributes:
         sight: what the pixels show.
-        normals: (n, 3) outward unit vectors of the mesh's vertices.
-        colors: (n, 3) of the vertices, 0 to 1.
+        light: (k,) brightness of the k pixels that were hit.
+        inside: (k,) whether they show the surface from behind, through a hole.
     """
-    rgba = np.zeros((*sight.hit.shape, 4), np.float32)
-    if sight.hit.any():
-        light, inside = _light(sight, normals)
-        base = sight.values(colors)
-        base[inside] = 0.35 * base[inside] + 0.1  # seen from behind, through a hole: dark
-        rgba[sight.hit, :3] = np.clip(base * (light * _edges(sight)[sight.hit])[:, None], 0, 1)
-        rgba[sight.hit, 3] = 1
-    h, w = (n // 2 * 2 for n in sight.hit.shape)
-    blocks = rgba[:h, :w].reshape(h // 2, 2, w // 2, 2, 4)
-    alpha = blocks[..., 3].mean(axis=(1, 3))
-    color = blocks[..., :3].sum(axis=(1, 3)) / np.maximum(blocks[..., 3].sum(axis=(1, 3)), 1)[..., None]
-    return (np.dstack([color, alpha]) * 255 + 0.5).astype(np.uint8)
+
+    sight: Sight
+    light: NDArray[np.float32]
+    inside: NDArray[np.bool_]
+
+    @property
+    def side(self) -> Side:
+        """Where it was looked from."""
+        return self.sight.side
+
+
+def lit(sight: Sight, normals: NDArray) -> Lit:
+    """Light on what is seen of a mesh with vertex normals (n, 3)."""
+    light, inside = _light(sight, normals)
+    return Lit(sight, (light * _edges(sight)[sight.hit]).astype(np.float32), inside)
+
+
+def picture(seen: Lit, colors: NDArray) -> NDArray[np.uint8]:
+    """An RGBA picture (h // 2, w // 2, 4) in the vertices' colours (n, 3), 0 to 1; every pixel the mean of 2 x 2
+    looked-at ones."""
+    hit = seen.sight.hit
+    rgba = np.zeros((*hit.shape, 4), np.float32)
+    base = seen.sight.values(colors)
+    base[seen.inside] = 0.35 * base[seen.inside] + 0.1  # seen from behind, through a hole: dark
+    rgba[hit, :3] = np.clip(base * seen.light[:, None], 0, 1)
+    rgba[hit, 3] = 1
+    h, w = (n // 2 * 2 for n in hit.shape)
+    total = rgba[0:h:2, 0:w:2] + rgba[1:h:2, 0:w:2] + rgba[0:h:2, 1:w:2] + rgba[1:h:2, 1:w:2]
+    total[..., :3] /= np.maximum(total[..., 3:], 1)
+    total[..., 3] /= 4
+    return (total * 255 + 0.5).astype(np.uint8)
 
 
 def vertex_normals(mesh: Mesh) -> NDArray[np.float32]:

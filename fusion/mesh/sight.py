@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -49,15 +50,24 @@ class Sight:
     depth: NDArray[np.float32]
     pixel: float
 
-    @property
+    @cached_property
     def hit(self) -> NDArray[np.bool_]:
         """(h, w) pixels that show the object."""
-        return self.corners[..., 0] >= 0
+        return np.asarray(self.corners[..., 0] >= 0)
+
+    @cached_property
+    def _around(self) -> list[tuple[NDArray[np.int64], NDArray[np.float32]]]:
+        """Of the k pixels that were hit each of the three corners (k,), and how much it counts (k, 1)."""
+        corners, weights = self.corners[self.hit], self.weights[self.hit]
+        return [(np.ascontiguousarray(corners[:, m]), weights[:, m, None]) for m in range(3)]
 
     def values(self, per_vertex: NDArray) -> NDArray[np.float32]:
         """Values (k, c) of the k pixels that were hit, between those at the vertices (n, c)."""
-        corners, weights = self.corners[self.hit], self.weights[self.hit]
-        return np.einsum("kj,kjc->kc", weights, per_vertex[corners].astype(np.float32))
+        values = np.ascontiguousarray(per_vertex, np.float32)
+        total = np.zeros((int(self.hit.sum()), values.shape[1]), np.float32)
+        for corner, weight in self._around:
+            total += weight * np.take(values, corner, axis=0)
+        return total
 
 
 def sides(up: Array, front: Array) -> list[Side]:

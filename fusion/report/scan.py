@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.shading import Lit
 from fusion.mesh.shape import shape_of
-from fusion.mesh.sight import Side, Sight, sides
+from fusion.mesh.sight import Side, sides
 from fusion.report.facts import fact_numbers
 from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
 from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale
@@ -129,7 +130,7 @@ def _poses(report: ScanReport) -> Trajectory | None:
     return next((t for t in (report.trajectory, report.trajectory_raw) if t is not None and t.valid.any()), None)
 
 
-def _mesh_section(report: ScanReport, facts: ScanFacts, sights: Sequence[Sight]) -> Section:
+def _mesh_section(report: ScanReport, facts: ScanFacts, sights: Sequence[Lit]) -> Section:
     mesh = report.mesh
     title = mesh_words(facts.shape)
     alt = f"The mesh from front, left, back, right and top: {title}."
@@ -160,7 +161,7 @@ def _viewer_section(report: ScanReport, up: Array, front: Array) -> Section:
     return viewer(mesh, layers, up, front, tuple(lines))
 
 
-def _sure_section(mesh: Mesh, sights: Sequence[Sight]) -> Section:
+def _sure_section(mesh: Mesh, sights: Sequence[Lit]) -> Section:
     sigma = sigma_of(mesh)
     return Section("How sure", figures=() if sigma is None else (sigma_figure(mesh, sigma, sights),))
 
@@ -202,7 +203,7 @@ def _seen(report: ScanReport) -> NDArray | None:
     return np.asarray(report.times_seen, float)
 
 
-def _coverage_section(report: ScanReport, sights: Sequence[Sight]) -> Section:
+def _coverage_section(report: ScanReport, sights: Sequence[Lit]) -> Section:
     figures = []
     seen = _seen(report)
     if seen is not None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32
+from fusion.compute.choice import either
 from fusion.compute.language import kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
@@ -116,6 +117,7 @@ def thinned(points: Points, most: int) -> Points:
     return replace(points, lanes=np.ascontiguousarray(points.lanes[::step]), count=-(-points.count // step))
 
 
+@either
 def equations(source: Points, T_model_source: Array, model: PointMap, limits: Limits) -> Equations:
     """Pair the source with the model at a pose (4, 4), and sum up the pairs' equations r = n . (moved - met).
 

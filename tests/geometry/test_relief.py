@@ -20,6 +20,12 @@ CAMERAS = [
 ]
 
 
+@pytest.fixture(autouse=True, params=["tuned", "plain"])
+def kernels(request, monkeypatch):
+    """All of it holds for both."""
+    monkeypatch.setenv("FUSION_KERNELS", request.param)
+
+
 def plane(camera, normal, distance=1.2):
     """Depth of the plane n . p = -distance."""
     rays = np.dstack([camera.rays(), np.ones(camera.shape)])

@@ -11,6 +11,12 @@ from fusion.tracking.equations import LATERAL, Limits, equations, lay_out, thinn
 from fusion.tracking.icp import align
 
 
+@pytest.fixture(autouse=True, params=["tuned", "plain"])
+def kernels(request, monkeypatch):
+    """All of it holds for both."""
+    monkeypatch.setenv("FUSION_KERNELS", request.param)
+
+
 def twin(source, T, model, limits):
     """(7, 7) sums of [J r]^T [J r] weighted, and the numbers of pairs and of visible points, point by point."""
     camera, total, pairs, visible = model.camera, np.zeros((7, 7)), 0, 0

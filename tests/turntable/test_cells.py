@@ -11,6 +11,12 @@ from fusion.turntable.model.meeting import ANGLE, AXIS, HEIGHT, RESIDUAL, SHARED
 FRAMES, CELLS, EACH, NOISE = 5, 40, 12, 0.001
 
 
+@pytest.fixture(autouse=True, params=["tuned", "plain"])
+def kernels(request, monkeypatch):
+    """All of it holds for both."""
+    monkeypatch.setenv("FUSION_KERNELS", request.param)
+
+
 def rows_of_cells(rng, errors=0):
     """Equations of cells with offsets of their own: rows, frames and where each cell begins."""
     start()

@@ -23,6 +23,14 @@ CENTRE, RADIUS = np.array([0.010, -0.020, 0.013]), 0.1
 SETTINGS = VolumeSettings(voxel=0.005, truncation=0.02)
 
 
+@pytest.fixture(scope="module", autouse=True, params=["tuned", "plain"])
+def kernels(request):
+    """All of it holds for both."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FUSION_KERNELS", request.param)
+        yield
+
+
 def whole_sphere(camera, settings=SETTINGS, **options):
     volume = Volume(settings)
     for T in scenes.around(CENTRE, 0.4):

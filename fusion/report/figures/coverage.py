@@ -7,7 +7,7 @@ import numpy as np
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Sight
+from fusion.mesh.shading import Lit
 from fusion.report.figures.circle import Cylinder
 from fusion.report.figures.views import Row, Scale, mesh_views, scale_colors
 from fusion.report.page import Figure
@@ -23,7 +23,7 @@ def coverage_scale(times_seen: Array) -> Scale:
     return Scale(SEQUENTIAL, 0.0, max(high, 1.0), "frames that saw the surface")
 
 
-def coverage_figure(mesh: Mesh, times_seen: Array, sights: Sequence[Sight]) -> Figure:
+def coverage_figure(mesh: Mesh, times_seen: Array, sights: Sequence[Lit]) -> Figure:
     """The mesh, seen from several sides, coloured by the number of frames (n,) that saw each vertex."""
     known = times_seen[np.isfinite(times_seen)]
     thin = float(np.mean(known < THIN)) if len(known) else float("nan")

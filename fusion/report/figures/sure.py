@@ -7,7 +7,8 @@ import numpy as np
 from fusion.geometry.pose import Array
 from fusion.mesh.knowable import OVER, Knowable
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Side, Sight
+from fusion.mesh.shading import Lit
+from fusion.mesh.sight import Side
 from fusion.report.figures.views import Row, Scale, mesh_views, nice_length, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import DIVERGING, SEQUENTIAL
@@ -33,7 +34,7 @@ def sigma_scale(sigma: Array) -> Scale:
     return Scale(SEQUENTIAL, 0.0, high, "standard deviation along the normal [mm]")
 
 
-def sigma_figure(mesh: Mesh, sigma: Array, sights: Sequence[Sight]) -> Figure:
+def sigma_figure(mesh: Mesh, sigma: Array, sights: Sequence[Lit]) -> Figure:
     """The mesh from several sides, coloured by sigma (n,) [m]."""
     middle, high = 1000 * np.percentile(sigma[np.isfinite(sigma)], [50, 95])
     title = f"Half of the surface is known to {middle:.2f} mm or better, 95 % to {high:.2f} mm"

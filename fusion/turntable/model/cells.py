@@ -9,6 +9,7 @@ a fixed order: the same scan gives the same result.
 import numpy as np
 
 from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
+from fusion.compute.choice import either
 from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.turntable.model.meeting import ANGLE, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT
@@ -93,6 +94,7 @@ def assemble(
                             H[part, a, b] = H[part, a, b] - share * sums[part, j]
 
 
+@either
 def normal_equations(rows, frame, first, offset, n, how):
     """Normal matrix (s + n, s + n) and vector (s + n,); the cells' offsets (k,) are eliminated.
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, F64_2, I32, I32_2, U8_2
+from fusion.compute.choice import either
 from fusion.compute.language import func, kernel, ti
 from fusion.mesh.mesh import Mesh
 from fusion.volume.blocks import Blocks
@@ -54,6 +55,7 @@ def surface(blocks: Blocks, min_weight: float) -> Mesh:
     return extract(blocks, min_weight).mesh
 
 
+@either
 def extract(blocks: Blocks, min_weight: float) -> Extracted:
     """The same, with where each vertex and face comes from."""
     n, colored = blocks.count, blocks.settings.color

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I64
+from fusion.compute.choice import either
 from fusion.compute.language import func, kernel, ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded, eight, high, low, put
@@ -21,6 +22,7 @@ CELLS = STRIP // CELL  # that are looked at side by side
 NEAREST = 1e-6  # [m], nothing is measured so close
 
 
+@either
 def allocate(
     blocks: Blocks, images: tuple[NDArray[np.float32], NDArray[np.float32]], frame: Work, camera: Camera,
     T_world_camera: Array,

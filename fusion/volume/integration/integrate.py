@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
+from fusion.compute.choice import either
 from fusion.compute.language import func, kernel, ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
@@ -27,6 +28,7 @@ NO_COLOR = np.zeros((1, 1, 3), np.uint8)
 NO_WEIGHT = np.ones((1, 1), np.float32)
 
 
+@either
 def integrate(
     blocks: Blocks,
     images: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.uint8] | None],

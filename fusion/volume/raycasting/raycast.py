@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.choice import either
 from fusion.compute.shares import dealt
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
@@ -34,6 +35,7 @@ class Raycast:
     colors: NDArray[np.uint8] | None = None
 
 
+@either
 def raycast(
     blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float], canvas: Canvas
 ) -> Raycast:

@@ -1,0 +1,59 @@
+"""Which kernels run: the tuned ones, or the plain ones of the room `plain`, which do the same one item at a time.
+
+The variable FUSION_KERNELS says it for the whole process: nothing or `tuned`, or `plain`. The table below is all there
+is to choose; plain ones are loaded when they are asked for, as their room lies below those that they stand in for.
+"""
+
+import functools
+import os
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, ParamSpec, TypeVar, cast
+
+from fusion.errors import FusionError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+# what is tuned, and the plain one beside it: of the same arguments and results
+TABLE = {
+    "fusion.geometry.relief:relief": "fusion.plain.point_map:relief",
+    "fusion.tracking.equations:equations": "fusion.plain.icp:equations",
+    "fusion.volume.integration.allocate:allocate": "fusion.plain.blocks:allocate",
+    "fusion.volume.integration.integrate:integrate": "fusion.plain.integration:integrate",
+    "fusion.volume.raycasting.raycast:raycast": "fusion.plain.raycast:raycast",
+    "fusion.volume.extraction.surface:extract": "fusion.plain.surface:extract",
+    "fusion.turntable.model.cells:normal_equations": "fusion.plain.turntable:normal_equations",
+}
+KINDS = ("tuned", "plain")
+
+
+def plain() -> bool:
+    """Whether the plain kernels were asked for.
+
+    Raises:
+        FusionError: FUSION_KERNELS says something else.
+    """
+    said = os.environ.get("FUSION_KERNELS") or "tuned"
+    if said not in KINDS:
+        raise FusionError("unknown kernels", "FUSION_KERNELS", said, " or ".join(KINDS), "leave it out")
+    return said == "plain"
+
+
+def either(tuned: Callable[P, R]) -> Callable[P, R]:
+    """Marks a function that has a plain one beside it in the table: each call goes to the one that was chosen."""
+    name = f"{tuned.__module__}:{tuned.__name__}"
+
+    @functools.wraps(tuned)
+    def chosen(*args: P.args, **kwargs: P.kwargs) -> R:
+        call = cast("Callable[P, R]", named(TABLE[name])) if plain() else tuned
+        return call(*args, **kwargs)
+
+    return chosen
+
+
+@functools.cache
+def named(name: str) -> Any:
+    """What stands in a module under a name, "module:name"."""
+    module, _, what = name.partition(":")
+    return getattr(import_module(module), what)
