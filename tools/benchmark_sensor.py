@@ -1,6 +1,7 @@
 """How long a simulated frame takes: rendering by channel, sampling it with twelve effects, and undoing a depth law.
 
     python tools/benchmark_sensor.py [--runs 9] [--json FILE]
+    python tools/benchmark_sensor.py --ideal [PRESET ...]     perfect depth through sensors, 640 x 480
 
 Medians on this machine, in milliseconds of the clock, and beside them of the processors (all threads together), which
 tell more where other programs run. Preparing the mesh (Embree's tree) is not in the times of a frame.
@@ -27,17 +28,21 @@ from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.estimate import estimated_view
 from fusion.sensor.moment import Moment
 from fusion.sensor.parameter import parameters
-from fusion.sensor.presets import preset
+from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import View
+from fusion.sensor.view import Image, View
 from fusion.simulation.demo import CAMERA, demo_truth, looking_at, plate, surroundings
+from fusion.simulation.ideal.frame import IdealFrame
+from fusion.simulation.ideal.sense import sense
 from fusion.simulation.indirect import Bounce
 from fusion.simulation.render import Channels, RayCaster
 from fusion.simulation.shapes import joined, sheet
 
-RENDERED_MS, SAMPLED_MS = 150.0, 60.0  # what a frame may take on two cores
+RENDERED_MS, SAMPLED_MS, SENSED_MS = 150.0, 60.0, 20.0  # what a frame may take on two cores
 AS_FAST = 1.3  # times a curve: what undoing a stack may take
 SENSOR_CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof")
+PERFECT_CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
+Times = dict[str, tuple[float, float]]  # [ms] of the clock and of the processors
 # with the ones of the preset, twelve
 ADDED = {
     "kinect-v2-indoors": ("multipath", "stray_light", "temperature_drift"),
@@ -68,7 +73,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=9)
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--ideal", nargs="*", metavar="PRESET", help="time fusion.sense instead (default: all presets)")
     options = parser.parse_args()
+    if options.ideal is not None:
+        times = sensing(options.ideal or list(PRESETS), options.runs)
+        print(f"asked for: {SENSED_MS:.0f} ms of two processors for a frame")
+        told(options.json, times)
+        return
     mesh, T_world_camera = scene()
     began = time.perf_counter()
     caster = RayCaster(mesh)
@@ -88,8 +99,7 @@ def main() -> None:
     print(f"asked for: {RENDERED_MS:.0f} ms for all but indirect light, {SAMPLED_MS:.0f} ms for twelve effects")
     curve, stack = (cores for name, (_, cores) in times.items() if name.startswith("undoing"))
     print(f"a stack takes {stack / curve:.2f} times the time of a curve (asked for: as fast, {AS_FAST} at most)")
-    if options.json:
-        options.json.write_text(json.dumps({name: {"clock_ms": a, "cpu_ms": b} for name, (a, b) in times.items()}))
+    told(options.json, times)
 
 
 def scene() -> tuple[Mesh, Array]:
@@ -98,6 +108,39 @@ def scene() -> tuple[Mesh, Array]:
     side = sheet(-0.55 * x - 0.9 * y - 0.5 * z, 1.0 * x, 1.8 * z, lambda p: np.full((len(p), 3), 150.0))
     mesh = joined((demo_truth(), plate(), *surroundings(), side))
     return mesh, looking_at(np.array([0.66, 0.06, 0.38]), np.array([0.0, 0.0, 0.085]))
+
+
+def sensing(names: list[str], runs: int) -> Times:
+    """Times [ms] of a frame of perfect depth with reflectance through sensors: a wall, the owl, and many edges."""
+    caster = RayCaster(scene()[0])
+    owl = np.asarray(caster.view(PERFECT_CAMERA, scene()[1], Channels(color=False)).depth)
+    scenes = {"wall": np.full(PERFECT_CAMERA.shape, 2.0, np.float32), "owl": owl, "60 cards": cards()}
+    times = {}
+    for name in names:
+        sensor, line = preset(name), f"{name:20s}"
+        for seen, depth in scenes.items():
+            frame = IdealFrame(depth, reflectance=0.5)
+            times[f"{name}, {seen}"] = clock, cores = measured(
+                partial(sense, frame, PERFECT_CAMERA, sensor, 1), max(runs, 2)
+            )
+            line += f"   {seen}: {clock:6.1f} ms, {cores:6.1f} ms of the processors"
+        print(line, flush=True)
+    return times
+
+
+def cards() -> Image:
+    """Depth (h, w) [m] of 60 cards before a wall: a quarter of the pixels lie within 4 px of an edge."""
+    rng, depth = np.random.default_rng(0), np.full(PERFECT_CAMERA.shape, 2.5, np.float32)
+    for _ in range(60):
+        v, u, height, width = (int(x) for x in rng.uniform((0, 0, 20, 20), (440, 600, 120, 120)))
+        depth[v : v + height, u : u + width] = rng.uniform(0.8, 2.3)
+    return depth
+
+
+def told(path: Path | None, times: Times) -> None:
+    """Write the times to a file, where one is asked for."""
+    if path is not None:
+        path.write_text(json.dumps({name: {"clock_ms": a, "cpu_ms": b} for name, (a, b) in times.items()}))
 
 
 def sampling(name: str, caster: RayCaster, T_world_camera: Array, runs: int) -> tuple[float, float]:

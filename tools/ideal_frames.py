@@ -103,7 +103,7 @@ def _first(simulation: Simulation) -> IdealFrame:
     moment = simulation.moment(0, 0, None)
     reflectance = None
     if frame.ir is not None:
-        incidence, _ = facing_of(frame.depth, simulation.camera)
+        incidence = facing_of(frame.depth, simulation.camera, normals=False).incidence
         with np.errstate(all="ignore"):
             seen = View(simulation.camera, frame.depth, incidence, ir=frame.ir)
             reflectance = np.clip(reflectance_of(seen), 0, 1).astype(np.float32)

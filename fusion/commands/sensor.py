@@ -24,7 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions += "one says all that others need, make its page (Markdown) in a folder, or compare units of one camera"
     add("action", choices=("show", "list", "export", "compare", "check", "page", "units"), help=actions)
     units = (
-        "units: a CSV file with columns sensor, unit, date (2026-11-26), or a folder with a sensor.json in each folder"
+        "units: a CSV file with columns sensor, unit, date (2026-11-26), or a folder with a sensor.json (camera.json, "
+        "evaluation.json) in each folder"
     )
     add("sensor", nargs="?", metavar="S", help=f"sensor.json or a preset's name; {units}")
     add("other", nargs="?", metavar="B", help="compare: another sensor, or a recording in which nothing moves")

@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING
 from fusion.errors import FusionError, SensorError
 
 if TYPE_CHECKING:
+    from fusion.simulation.exporting.quantities import Quantities, Reading
     from fusion.simulation.exporting.units import Measured, Units
 
 COLUMNS = ("sensor", "unit", "date")
-LIST = "a CSV file with a column sensor (and unit, date), or a folder of folders with a sensor.json each"
+KINDS = ("sensor.json", "camera.json", "evaluation.json")
+LIST = f"a CSV file with a column sensor (and unit, date), or a folder of folders with a {KINDS[0]} each"
+FORMAT = "fusion-evaluation/"
 YEAR = 365.25  # days
 
 
@@ -27,7 +30,10 @@ def run_units(options: argparse.Namespace) -> int:
     from fusion.simulation.exporting.loss import usual_camera
     from fusion.simulation.exporting.units import units
 
-    models = measured(Path(options.sensor))
+    rows = listed(Path(options.sensor))
+    if rows[0][0].name.endswith(KINDS[1:]):
+        return _run_quantities(options, read(rows))
+    models = measured(rows)
     camera = usual_camera(models[0].sensor) if options.camera is None else find_camera(options.camera)
     found = units(models, camera)
     if options.output is not None:
@@ -40,27 +46,76 @@ def run_units(options: argparse.Namespace) -> int:
     return 0
 
 
-def measured(place: Path) -> list["Measured"]:
-    """The models that a list or a folder names.
+def _run_quantities(options: argparse.Namespace, readings: list["Reading"]) -> int:
+    """The same for what other results state."""
+    from fusion.progress import stage
+    from fusion.simulation.exporting.quantities import quantities
+
+    found = quantities(readings)
+    if options.output is not None:
+        from fusion.report.quantities import quantities_report
+
+        with options.claim.folder() as partial, stage("report"):
+            quantities_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]))
+            (partial / "units.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(found.to_dict(), indent=1) if options.json else "\n".join(_quantity_lines(found)))
+    return 0
+
+
+def listed(place: Path) -> list[tuple[Path, str, float]]:
+    """Files that a list or a folder names, the unit of each and its date [years].
 
     Raises:
-        FusionError: there is no such place, it holds nothing, or a date cannot be read; SensorError of a file.
+        FusionError: there is no such place, it holds nothing, its files are of several kinds, or a date cannot be read.
     """
-    from fusion.sensor.file import read_sensor
-    from fusion.simulation.exporting.units import Measured
-
     if place.is_dir():
-        rows = [(path, path.parent.name, "") for path in sorted(place.glob("*/sensor.json"))]
+        found = {kind: sorted(place.glob(f"*/{kind}")) for kind in KINDS}
+        rows = [(path, path.parent.name, "") for path in next((some for some in found.values() if some), [])]
     elif place.is_file():
         rows = list(_rows(place))
     else:
         raise FusionError("there is nothing to compare", place, "nothing", LIST)
     if not rows:
-        raise FusionError("there is nothing to compare", place, "no sensor.json", LIST)
+        raise FusionError("there is nothing to compare", place, " or ".join(f"no {kind}" for kind in KINDS), LIST)
+    kinds = sorted({next((kind for kind in KINDS[1:] if path.name.endswith(kind)), KINDS[0]) for path, *_ in rows})
+    if len(kinds) > 1:
+        raise FusionError("these results state different things", place, ", ".join(kinds), "files of one kind")
+    return [(path, unit, _years(day, place)) for path, unit, day in rows]
+
+
+def measured(rows: list[tuple[Path, str, float]]) -> list["Measured"]:
+    """The sensor models. Raises SensorError of a file."""
+    from fusion.sensor.file import read_sensor
+    from fusion.simulation.exporting.units import Measured
+
     found = []
-    for path, unit, day in rows:
+    for path, unit, date_years in rows:
         sensor = read_sensor(path)
-        found.append(Measured(unit or sensor.serial or path.parent.name, _years(day, place), sensor))
+        found.append(Measured(unit or sensor.serial or path.parent.name, date_years, sensor))
+    return found
+
+
+def read(rows: list[tuple[Path, str, float]]) -> list["Reading"]:
+    """What cameras, or evaluations, state. Raises FusionError of a file."""
+    from fusion.files.json_file import read_json
+    from fusion.recording.camera_file import read_camera
+    from fusion.simulation.exporting.quantities import Reading, stated_by_camera, stated_by_evaluation
+
+    found = []
+    for path, unit, date_years in rows:
+        if path.name.endswith("camera.json"):
+            camera = read_camera(path)
+            values, serial = stated_by_camera(vars(camera)), camera.serial
+        else:
+            content = read_json(path, FusionError, "the evaluation")
+            if not str(content.get("format")).startswith(FORMAT):
+                raise FusionError("this is no evaluation", path, str(content.get("format"))[:40], FORMAT + "1")
+            try:
+                values, serial = stated_by_evaluation(content), str(content["camera"]["serial"])
+            except (KeyError, TypeError, ValueError, AttributeError) as error:
+                expected = "evaluation.json as `fusion evaluate` writes it"
+                raise FusionError("an evaluation cannot be used", path, f"{error}"[:80], expected) from None
+        found.append(Reading(unit or serial or path.parent.name, date_years, values))
     return found
 
 
@@ -105,3 +160,16 @@ def _lines(found: "Units") -> list[str]:
             cells.append(f"{text:>{width}}")
         lines.append(" ".join(cells))
     return lines
+
+
+def _quantity_lines(found: "Quantities") -> list[str]:
+    from fusion.report.quantities import table_rows
+
+    head = ["quantity", "mean", "between units", "between dates", "drift a year"]
+    table = [head, *table_rows(found)]
+    widths = [max(len(row[n]) for row in table) for n in range(len(head))]
+    told = f"{len(found.names)} units, {len(found.unit)} results; with 95 % intervals"
+    return [
+        told,
+        *("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table),
+    ]

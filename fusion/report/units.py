@@ -47,7 +47,9 @@ def over_depth(found: Units) -> Figure:
             figure.subplots(1, 2), (found.bias, found.sigma), ("mean error", "spread"), strict=True
         ):
             for row, unit in enumerate(found.unit):
-                ax.plot(found.depths, 1e3 * values[row], color=_color(found, unit), marker="o", markersize=3)
+                ax.plot(
+                    found.depths, 1e3 * values[row], color=unit_color(len(found.names), unit), marker="o", markersize=3
+                )
             ax.set_xlabel("depth [m]")
             ax.set_ylabel(f"{name} [mm]")
         svg = to_svg(figure, "units-over-depth")
@@ -68,7 +70,7 @@ def over_time(found: Units) -> Figure:
                 ax.plot(
                     found.date[rows],
                     1e3 * found.bias[rows, column],
-                    color=_color(found, unit),
+                    color=unit_color(len(found.names), unit),
                     marker="o",
                     markersize=4,
                 )
@@ -97,10 +99,11 @@ def unit_table(found: Units) -> str:
     return numbers_table(head, rows)
 
 
-def _color(found: Units, unit: int) -> tuple[float, ...]:
+def unit_color(count: int, unit: int) -> tuple[float, ...]:
+    """Of one of `count` units."""
     import matplotlib
 
-    return tuple(matplotlib.colormaps[COLORS](0.05 + 0.85 * unit / max(len(found.names) - 1, 1)))
+    return tuple(matplotlib.colormaps[COLORS](0.05 + 0.85 * unit / max(count - 1, 1)))
 
 
 def _mm(value: float) -> str:

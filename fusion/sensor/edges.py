@@ -1,21 +1,33 @@
 """From depth jumps between neighbouring pixels to the nearest edge of every pixel."""
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from fusion.sensor.edge_lines import (
-    Crossings,
-    Indices,
-    dominant,
-    lines_of,
-    nearest_points,
-    second_is_far,
-    towards_far,
-)
+from fusion.compute.start import start
 from fusion.sensor.view import Edges, Image
 
 REACH_PX = 8.0
-BRIGHTEST = 1000.0  # the light across an edge over an own amplitude of nearly nothing stays a number
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Where an edge passes between two neighbouring pixels.
+
+    Attributes:
+        first, second: (n,) indices of the pixels in the raveled image; the second is to the right or below.
+        position: (n,) share of the way from the first to the second.
+        depths: (n, 2) [m] at the edge, on the side of the first and of the second; NaN where there is nothing.
+    """
+
+    first: Indices
+    second: Indices
+    position: Image
+    depths: Image
 
 
 def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image, reach: float = REACH_PX) -> Edges:
@@ -27,65 +39,64 @@ def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image, reach: f
     Args:
         depth, amplitude: (h, w) of the pixels; the amplitude in any unit.
     """
-    empty = Edges(*(np.full(depth.shape, value, np.float32) for value in (np.inf, 0.0, 0.0, 1.0)))
+    images = tuple(np.full(depth.shape, value, np.float32) for value in (np.inf, 0.0, 0.0, 1.0))
     if not len(crossings.first):
-        return empty
-    crossings = dominant(crossings, depth.shape[1])
-    lines = lines_of(crossings, depth.shape)
-    v, u = _near(crossings, depth.shape, reach)
-    pixels = np.column_stack([u, v]).astype(np.float32)
-    foot, line, share = nearest_points(lines, pixels)
-    away = foot - pixels
-    distance = np.hypot(away[:, 0], away[:, 1])
-    close = distance <= reach
-    v, u, foot, line, share = (values[close] for values in (v, u, foot, line, share))
-    crossing = np.where(share < 0.5, lines.at_start[line], lines.at_end[line])
-    normal = towards_far(crossings, lines)[line]
-    side = _side(crossings, crossing, away[close], normal, depth[v, u])
-    empty.distance[v, u] = distance[close]
-    empty.direction[v, u] = np.arctan2(away[close, 1], away[close, 0])
-    empty.jump[v, u], empty.light[v, u] = _across(crossings, crossing, side, depth[v, u], amplitude, (v, u))
-    return empty
+        return Edges(*images)
+    from fusion.sensor.edge_kernels import join_crossings, look_across, overshadowed  # starts Taichi
+
+    start()
+    pairs = np.column_stack([crossings.first, crossings.second]).astype(np.int32)
+    points, links = _laid_out(crossings, depth.shape)
+    depths = np.ascontiguousarray(crossings.depths, np.float32)
+    jumps = np.nan_to_num(np.abs(depths[:, 1] - depths[:, 0]), nan=np.inf)
+    weak = np.zeros(len(points), np.int32)
+    overshadowed(links, pairs, points, jumps, weak)
+    margin = int(reach) + 1  # cells beyond the image hold nothing, and need not be told from others
+    held = np.zeros((depth.shape[0] + 1 + 2 * margin, depth.shape[1] + 1 + 2 * margin), np.int32)
+    lines, ends = np.empty((8 * len(points), 4), np.float32), np.empty((8 * len(points), 2), np.int32)
+    join_crossings(links, pairs, points, weak, margin, held, lines, ends)
+    near, off = _near(pairs[weak == 0], depth.shape, reach)
+    flat = (np.ascontiguousarray(image, np.float32).reshape(-1) for image in (depth, amplitude))
+    out = (image.reshape(-1) for image in images)
+    look_across(near, off, reach, margin, *_rings(margin), held, lines, ends, pairs, depths, *flat, *out)
+    return Edges(*images)
 
 
-def _near(crossings: Crossings, shape: tuple[int, ...], reach: float) -> tuple[Indices, Indices]:
-    """Rows and columns of the pixels that may have an edge within reach."""
+def _laid_out(crossings: Crossings, shape: tuple[int, ...]) -> tuple[Image, NDArray[np.int32]]:
+    """Points (n, 2) [px, u v] of the crossings, and their numbers at the links that they are on."""
+    v, u = np.divmod(crossings.first, shape[1])
+    right = crossings.second == crossings.first + 1
+    points = np.column_stack([u + np.where(right, crossings.position, 0), v + np.where(right, 0, crossings.position)])
+    height, width = shape
+    links = np.full((2, height + 2, width + 2), -1, np.int32)
+    links.reshape(-1)[(~right * (height + 2) + v + 1) * (width + 2) + u + 1] = np.arange(len(v))
+    return points.astype(np.float32), links
+
+
+def _near(pairs: NDArray[np.int32], shape: tuple[int, ...], reach: float) -> tuple[NDArray[np.int32], Image]:
+    """Flat indices (n,) of the pixels that may have an edge within reach, and how far pixels beside one are [px]."""
     beside = np.ones(shape, np.uint8)
-    beside.reshape(-1)[crossings.first] = 0
-    beside.reshape(-1)[crossings.second] = 0
-    v, u = np.nonzero(cv2.distanceTransform(beside, cv2.DIST_L2, cv2.DIST_MASK_5) <= reach)
-    return v, u
+    beside.reshape(-1)[pairs] = 0
+    away = cv2.distanceTransform(beside, cv2.DIST_L2, cv2.DIST_MASK_5).reshape(-1)
+    near = np.flatnonzero(away <= reach)
+    return near.astype(np.int32), np.asarray(away[near], np.float32)
 
 
-def _side(crossings: Crossings, crossing: Indices, away: Image, normal: Image, depth: Image) -> Indices:
-    """(n,) 0 where a pixel is on the side of its crossing's first pixel, 1 where on that of the second.
+@lru_cache(maxsize=8)
+def _rings(most: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Cells around a pixel up to `most` [px] away, the nearest first, as kernels take them; read only.
 
-    Args:
-        crossing: (n,) of each pixel.
-        away: (n, 2) from the pixel to the edge [px].
-        normal: (n, 2) of the edge, towards the farther surface.
-        depth: (n,) of the pixels.
+    Returns:
+        (n, 3) square of the distance [px^2], row and column; and (most^2 + 1,) the first that is as far.
     """
-    along = (away * normal).sum(axis=1)
-    second = (along < 0) == second_is_far(crossings)[crossing]
-    # past the end of a line its normal tells little: the depth tells
-    ends = crossings.depths[crossing]
-    nothing = ~np.isfinite(depth)
-    apart = np.abs(np.where(np.isfinite(ends), ends, np.inf) - np.where(nothing, np.nan, depth)[:, None])
-    by_depth = np.where(nothing, np.isnan(ends[:, 1]), apart[:, 1] < apart[:, 0])
-    askew = np.abs(along) < 0.87 * np.linalg.norm(away, axis=1) * np.linalg.norm(normal, axis=1)  # 30 deg
-    return np.where(nothing | np.isnan(ends).any(axis=1) | askew, by_depth, second).astype(np.intp)
-
-
-def _across(
-    crossings: Crossings, crossing: Indices, side: Indices, depth: Image, amplitude: Image, place: tuple
-) -> tuple[Image, Image]:
-    """Jump and light ratio (n,) of pixels from their own side to the other."""
-    rows = np.arange(len(side))
-    ends = crossings.depths[crossing]
-    jump = ends[rows, 1 - side] - ends[rows, side]
-    other = np.where(side == 0, crossings.second[crossing], crossings.first[crossing])
-    with np.errstate(all="ignore"):
-        light = np.minimum(amplitude.reshape(-1)[other] / amplitude[place], BRIGHTEST)
-    nothing = ~np.isfinite(jump) | ~np.isfinite(depth)
-    return np.where(nothing, 0.0, jump), np.where(nothing, 0.0, np.nan_to_num(light, nan=1.0))
+    # the four cells around a pixel are 0 px away, and numbered 0 and 1
+    steps = np.arange(-most, most + 2)
+    away = np.where(steps > 0, steps - 1, -steps)
+    square = away[:, None] ** 2 + away[None, :] ** 2
+    order = np.argsort(square, axis=None, kind="stable")
+    order = order[: np.searchsorted(square.reshape(-1)[order], most**2, side="right")]
+    rows, columns = np.divmod(order, len(steps))
+    rings = np.column_stack([square.reshape(-1)[order], steps[rows], steps[columns]]).astype(np.int32)
+    begins = np.searchsorted(rings[:, 0], np.arange(most**2 + 1)).astype(np.int32)
+    rings.flags.writeable = begins.flags.writeable = False
+    return rings, begins

@@ -137,6 +137,10 @@ class Effect:
             return np.zeros((), depth.dtype)
         return self.noise(depth, view) * normal(rng, depth)
 
+    def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
+        """The depth (h, w) [m] behind this effect in one frame: its change of the mean, and one draw of its noise."""
+        return depth + self.change(depth, view) + self.draw(depth, view, rng)
+
     def window(self, view: View) -> float:
         """Side [px] of the square over which neighbours share this noise; 1 where pixels are independent."""
         return 1.0

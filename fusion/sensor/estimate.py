@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.edge_lines import Crossings, Indices
-from fusion.sensor.edges import nearest_edges
+from fusion.sensor.edges import Crossings, Indices, nearest_edges
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
 from fusion.sensor.effects.light.projector_shadow import shadowed
 from fusion.sensor.moment import Moment

@@ -146,13 +146,14 @@ class Sensor:
         if view.reflectance is None or view.depth is None:
             return None
         with np.errstate(all="ignore"):
-            light = IR_AT_1M * view.reflectance / (view.depth * view.stretch) ** 2
+            light = np.square(view.depth * view.stretch)
+            light = np.divide(IR_AT_1M * view.reflectance, light, out=light)
             if view.incidence is not None:
-                light = light * np.cos(view.incidence)
+                light *= np.cos(view.incidence)
             for effect in self.effects:
                 if effect.changes("light"):
                     light = effect.light(light, view.depth, view)
-            return light.astype(view.depth.dtype)
+            return light.astype(view.depth.dtype, copy=False)
 
     def predict(self, depth: Image, view: View | Camera) -> NDArray[np.floating]:
         """The mean measured depth (h, w) [m] of a true depth image; NaN stays NaN."""
@@ -177,13 +178,12 @@ class Sensor:
             for effect in self.effects:
                 if effect.name in view.done:
                     continue
-                seen = seen * (1 - effect.dropout(depth, view)) if effect.changes("dropout") else seen
+                if effect.changes("dropout"):
+                    seen = seen * (1 - effect.dropout(depth, view))
                 if effect.changes("bias") or effect.changes("noise"):
-                    depth = _valid(depth + effect.change(depth, view) + effect.draw(depth, view, rng)).astype(
-                        depth.dtype
-                    )
+                    depth = _valid(effect.sampled(depth, view, rng)).astype(depth.dtype, copy=False)
         if seen.ndim or seen < 1:
-            depth = np.where(rng.random(depth.shape, dtype=depth.dtype.type) < seen, depth, np.nan)
+            depth = np.where(rng.random(depth.shape, dtype=depth.dtype.type) < seen, depth, depth.dtype.type(np.nan))
         return depth
 
     def correct(self, depth: Image, view: View | Camera) -> NDArray[np.floating]:
@@ -272,4 +272,6 @@ def _floating(depth: Image) -> Image:
 
 def _valid(depth: Image) -> Image:
     """A depth of 0 or less, or infinite, is no depth."""
+    if np.fmin.reduce(depth, axis=None) > 0 and np.fmax.reduce(depth, axis=None) < np.inf:  # NaN aside
+        return depth
     return np.where((depth > 0) & np.isfinite(depth), depth, np.nan)

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.edge_lines import Crossings, Indices
-from fusion.sensor.edges import nearest_edges
+from fusion.sensor.edges import Crossings, Indices, nearest_edges
 from fusion.sensor.view import Edges, Image, View
 from fusion.simulation.casting import Floats, Stage
 

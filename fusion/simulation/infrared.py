@@ -20,8 +20,11 @@ def infrared(view: View, sensor: Sensor, rng: np.random.Generator) -> NDArray[np
     if view.ir is None or view.depth is None:
         return None
     light = np.nan_to_num(view.ir)
-    counts = light + _spread(light, view, sensor) * rng.standard_normal(light.shape, dtype=np.float32)
-    return np.clip(np.rint(counts), 0, LARGEST).astype(np.uint16)
+    counts = rng.standard_normal(light.shape, dtype=np.float32)
+    counts *= _spread(light, view, sensor)
+    counts += light
+    np.rint(counts, out=counts)
+    return np.clip(counts, 0, LARGEST, out=counts).astype(np.uint16)
 
 
 def _spread(light: Image, view: View, sensor: Sensor) -> Image:

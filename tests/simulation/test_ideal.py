@@ -40,7 +40,8 @@ def test_the_normals_of_a_plane_are_its_own(camera, tolerance, tilt):
     # float32 leaves 1e-7 of the inverse depth, over a pixel 1e-5 rad; a lens bends rays within two pixels
     normal = towards(tilt, 0.7)
     depth = plane(camera, normal, 1.2)
-    incidence, normals = facing_of(np.where(depth > 0, depth, np.nan), camera)
+    found = facing_of(np.where(depth > 0, depth, np.nan), camera)
+    incidence, normals = found.incidence, found.normals
     there = (depth > 0.2) & (depth < 10)
     assert np.abs(normals - normal)[there].max() < tolerance
     expected = incidence_of(np.broadcast_to(normal.astype(np.float32), normals.shape), camera)
@@ -50,8 +51,7 @@ def test_the_normals_of_a_plane_are_its_own(camera, tolerance, tilt):
 def test_rounded_depth_is_compared_farther_apart():
     normal = towards(0.6, 0.3)
     depth = np.round(plane(PINHOLE, normal, 1.2) * 1000) / np.float32(1000)
-    _, rough = facing_of(depth, PINHOLE)
-    _, smooth = facing_of(depth, PINHOLE, rounding=0.001)
+    rough, smooth = (facing_of(depth, PINHOLE, rounding=step).normals for step in (0.0, 0.001))
     off = [np.arccos(np.clip(normals @ normal.astype(np.float32), -1, 1)).mean() for normals in (rough, smooth)]
     assert off[1] < 0.7 * off[0]
 
@@ -159,7 +159,7 @@ def ideal(tmp_path, monkeypatch):
     words = "simulate step --set frames=2 -o ideal --camera camera.json --quiet"
     assert main(words.split()) == 0
     depth = open_recording("ideal")[0].depth
-    _, normals = facing_of(depth, PINHOLE)
+    normals = facing_of(depth, PINHOLE).normals
     for name in ("normals", "labels", "grey", "gl"):
         (tmp_path / name).mkdir()
     for n in range(2):

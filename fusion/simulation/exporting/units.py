@@ -79,7 +79,7 @@ class Units:
         ]
         names = ("between", "within", "drift")
         found = {n: {k: v.tolist() for k, v in vars(getattr(self, n)).items()} for n in names}
-        return _plain({"depths_m": self.depths.tolist(), "units": list(self.names), "models": models, **found})
+        return plain({"depths_m": self.depths.tolist(), "units": list(self.names), "models": models, **found})
 
 
 def units(models: Sequence[Measured], camera: Camera) -> Units:
@@ -141,9 +141,10 @@ def drift(values: NDArray[np.float64], unit: NDArray[np.int64], date: NDArray[np
     return Interval(slope, slope - reach, slope + reach)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """As JSON holds it: None for numbers that are not known."""
     if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: plain(one) for key, one in value.items()}
     if isinstance(value, list):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -68,7 +68,8 @@ def normals_in(given: Channel, index: int, camera: Camera, depth: Image) -> Imag
     values = values.astype(np.float32)
     with np.errstate(all="ignore"):
         values = values / np.linalg.norm(values, axis=-1, keepdims=True)
-        _, computed = facing_of(depth, camera)
+        computed = facing_of(depth, camera).normals
+        assert computed is not None
         alike = {sign: _alike(values * axes, computed) for sign, axes in ((1, np.float32(1)), (-1, OPENGL))}
     sign = max(alike, key=lambda key: alike[key])
     if not alike[sign] > ALIKE:

@@ -9,8 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.sensor.edge_lines import Crossings, Indices
-from fusion.sensor.edges import REACH_PX, nearest_edges
+from fusion.sensor.edges import REACH_PX, Crossings, Indices, nearest_edges
 from fusion.sensor.effects.readout.lateral_noise import normal_share
 from fusion.sensor.fields import frozen_field
 from fusion.sensor.neighbours import pairs_along, stride_along
@@ -67,7 +66,7 @@ def _torn(w: Image, frame: IdealFrame, axis: int) -> tuple[Indices, Indices]:
         limit = np.where(label[first] != label[first + stride], BETWEEN * limit, limit)
     limit = limit + 2 * frame.rounding * nearer**2
     off = np.minimum(np.abs(own - before), np.abs(own - after))
-    first = np.union1d(first[(off > limit) & (np.abs(own) > STEEPER * flattest)], ends)
+    first = np.sort(np.concatenate([first[(off > limit) & (np.abs(own) > STEEPER * flattest)], ends]))
     if axis == 0:  # column by column
         first = first[np.lexsort((first // stride, first % stride))]
     return first, first + stride

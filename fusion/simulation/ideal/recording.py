@@ -132,7 +132,7 @@ def _reflectance(recording: Recording, frame: Frame, ideal: IdealFrame, further:
         return further.reflectance
     if frame.ir is None:
         raise RecordingError("there is no IR image to tell the reflectance", recording.path, f"frame {frame.index}")
-    incidence, _ = facing_of(frame.depth, recording.camera, ideal.rounding)
+    incidence = facing_of(frame.depth, recording.camera, ideal.rounding, normals=False).incidence
     with np.errstate(all="ignore"):
         seen = reflectance_of(View(recording.camera, frame.depth, incidence, ir=frame.ir))
     return np.clip(seen, 0, 1).astype(np.float32)

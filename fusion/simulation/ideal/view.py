@@ -6,18 +6,22 @@ import numpy as np
 
 from fusion.geometry.camera import Camera
 from fusion.sensor.edges import REACH_PX
+from fusion.sensor.effects.optics import OPTICS
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
+from fusion.sensor.effects.rig import RIG
 from fusion.sensor.effects.triangulation.edge_fattening import EdgeFattening
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View, incidence_of
 from fusion.simulation.ideal.edges import edges_of_perfect
 from fusion.simulation.ideal.frame import IdealFrame
-from fusion.simulation.ideal.slopes import facing_of
+from fusion.simulation.ideal.slopes import Facing, facing_of
 
 FARTHEST = 5.0  # standard deviations: an edge jitters farther once in some three million draws
 NEAR = 0.4  # [m] nearer than that few sensors see: where a jitter in metres is widest in pixels
 APERTURE = 1.0  # [px] half the diagonal of a pixel is 0.71
+
+MOVING = (*OPTICS, *RIG)  # rays or surfaces: what a surface then shows, its normal tells
 
 # variable of an effect that no depth image holds: what it is called
 UNKNOWN = {
@@ -30,13 +34,13 @@ UNKNOWN = {
 def view_of_ideal(frame: IdealFrame, camera: Camera, sensor: Sensor) -> View:
     """The view (truth) of a checked frame, with no more channels than the sensor's effects ask for."""
     asked = {variable for effect in sensor.effects for variable in effect.variables}
-    incidence, normals = _facing(frame, camera)
-    view = View(camera, frame.depth, incidence, normals, moment=frame.moment)
+    facing = _facing(frame, camera, normals=any(isinstance(effect, MOVING) for effect in sensor.effects))
+    view = View(camera, frame.depth, facing.incidence, facing.normals, moment=frame.moment)
     if frame.reflectance is not None:
         filled = np.broadcast_to(np.asarray(frame.reflectance, np.float32), camera.shape)
         view = replace(view, reflectance=filled)
     if "edge" in asked and (reach := reach_of(sensor, camera)):
-        edges = edges_of_perfect(frame, _light(view), reach)
+        edges = edges_of_perfect(frame, _light(view, facing.cosine), reach)
         view = replace(view, edges=edges)
     principle = sensor.principle if sensor.principle != "unknown" else camera.principle
     return replace(view, baseline=sensor.baseline, principle=principle)
@@ -81,22 +85,24 @@ def _by(sensor: Sensor, variables: tuple[str, ...]) -> str:
     return ", ".join(e.name for e in named if not (isinstance(e, AxialNoise) and not np.any(e.ir_reference)))
 
 
-def _facing(frame: IdealFrame, camera: Camera) -> tuple[Image, Image]:
-    """Incidence and normals, towards the camera: as given, else from the depth."""
+def _facing(frame: IdealFrame, camera: Camera, normals: bool) -> Facing:
+    """As the normals given say, else the depth."""
     if frame.normals is None:
-        return facing_of(frame.depth, camera, frame.rounding)
+        return facing_of(frame.depth, camera, frame.rounding, normals)
     with np.errstate(all="ignore"):
-        normals = np.asarray(frame.normals, np.float32)
-        normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+        given = np.asarray(frame.normals, np.float32)
+        given = given / np.linalg.norm(given, axis=-1, keepdims=True)
         rays = camera.rays()
-        away = normals[..., 0] * rays[..., 0] + normals[..., 1] * rays[..., 1] + normals[..., 2] > 0
-        normals = np.where(away[..., None], -normals, normals)
-        return incidence_of(normals, camera), normals
+        away = given[..., 0] * rays[..., 0] + given[..., 1] * rays[..., 1] + given[..., 2] > 0
+        given = np.where(away[..., None], -given, given)
+        incidence = incidence_of(given, camera)
+        return Facing(incidence, np.cos(incidence), given)
 
 
-def _light(view: View) -> Image:
+def _light(view: View, cosine: Image) -> Image:
     """(h, w) what comes back of a lamp at the camera, in any unit."""
-    assert view.depth is not None and view.incidence is not None
+    assert view.depth is not None
     with np.errstate(all="ignore"):
-        light = np.cos(view.incidence) / (view.depth * view.stretch) ** 2
+        reach = view.depth * view.stretch
+        light = cosine / (reach * reach)
         return light if view.reflectance is None else light * np.nan_to_num(view.reflectance)

@@ -1,13 +1,15 @@
 """Illumination vignetting: the lamp is brightest on its axis, so that less light comes back from the image's border."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
-from fusion.sensor.view import Image, View
+from fusion.sensor.view import Image, View, stretch
 
 IR_AT_1M = 1000.0  # [count] guess: a white frontal surface on the axis at 1 m, where the model does not say
 
@@ -37,5 +39,15 @@ class IlluminationVignetting(Effect):
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         if np.any(self.ir_at_1m):
             amplitude = amplitude * (self.ir_at_1m / IR_AT_1M)
+        if np.ndim(self.exponent) == 0:
+            return amplitude * _profile(view.camera, float(self.exponent))
         # the cosine of the ray's angle is 1 / stretch
         return amplitude * view.stretch ** -np.asarray(self.exponent, view.stretch.dtype)
+
+
+@lru_cache(maxsize=8)
+def _profile(camera: Camera, exponent: float) -> Image:
+    """(h, w) what a lamp sends along each ray, 1 on the axis; read only."""
+    share = stretch(camera) ** np.float32(-exponent)
+    share.flags.writeable = False
+    return share

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.start import start
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -42,37 +43,24 @@ class ProjectorShadow(Effect):
 
 
 def shadowed(depth: Image, baseline: float, view: View) -> NDArray[np.bool_]:
-    """(h, w) True where the projector at `baseline` [m] does not reach the surface of a depth image (h, w) [m]."""
-    column = np.asarray(view.camera.rays()[..., 0] * view.camera.fx, depth.dtype)
-    if baseline < 0:
-        return _right_of_near(depth, column, view.camera.fx * -baseline)
-    return _right_of_near(depth[:, ::-1], -column[:, ::-1], view.camera.fx * baseline)[:, ::-1]
+    """(h, w) True where the projector at `baseline` [m] does not reach the surface of a depth image (h, w) [m].
 
-
-def _right_of_near(depth: Image, column: Image, focal_baseline: float) -> NDArray[np.bool_]:
-    """The same for a projector on the left: shadows fall to the right.
-
-    A point is seen by the projector in the column t = u + fx b / z. What hides it has the same t and is nearer, so it
-    lies to its left: only where a t further left has reached so far (half a pixel is its own width) can be shadow.
-    There the nearest surface of each projector column decides, so that light passes on both sides of a thin rod.
+    With a projector on the left shadows fall to the right. A point is seen by it in the column t = u + fx b / z. What
+    hides it has the same t and is nearer, so it lies to its left: only where a t further left has reached so far can be
+    shadow. There the nearest surface of each projector column decides, so that light passes on both sides of a thin
+    rod. With a projector on the right all is mirrored.
     """
-    width = depth.shape[1]
-    disparity = np.minimum(focal_baseline / np.where(depth > 0, depth, np.inf), 4.0 * width).astype(depth.dtype)
-    t = column + disparity
-    reached = np.maximum.accumulate(np.where(disparity > 0, t, -np.inf), axis=1)
-    candidate = np.zeros(depth.shape, bool)
-    candidate[:, 1:] = (reached[:, :-1] + 0.5 > t[:, 1:]) & (disparity[:, 1:] > 0)
-    rows = np.flatnonzero(candidate.any(axis=1))
-    if not len(rows):
-        return candidate
-    t, disparity = t[rows] - float(np.min(column)), disparity[rows]
-    place = np.floor(t).astype(np.intp)
-    seen = np.zeros((2, len(rows), int(place.max()) + 3), depth.dtype)
-    index = np.arange(len(rows))[:, None]
-    # written from right to left, the last of equal columns stays: the leftmost, which is the nearest
-    for splat in (0, 1):  # a point between two columns fills both
-        seen[splat, index, place[:, ::-1] + splat] = disparity[:, ::-1]
-    nearest = np.maximum(seen[0], seen[1])
-    # one pixel nearer is another surface, and not a slope
-    candidate[rows] &= nearest[index, np.rint(t).astype(np.intp)] > disparity + 1.0
-    return candidate
+    from fusion.sensor.shadow_kernels import cast_shadows  # starts Taichi
+
+    start()
+    width, focal = depth.shape[1], view.camera.fx
+    with np.errstate(all="ignore"):
+        disparity = np.float32(focal * abs(baseline)) / np.asarray(depth, np.float32)
+        disparity = np.minimum(disparity, np.float32(4.0 * width))
+        disparity[~(disparity > 0)] = 0
+    column = view.camera.rays()[..., 0] * np.float32(focal if baseline < 0 else -focal)
+    t = disparity + (column - column.min())
+    shadow = np.empty(depth.shape, np.uint8)
+    seen = np.empty((2, depth.shape[0], int(t.max()) + 3), np.float32)
+    cast_shadows(t, disparity, baseline > 0, seen, shadow)
+    return shadow.view(bool)

@@ -36,13 +36,15 @@ class AmplitudeDropout(Effect):
     def dropout(self, depth: Image, view: View) -> Image:
         if view.ir is None or not np.any(self.ir_threshold):
             return np.zeros((), depth.dtype)
-        from scipy.special import expit
-
         threshold, width = np.asarray(self.ir_threshold, depth.dtype), np.asarray(self.width, depth.dtype)
         width = np.where(width > 0, width, np.maximum(HARD * threshold, np.finfo(depth.dtype).tiny))
-        missing = expit((threshold - np.asarray(view.ir, depth.dtype)) / width)
+        missing = (np.asarray(view.ir, depth.dtype) - threshold) / width
+        with np.errstate(over="ignore"):  # far above the threshold nothing is missing
+            np.exp(missing, out=missing)
+        missing += 1
+        np.divide(1, missing, out=missing)
         # a threshold of 0 is none; a pixel of unknown amplitude is not judged
-        return np.where((threshold > 0) & np.isfinite(missing), missing, 0).astype(depth.dtype)
+        return np.where(threshold > 0, np.nan_to_num(missing, copy=False), 0).astype(depth.dtype, copy=False)
 
     def loses_with(self, depth: Image, view: View) -> Image | None:
         """One over the light that comes back from the lamp's distance and direction, where nobody recorded it."""

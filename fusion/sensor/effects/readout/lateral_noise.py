@@ -1,7 +1,7 @@
 """Lateral noise: the edge of a thing jitters sideways, so edge pixels jump between the surfaces on both sides."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from math import erfc, sqrt
 from typing import ClassVar
 
@@ -55,17 +55,24 @@ class LateralNoise(Effect):
         return out
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        near, jitter = self._near(depth, view), normal(rng, depth).ravel()
-        # positive moves the edge towards the background, so that its pixels show the foreground
-        shared = jitter[near.edge_pixel] * np.where(near.jump < 0, 1, -1)
-        flipped = shared * near.spread > near.distance
-        return _spread_out(near, (flipped - near.share) * near.jump, depth)
+        near = self._near(depth, view)
+        return _spread_out(near, (_flipped(near, normal(rng, depth)) - near.share) * near.jump, depth)
+
+    def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
+        if self.where:
+            return super().sampled(depth, view, rng)
+        near = self._near(depth, view)
+        # the share of the frames that a pixel flips in is in the mean and, as much less, in the draw
+        out = depth.copy()
+        flat, flipped = out.reshape(-1), _flipped(near, normal(rng, depth))
+        flat[near.where[flipped]] += near.jump[flipped]
+        return out
 
     def _near(self, depth: Image, view: View) -> "_Near":
         """The pixels that a jitter can reach."""
         if not (np.any(self.sigma_px) or np.any(self.sigma)):
             nothing = np.zeros(0, depth.dtype)
-            return _Near(np.zeros(0, np.intp), nothing, nothing, nothing, nothing, np.zeros(0, np.intp))
+            return _Near(np.zeros(0, np.intp), nothing, nothing, nothing, np.zeros(0, np.intp))
         if view.edges is None:
             where, other = _jumps(depth)
             distance, edge_pixel = np.full(len(where), 0.5, depth.dtype), where
@@ -78,20 +85,24 @@ class LateralNoise(Effect):
         at = np.maximum(depth.ravel()[where] + np.minimum(other, 0), 1e-3)
         in_pixels = _at(self.sigma, where, depth) * (view.camera.fx / at)
         spread = np.maximum(np.hypot(_at(self.sigma_px, where, depth), in_pixels), 1e-9)
-        return _Near(where, distance, other, spread, normal_share(distance / spread).astype(depth.dtype), edge_pixel)
+        return _Near(where, distance, other, spread, edge_pixel)
 
 
 @dataclass(frozen=True)
 class _Near:
-    """Pixels (n,) beside an edge: flat index, distance [px], depth across minus own [m], jitter [px], share of the
-    frames that show the other side, and the flat index of the pixel that holds the edge point."""
+    """Pixels (n,) beside an edge: flat index, distance [px], depth across minus own [m], jitter [px], and flat index of
+    the pixel that holds the edge point."""
 
     where: NDArray[np.intp]
     distance: Image
     jump: Image
     spread: Image
-    share: Image
     edge_pixel: NDArray[np.intp]
+
+    @cached_property
+    def share(self) -> Image:
+        """(n,) of the frames that show the other side."""
+        return normal_share(self.distance / self.spread).astype(self.distance.dtype)
 
     @property
     def noise(self) -> Image:
@@ -111,6 +122,13 @@ def _normal_shares() -> tuple[Image, Image]:
     beyond = np.array([0.5 * erfc(x / sqrt(2)) for x in distance])
     distance.flags.writeable = beyond.flags.writeable = False
     return distance, beyond
+
+
+def _flipped(near: _Near, jitter: Image) -> NDArray[np.bool_]:
+    """(n,) the pixels that show the other side when edges are displaced by a jitter (h, w) [standard deviations]."""
+    # positive moves the edge towards the background, so that its pixels show the foreground
+    shared = jitter.ravel()[near.edge_pixel]
+    return np.asarray(np.where(near.jump < 0, shared, -shared) * near.spread > near.distance)
 
 
 def _edge_pixel(where: NDArray[np.intp], distance: Image, edges: Edges) -> NDArray[np.intp]:

@@ -1,0 +1,102 @@
+"""Results of many units of one camera, whatever they state: numbers by name, and how far each of them spreads.
+
+The statistics are those of `units`, of quantities instead of depths.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import SensorError
+from fusion.simulation.exporting.units import Interval, drift, plain, spreads
+
+DISTORTION = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What one result states of a unit.
+
+    Attributes:
+        unit: its number or name.
+        date: years, from any one day on; NaN where it is not known.
+        values: quantity, with its unit in brackets, to its number.
+    """
+
+    unit: str
+    date: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """m results of u units, with k quantities that all of them state.
+
+    Attributes:
+        labels: (k,) names of the quantities.
+        names: of the units.
+        unit: (m,) which each result is of.
+        date: (m,) [years], NaN where it is not known.
+        values: (m, k).
+        between, within, drift: as in `Units`, in the quantity's own unit, the drift per year.
+    """
+
+    labels: tuple[str, ...]
+    names: tuple[str, ...]
+    unit: NDArray[np.int64]
+    date: NDArray[np.float64]
+    values: NDArray[np.float64]
+    between: Interval
+    within: Interval
+    drift: Interval
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON holds it; None where nothing is known."""
+        rows = zip(self.unit, self.date.tolist(), self.values.tolist(), strict=True)
+        results = [{"unit": self.names[u], "date_years": d, "values": v} for u, d, v in rows]
+        found = {n: {k: v.tolist() for k, v in vars(getattr(self, n)).items()} for n in ("between", "within", "drift")}
+        return dict(plain({"quantities": list(self.labels), "units": list(self.names), "results": results, **found}))
+
+
+def quantities(readings: Sequence[Reading]) -> Quantities:
+    """Compare results of units.
+
+    Raises:
+        SensorError: fewer than two units, or no quantity that all of them state.
+    """
+    names = tuple(dict.fromkeys(one.unit for one in readings))
+    if len(names) < 2:
+        raise SensorError("one unit alone has no spread", found=names, expected="results of two or more units")
+    labels = tuple(label for label in readings[0].values if all(label in one.values for one in readings))
+    if not labels:
+        expected = "recordings that have the same names for all units"
+        raise SensorError("the results have no quantity in common", found=", ".join(names)[:80], expected=expected)
+    values = np.array([[one.values[label] for label in labels] for one in readings], float)
+    unit = np.array([names.index(one.unit) for one in readings])
+    date = np.array([one.date for one in readings])
+    return Quantities(labels, names, unit, date, values, *spreads(values, unit), drift(values, unit, date))
+
+
+def stated_by_camera(content: Mapping[str, Any]) -> dict[str, float]:
+    """Quantities of a `camera.json`."""
+    lens = zip(DISTORTION, content.get("distortion") or (), strict=False)
+    return {
+        **{f"{name} [px]": float(content[name]) for name in ("fx", "fy", "cx", "cy")},
+        **{k: float(v) for k, v in lens},
+    }
+
+
+def stated_by_evaluation(content: Mapping[str, Any]) -> dict[str, float]:
+    """Quantities of an `evaluation.json`, of each recording by its name; those that are not known are left out."""
+    found: dict[str, float | None] = {}
+    for look in content["stretches"]:
+        name = look["name"]
+        found[f"{name}: offset [m]"] = (look["bias"] or {}).get("offset_m")
+        found[f"{name}: axial noise [m]"] = (look["noise"] or {}).get("axial_m")
+        found[f"{name}: noise of a pixel [m]"] = (look["depth"]["std_robust_m"] or {}).get("median")
+        found[f"{name}: no data [1]"] = look["shares"]["no_data"]
+        found[f"{name}: drift in ten minutes [m]"] = look["drift"]["change_ten_minutes_m"]
+    return {label: float(value) for label, value in found.items() if value is not None}
