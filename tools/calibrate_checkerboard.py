@@ -14,13 +14,13 @@ import numpy as np
 
 from fusion.calibration.lens.board import Board, read_board
 from fusion.calibration.lens.charuco import find_charuco
-from fusion.calibration.lens.detect import ATTEMPTS, Attempt, find_checkerboard
+from fusion.calibration.lens.detect import ATTEMPTS, DetectorTry, find_checkerboard
 from fusion.calibration.lens.grid import upright
 from fusion.calibration.lens.intrinsics import CameraFit, LensSettings, calibrate_intrinsics, fit_camera
 from fusion.calibration.lens.photogrammetric import PhotogrammetricCamera, to_opencv, to_photogrammetric
 from fusion.calibration.lens.pictures import read_picture
 from fusion.calibration.lens.solve import NAMES, matrix
-from fusion.calibration.lens.views import View, view_of
+from fusion.calibration.lens.views import BoardView, view_of
 
 KINECT = "data/kinect_v2_checkerboard"
 KINECT_BOARD, KINECT_SIZE = Board(5, 7, 0.03), (512, 424)
@@ -44,7 +44,7 @@ def author_corners(path: Path) -> np.ndarray:
     return np.array([float(x) for x in text.group(1).split(",")]).reshape(-1, 2) if text else np.zeros((0, 2))
 
 
-def author_views(folder: Path, pictures_only: bool) -> list[View]:
+def author_views(folder: Path, pictures_only: bool) -> list[BoardView]:
     """The author's lists: of the 102 single pictures, or of the 55 whose pictures are here."""
     lists = sorted(folder.glob("*_ir_points.yaml"))
     if pictures_only:
@@ -55,7 +55,7 @@ def author_views(folder: Path, pictures_only: bool) -> list[View]:
     return [view_of(n, author_corners(p) - AUTHOR_SHIFT, KINECT_BOARD) for n, p in zip(names, lists, strict=True)]
 
 
-def own_corners(folder: Path, attempts: tuple[Attempt, ...] = ATTEMPTS) -> dict[str, np.ndarray]:
+def own_corners(folder: Path, attempts: tuple[DetectorTry, ...] = ATTEMPTS) -> dict[str, np.ndarray]:
     """Name to corners (35, 2) [px] found in the pictures."""
     found = {}
     for path in sorted(folder.glob("*_ir.png")):
@@ -129,7 +129,7 @@ def combined(one: CameraFit, other: CameraFit) -> dict:
 def detectors(shared: Path) -> dict:
     """Each way of looking alone: boards found, time, distance from the author, reprojection."""
     out = {}
-    for attempt in (*ATTEMPTS, Attempt("sectors", 2)):
+    for attempt in (*ATTEMPTS, DetectorTry("sectors", 2)):
         start = time.perf_counter()
         own = own_corners(shared / KINECT, (attempt,))
         seconds = time.perf_counter() - start

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from fusion.calibration.depth.calibration import DepthCalibration, calibrate_walls
 from fusion.calibration.depth.curve import POINTS
 from fusion.calibration.depth.known import Start
-from fusion.calibration.depth.plane import Plane
+from fusion.calibration.depth.plane import WallPlane
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.series import PixelSeries
 from fusion.geometry.camera import Camera
@@ -137,7 +137,7 @@ def simulated(
 ) -> tuple[Wall, float]:
     """A wall near this distance, reduced to means of frames, and how far it truly is [m]."""
     frames, rng = drawn
-    plane = Plane(z + rng.uniform(-0.03, 0.03), *rng.normal(0, TILT, 2))
+    plane = WallPlane(z + rng.uniform(-0.03, 0.03), *rng.normal(0, TILT, 2))
     view = wall_view(plane, camera, sensor)
     assert view.depth is not None
     series = PixelSeries(camera.shape)
@@ -149,7 +149,7 @@ def simulated(
     return wall_of(means, camera, known, stated), plane.distance
 
 
-def wall_view(plane: Plane, camera: Camera, sensor: Sensor) -> View:
+def wall_view(plane: WallPlane, camera: Camera, sensor: Sensor) -> View:
     """What the sensor looks at."""
     depth = plane.depth(camera)
     normal = -np.array([plane.a, plane.b, 1.0]) / np.sqrt(plane.a**2 + plane.b**2 + 1)
@@ -165,7 +165,7 @@ def judged(found: DepthCalibration, sensor: Sensor, camera: Camera, least: float
     exact = replace(sensor, effects=tuple(e for e in sensor.effects if e.name != "depth_quantization"), left_out=())
     pixel = replace(camera, width=1, height=1, cx=0.0, cy=0.0)
     truth = np.array(
-        [float(exact.predict(np.full((1, 1), z), wall_view(Plane(float(z), 0, 0), pixel, sensor))[0, 0] - z)
+        [float(exact.predict(np.full((1, 1), z), wall_view(WallPlane(float(z), 0, 0), pixel, sensor))[0, 0] - z)
          for z in curve.distance]
     )  # fmt: skip
     error = curve.bias - truth

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.calibration.noise.target import Target
+from fusion.calibration.noise.target import FlatTarget
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
@@ -218,7 +218,7 @@ def measured(sensor: Sensor, pose: Pose, frames: int, rng: np.random.Generator) 
     return found, float(depth[found.pixel]), float(view.incidence[found.pixel])
 
 
-def seen(pose: Pose) -> tuple[np.ndarray, View, tuple[int, int], Target]:
+def seen(pose: Pose) -> tuple[np.ndarray, View, tuple[int, int], FlatTarget]:
     """True depth and view of a target with a wall behind it, cut out of the sensor's image to save time."""
     camera, target = _cut_out(pose)
     view = render(_scene(pose), camera, np.eye(4), Channels(edges=True))
@@ -242,7 +242,7 @@ def _scene(pose: Pose) -> Mesh:
     return Mesh(np.concatenate([corners, wall]), faces, colors=np.repeat(grey[:, None], 3, axis=1))
 
 
-def _cut_out(pose: Pose) -> tuple[Camera, Target]:
+def _cut_out(pose: Pose) -> tuple[Camera, FlatTarget]:
     corners = _scene(pose).vertices[:4]
     uv = CAMERA.project(corners)
     low = np.maximum(np.floor(uv.min(axis=0)) - 14, 0).astype(int)
@@ -254,7 +254,7 @@ def _cut_out(pose: Pose) -> tuple[Camera, Target]:
     mask = np.zeros(camera.shape, bool)
     mask[18 : height - 18, 18 : width - 18] = True
     inside = ((18, height - 18), (width // 2 - max((width - 36) // 4, 2), width // 2 + max((width - 36) // 4, 2)))
-    return camera, Target(mask, *inside, normal, float(normal @ corners[0]))
+    return camera, FlatTarget(mask, *inside, normal, float(normal @ corners[0]))
 
 
 if __name__ == "__main__":

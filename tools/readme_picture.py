@@ -17,7 +17,7 @@ from PIL import Image
 import fusion
 from fusion.files.publish import atomic_file
 from fusion.mesh.picture import raised, shaded
-from fusion.mesh.sight import Side, sides
+from fusion.mesh.sight import SightSide, sides
 from fusion.report.figures.views import Scale, scale_colors
 from fusion.report.palette import DIVERGING, INK, SOFT, new_figure, styled
 
@@ -47,7 +47,7 @@ def panels(demo: Path) -> list[tuple[str, NDArray]]:
     ]
 
 
-def _view(mesh: fusion.Mesh, side: Side) -> NDArray[np.uint8]:
+def _view(mesh: fusion.Mesh, side: SightSide) -> NDArray[np.uint8]:
     return shaded(mesh, side, PIXELS)
 
 

@@ -11,7 +11,7 @@ KEY_LENGTH = 12  # digits of the key in a folder's name: two of 10^6 jobs share 
 
 
 @dataclass(frozen=True)
-class Limits:
+class JobLimits:
     """What one job may take; None: all there is.
 
     Attributes:
@@ -44,7 +44,7 @@ class Job:
     words: tuple[str, ...]
     home: str
     runner: str
-    limits: Limits = field(default_factory=Limits)
+    limits: JobLimits = field(default_factory=JobLimits)
     again: bool = False
 
     @property
@@ -59,7 +59,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Row:
+class JobRow:
     """What became of a job.
 
     Attributes:

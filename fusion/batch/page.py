@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
-from fusion.batch.job import Row
+from fusion.batch.job import JobRow
 from fusion.batch.work import BOOKS
 from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import shown
@@ -20,7 +20,7 @@ MOST = 6  # of them
 LIGHTS = {"good": "ok", "done": "ok", "doubtful": "warning", "failed": "bad"}
 
 
-def write_index(home: Path, rows: Sequence[Row], words: Sequence[str]) -> None:
+def write_index(home: Path, rows: Sequence[JobRow], words: Sequence[str]) -> None:
     """The page, whole or not at all."""
     count = {light: sum(row.light == light for row in rows) for light in LIGHTS}
     stopped = sum(row.status == "stopped" for row in rows)
@@ -41,7 +41,7 @@ def write_index(home: Path, rows: Sequence[Row], words: Sequence[str]) -> None:
     write_page(home / "index.html", page)
 
 
-def _columns(rows: Sequence[Row]) -> list[str]:
+def _columns(rows: Sequence[JobRow]) -> list[str]:
     """Names of the numbers that the page shows: telling ones first, else the first that differ between rows."""
     values: dict[str, set[object]] = {}
     for row in rows:
@@ -62,7 +62,7 @@ def _filters(lights: Sequence[str]) -> str:
     return f'<p class="batch-filters">{text} {boxes}<span id="batch-count" role="status"></span></p>'
 
 
-def _table(home: Path, rows: Sequence[Row], columns: Sequence[str]) -> str:
+def _table(home: Path, rows: Sequence[JobRow], columns: Sequence[str]) -> str:
     heads = ["", "recording", "light", "status", *(name.partition(".")[2] for name in columns), "reason"]
     top = "".join(f'<th scope="col" tabindex="0">{escape(head)}</th>' for head in heads)
     body = "".join(_row(home, row, columns) for row in rows)
@@ -80,7 +80,7 @@ def _table(home: Path, rows: Sequence[Row], columns: Sequence[str]) -> str:
     )
 
 
-def _row(home: Path, row: Row, columns: Sequence[str]) -> str:
+def _row(home: Path, row: JobRow, columns: Sequence[str]) -> str:
     picture = home / BOOKS / f"{row.folder}.jpg"
     image = ""
     if row.folder and picture.is_file():

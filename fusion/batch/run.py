@@ -10,7 +10,7 @@ from typing import Any
 from fusion import __version__
 from fusion.batch.cluster import client_of
 from fusion.batch.fingerprint import fingerprint, key_of
-from fusion.batch.job import OUT, RECORDING, Job, Limits, Row, filled, plain_name
+from fusion.batch.job import OUT, RECORDING, Job, JobLimits, JobRow, filled, plain_name
 from fusion.batch.listing import Item
 from fusion.batch.page import write_index
 from fusion.batch.place import mark
@@ -39,7 +39,7 @@ class BatchSettings:
 
     workers: int = 2
     scheduler: str | None = None
-    limits: Limits = field(default_factory=Limits)
+    limits: JobLimits = field(default_factory=JobLimits)
     retry: bool = False
     again: bool = False
     runner: str = RUNNER
@@ -54,7 +54,7 @@ class Batch:
         done: of the jobs that this run did.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[JobRow, ...]
     done: tuple[Done, ...]
 
     def __repr__(self) -> str:
@@ -177,6 +177,6 @@ def _run(client: Any, jobs: list[Job]) -> list[Done]:
             found[job.folder] = future.result()
         except (Exception, CancelledError) as error:
             reason = f"no worker brought it to its end ({type(error).__name__}: {error})"[:500]
-            row = Row(job.named, job.name, "stopped", "failed", reason, "", job.key)
+            row = JobRow(job.named, job.name, "stopped", "failed", reason, "", job.key)
             found[job.folder] = Done(row, 0.0, 0.0, "")
     return [found[job.folder] for job in jobs]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fusion.batch.job import Row
+from fusion.batch.job import JobRow
 from fusion.batch.work import Done
 from fusion.files.extra import extra
 from fusion.files.publish import atomic_file
@@ -14,7 +14,7 @@ from fusion.files.publish import atomic_file
 FIRST = ("recording", "name", "status", "light", "reason", "folder", "key")
 
 
-def columns_of(rows: Sequence[Row]) -> dict[str, list[Any]]:
+def columns_of(rows: Sequence[JobRow]) -> dict[str, list[Any]]:
     """Column to its values, None where a row has none; a column of several types is text."""
     columns: dict[str, list[Any]] = {name: [getattr(row, name) for row in rows] for name in FIRST}
     for name in sorted({name for row in rows for name in row.numbers}):
@@ -22,7 +22,7 @@ def columns_of(rows: Sequence[Row]) -> dict[str, list[Any]]:
     return columns
 
 
-def write_tables(home: Path, rows: Sequence[Row]) -> None:
+def write_tables(home: Path, rows: Sequence[JobRow]) -> None:
     """results.csv and results.parquet; the same rows, the same bytes. FusionError: pyarrow is not installed."""
     arrow = extra("pyarrow", "batch", "results.parquet", home)
     parquet = extra("pyarrow.parquet", "batch", "results.parquet", home)

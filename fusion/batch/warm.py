@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from threading import local
 from typing import Any
 
-from fusion.batch.job import Limits
+from fusion.batch.job import JobLimits
 
 LOOK_S = 0.05  # how often memory and time are looked at
 _own = local()  # a process for each of a worker's threads: one Taichi in a process
@@ -54,7 +54,7 @@ class Warm:
     def alive(self) -> bool:
         return self._process.poll() is None
 
-    def run(self, words: list[str], home: str, limits: Limits) -> Answer:
+    def run(self, words: list[str], home: str, limits: JobLimits) -> Answer:
         """Run a command to its end, or to its limits."""
         assert self._process.stdin is not None
         begun, most = time.monotonic(), 0.0
@@ -113,7 +113,7 @@ class Warm:
         return Answer(int(told["status"]), str(told["said"]), float(told["seconds"]), most)
 
 
-def run_warm(words: list[str], home: str, runner: str, limits: Limits) -> Answer:
+def run_warm(words: list[str], home: str, runner: str, limits: JobLimits) -> Answer:
     """Run a command in this thread's warm process, which is made when there is none."""
     warm: Warm | None = getattr(_own, "warm", None)
     if warm is not None and (not warm.alive or warm.runner != runner):

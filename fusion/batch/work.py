@@ -5,7 +5,7 @@ import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from fusion.batch.job import Job, Row
+from fusion.batch.job import Job, JobRow
 from fusion.batch.numbers import light_of, numbers_in
 from fusion.batch.thumbnail import write_thumbnail
 from fusion.batch.warm import Answer, run_warm
@@ -26,7 +26,7 @@ class Done:
         worker: who did it.
     """
 
-    row: Row
+    row: JobRow
     seconds: float
     whole_s: float
     worker: str
@@ -48,11 +48,11 @@ def work(job: Job) -> Done:
     return Done(row, answer.seconds, time.perf_counter() - begun, _worker())
 
 
-def kept(home: Path, job: Job) -> Row | None:
+def kept(home: Path, job: Job) -> JobRow | None:
     """The row of a job that was done before, or refused; None where there is something to do."""
     try:
         content = json.loads((home / BOOKS / f"{job.folder}.json").read_text(encoding="utf-8"))
-        row = Row(**content | {"recording": job.named, "name": job.name})
+        row = JobRow(**content | {"recording": job.named, "name": job.name})
     except (OSError, ValueError, TypeError):
         return None
     if row.status == "done" and not (home / job.folder).exists():
@@ -65,7 +65,7 @@ def forget(home: Path, job: Job) -> None:
     (home / BOOKS / f"{job.folder}.json").unlink(missing_ok=True)
 
 
-def keep(home: Path, job: Job, row: Row) -> None:
+def keep(home: Path, job: Job, row: JobRow) -> None:
     """Put a row, and a picture of the result, into the books."""
     books = home / BOOKS
     books.mkdir(exist_ok=True)
@@ -75,10 +75,10 @@ def keep(home: Path, job: Job, row: Row) -> None:
         partial.write_text(json.dumps(asdict(row), indent=1) + "\n", encoding="utf-8")
 
 
-def _row(job: Job, answer: Answer, folder: Path) -> Row:
+def _row(job: Job, answer: Answer, folder: Path) -> JobRow:
     there = job.folder if folder.exists() else ""
     numbers = numbers_in(folder) if there and folder.is_dir() else {}
-    row = Row(job.named, job.name, "done", "done", "", there, job.key, numbers)
+    row = JobRow(job.named, job.name, "done", "done", "", there, job.key, numbers)
     if answer.status is None:
         return replace(row, status="stopped", light="failed", reason=answer.said)
     if answer.status:

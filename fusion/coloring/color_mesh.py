@@ -13,7 +13,7 @@ import numpy as np
 from fusion.coloring.best_views import BestViews
 from fusion.coloring.fill import filled
 from fusion.coloring.images import ColorImages, color_images
-from fusion.coloring.surface import Surface
+from fusion.coloring.surface import RayMesh
 from fusion.coloring.visible import visible
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
@@ -76,7 +76,7 @@ def color_from(mesh: Mesh, taken: Sequence[tuple[Recording, Trajectory]]) -> Col
     sources = [(source, course) for one, course in taken if (source := color_images(one)) is not None]
     if not sources or not len(mesh.faces):
         return Colored(plain)
-    surface, best, images, lost = Surface(mesh), BestViews(len(mesh.vertices)), 0, 0
+    surface, best, images, lost = RayMesh(mesh), BestViews(len(mesh.vertices)), 0, 0
     for source, course in sources:
         used, failed = _looked_at((surface, best), source, course)
         images, lost = images + used, lost + failed
@@ -98,7 +98,7 @@ def color_from(mesh: Mesh, taken: Sequence[tuple[Recording, Trajectory]]) -> Col
     )
 
 
-def _looked_at(onto: tuple[Surface, BestViews], source: ColorImages, trajectory: Trajectory) -> tuple[int, int]:
+def _looked_at(onto: tuple[RayMesh, BestViews], source: ColorImages, trajectory: Trajectory) -> tuple[int, int]:
     """Add what well spread images show of a surface: how many there were, and how many could not be used."""
     (surface, best), images, lost = onto, 0, 0
     most = max(ENOUGH, int(SHARE * len(trajectory)))

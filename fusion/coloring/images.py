@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.coloring.seen import Seen
+from fusion.coloring.seen import SeenByImage
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, transform
@@ -103,9 +103,9 @@ class ColorImages:
         """
         return np.asarray(T_world_depth @ inverse(self.T_color_depth))
 
-    def seen(self, image: ColorImage, T_world_color: Array) -> Seen:
+    def seen(self, image: ColorImage, T_world_color: Array) -> SeenByImage:
         """What is known of what an image shows: the camera's place, and the measured depth in coarse colour pixels."""
-        return Seen(self.camera, self.coarse, T_world_color, self._measured(image.depth))
+        return SeenByImage(self.camera, self.coarse, T_world_color, self._measured(image.depth))
 
     def _measured(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
         """Depth (h, w) [m] as the colour camera's coarse pixels see it, NaN where nothing was measured."""

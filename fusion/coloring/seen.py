@@ -10,7 +10,7 @@ from fusion.geometry.pose import Array
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenByImage:
     """What is known of what one colour image looked at.
 
     Attributes:

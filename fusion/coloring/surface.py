@@ -11,7 +11,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.surface_samples import vertex_normals
 
 
-class Surface:
+class RayMesh:
     """A mesh in a search tree for rays.
 
     Attributes:

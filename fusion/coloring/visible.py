@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.coloring.seen import Seen
-from fusion.coloring.surface import Surface
+from fusion.coloring.seen import SeenByImage
+from fusion.coloring.surface import RayMesh
 from fusion.geometry.camera import Camera
 
 GRAZING = 0.2  # cosine of 78 degrees: beyond, a pixel covers five times its width of the surface (guess)
@@ -23,7 +23,7 @@ NEAREST, CLEAR = 1.0, 6.0  # coarse pixels from a rim: below, nothing is used; f
 
 
 @dataclass(frozen=True)
-class Visible:
+class VisibleVertices:
     """The vertices that an image shows: their index (k,), pixels (k, 2) and weight (k,)."""
 
     index: NDArray[np.int64]
@@ -31,7 +31,7 @@ class Visible:
     weight: NDArray[np.float32]
 
 
-def visible(surface: Surface, seen: Seen, front: NDArray[np.float32] | None = None) -> Visible:
+def visible(surface: RayMesh, seen: SeenByImage, front: NDArray[np.float32] | None = None) -> VisibleVertices:
     """The vertices of a surface that an image shows; `front` is its depth in coarse pixels where that is known.
 
     The weight falls with the square of the angle's cosine and of the distance, as fewer pixels share the surface, and
@@ -49,7 +49,7 @@ def visible(surface: Surface, seen: Seen, front: NDArray[np.float32] | None = No
     rim = clear[v, u]
     shown = inside & (rim >= NEAREST) & (z < front[v, u] + BEHIND * z / coarse.fx)
     weight = (cosine / z * np.minimum(rim / CLEAR, 1)) ** 2
-    return Visible(index[shown], pixels[shown], weight[shown].astype(np.float32))
+    return VisibleVertices(index[shown], pixels[shown], weight[shown].astype(np.float32))
 
 
 def _coarse_pixels(

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int | None:
     """Run the batch; 0 also where jobs failed: their rows say it."""
-    from fusion.batch.job import Limits
+    from fusion.batch.job import JobLimits
     from fusion.batch.listing import items_in
     from fusion.batch.place import check_place
     from fusion.batch.run import BatchSettings, run_batch
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int | None:
     settings = BatchSettings(
         workers=options.workers or os.cpu_count() or 1,
         scheduler=options.scheduler,
-        limits=Limits(options.time_limit, options.memory_limit),
+        limits=JobLimits(options.time_limit, options.memory_limit),
         retry=options.retry,
         again=options.overwrite,
     )

@@ -12,7 +12,7 @@ from fusion.progress import stage
 
 if TYPE_CHECKING:
     from fusion.calibration.noise.calibration import NoiseCalibration
-    from fusion.calibration.noise.fit import Fit
+    from fusion.calibration.noise.fit import NoiseFit
 
 EXAMPLE = "fusion calibrate noise target_* --sensor calibrated/sensor.json -o noise"
 
@@ -90,7 +90,7 @@ def summary(found: "NoiseCalibration") -> dict[str, Any]:
     return numbers
 
 
-def _fit(fit: "Fit", effect: Any) -> dict[str, Any]:
+def _fit(fit: "NoiseFit", effect: Any) -> dict[str, Any]:
     from fusion.sensor.quantity import fitted
 
     wide = fit.half_width()

@@ -10,7 +10,7 @@ from fusion.commands.numbers import number
 from fusion.quantity import LOOKED_AT
 
 if TYPE_CHECKING:
-    from fusion.devices.doctor import Findings, Tested
+    from fusion.devices.doctor import DeviceFindings, Tested
 
 EXAMPLE = "fusion doctor --try kinect-v1"
 
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     return int(tested is not None and not tested.frames)
 
 
-def _lines(found: "Findings") -> list[str]:
+def _lines(found: "DeviceFindings") -> list[str]:
     lines = [", ".join(f"{name} {value}" for name, value in found.versions.items())]
     for name, (packages, complete) in found.extras.items():
         held = ", ".join(f"{package} {version or 'missing'}" for package, version in packages.items())

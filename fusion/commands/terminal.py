@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from fusion.errors import printable
 
 
-class Shown:
+class EscapingStream:
     """A text stream that escapes what does not print; all else is that of the stream below."""
 
     def __init__(self, stream: TextIO, kept: str) -> None:
@@ -48,13 +48,13 @@ def show_own_lines(verbose: bool) -> None:
 
 
 def _own(stream: Any, kept: str, verbose: bool) -> Any:
-    if stream is None or isinstance(stream, Shown):  # closed by who called us; or done already
+    if stream is None or isinstance(stream, EscapingStream):  # closed by who called us; or done already
         return stream
     if not verbose:
         try:
             number = stream.fileno()
         except (OSError, ValueError):  # caught by another program in the same process
-            return Shown(stream, kept)
+            return EscapingStream(stream, kept)
         stream.flush()
         kept_open = os.dup(number)
         nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -62,4 +62,4 @@ def _own(stream: Any, kept: str, verbose: bool) -> Any:
         os.close(nowhere)
         stream = os.fdopen(kept_open, "w", encoding=stream.encoding, errors=stream.errors, buffering=1)
     stream.reconfigure(errors="backslashreplace")  # names that the terminal's encoding does not hold
-    return Shown(stream, kept)
+    return EscapingStream(stream, kept)

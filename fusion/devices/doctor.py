@@ -54,7 +54,7 @@ class Plugged:
 
 
 @dataclass(frozen=True)
-class Findings:
+class DeviceFindings:
     """What `fusion doctor` tells.
 
     Attributes:
@@ -96,7 +96,7 @@ class Tested:
     notes: tuple[str, ...]
 
 
-def look(devices: Iterable[Any] | None = None) -> Findings:
+def look(devices: Iterable[Any] | None = None) -> DeviceFindings:
     """Look at what there is; `devices` of pyusb, None: all there are."""
     versions = {"fusion": __version__, "python": platform.python_version(), "system": platform.platform()}
     usb = ""
@@ -107,7 +107,7 @@ def look(devices: Iterable[Any] | None = None) -> Findings:
     known = [one for one in seen if _known(one) is not None]
     products = {device.idProduct for device in known if device.idVendor == VENDOR}
     plugged = [_plugged(device, products) for device in known]
-    return Findings(versions, installed_extras(), usb, len(seen), plugged)
+    return DeviceFindings(versions, installed_extras(), usb, len(seen), plugged)
 
 
 def installed_extras() -> dict[str, tuple[dict[str, str], bool]]:

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fusion.discrepancy.likely_pose import at_likely_poses
-from fusion.discrepancy.mean import Mean, Seen, explained_mean
+from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean
 from fusion.discrepancy.setting import LEAST_POSTERIOR, Explained, posterior, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
 
 
-def beside_setting(mean: Mean, stated: Seen, sensor: Sensor) -> Mean:
+def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) -> MeanFindings:
     """What the mean depth says beside what its laws compete with: poses, targets or meshes are worse than stated.
 
     Where that is likelier its sizes hold, and laws are asked for again in their units. Nothing is established by a
@@ -30,14 +30,14 @@ def beside_setting(mean: Mean, stated: Seen, sensor: Sensor) -> Mean:
         return replace(mean.unconfirmed, posterior=sure)
     before = replace(stated.observations, loose=setting.observations.loose)
     before = before.seen_again(at_likely_poses(mean.seen.looks, before, setting.gauge))
-    again = explained_mean(Seen.of([patch.look for patch in before.patches], before, setting.gauge), sensor)
+    again = explained_mean(MeasuredForms.of([patch.look for patch in before.patches], before, setting.gauge), sensor)
     if not again.claims or not again.foresees:
         return replace(again.unconfirmed, posterior=sure)
     both = posterior(with_laws(before, setting.gauge, again.gain), with_laws(before, setting.gauge, 0.0))
     return replace(again if both >= LEAST_POSTERIOR else again.unconfirmed, posterior=both)
 
 
-def _settings(mean: Mean, stated: Seen) -> Iterator[Explained]:
+def _settings(mean: MeanFindings, stated: MeasuredForms) -> Iterator[Explained]:
     """The likeliest setting without any law, and without each of several, at the price of the others."""
     yield without_laws(stated.observations, stated.gauge)
     names = {step.effect.name for step in mean.named.steps}

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.channels import Channels, channels_of
+from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
 from fusion.discrepancy.copies import Prints, refuse_copies
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after
 from fusion.discrepancy.likely_pose import at_likely_poses
-from fusion.discrepancy.look import Look, looks_of, wanted_channels
+from fusion.discrepancy.look import FrameBlock, looks_of, wanted_channels
 from fusion.discrepancy.loose import Loose
-from fusion.discrepancy.mean import Seen, explained_mean, likeliest
+from fusion.discrepancy.mean import MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
@@ -29,7 +29,7 @@ from fusion.discrepancy.shaking import SHAKES, Shaking, shaking_of, steadied
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown
-from fusion.discrepancy.unknown.unrestricted import Found, covariates
+from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
 from fusion.errors import FusionError
 from fusion.progress import each, stage
 from fusion.recording.recording import Recording
@@ -59,14 +59,14 @@ class Explanation:
         posterior: probability that laws are missing in the mean, and not only poses or targets worse than stated.
     """
 
-    looks: tuple[Look, ...]
+    looks: tuple[FrameBlock, ...]
     before: Observations
     gauge: Gauge
     white: Vector
     named: Named
-    channels: Channels
-    possible: Found
-    left: Found
+    channels: ChannelFindings
+    possible: UnrestrictedGain
+    left: UnrestrictedGain
     candidates: tuple[Candidate, ...]
     held_out: dict[str, float]
     beyond: Unknown | None = None
@@ -127,7 +127,7 @@ def explain(
     """
     _same_cameras(recordings, sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
-    looks: list[Look] = []
+    looks: list[FrameBlock] = []
     prints: list[tuple[Path, Prints]] = []
     matches = matched(recordings, simulated) if simulated else []
     for place, recording in enumerate(each(recordings, "looking")):
@@ -139,7 +139,7 @@ def explain(
     return explained_looks(joined(looks), sensor)
 
 
-def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
+def explained_looks(looks: Sequence[FrameBlock], sensor: Sensor) -> Explanation:
     """What looks at known scenes show beyond a sensor model; FusionError when too few tiles are left."""
     # a model that holds shaking says itself how much of it there is
     shaking = None if sensor.effect(SHAKES.name) else shaking_of(looks)
@@ -156,7 +156,7 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     with stage("trying every effect"):
         gauge = gauge_of(before)  # whatever the likely poses are
         looks = at_likely_poses(looks, before, gauge)
-        ways = _gauged(Seen.of(looks, before.seen_again(looks), gauge))
+        ways = _gauged(MeasuredForms.of(looks, before.seen_again(looks), gauge))
     with stage("naming"):
         mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), ways[0], sensor)
     with stage("noise"):
@@ -170,7 +170,7 @@ def explained_looks(looks: Sequence[Look], sensor: Sensor) -> Explanation:
     )  # fmt: skip
 
 
-def _gauged(stated: Seen) -> list[Seen]:
+def _gauged(stated: MeasuredForms) -> list[MeasuredForms]:
     """The recordings with errors as stated; and, where they show others that no law follows, with these as well."""
     seen = stated
     for _ in range(TURNS):
@@ -179,7 +179,7 @@ def _gauged(stated: Seen) -> list[Seen]:
         if loose == Loose():
             break
         before = replace(seen.observations, loose=seen.observations.loose.with_more(loose))
-        seen = Seen.of(seen.looks, before, gauge_of(before))
+        seen = MeasuredForms.of(seen.looks, before, gauge_of(before))
     if seen is stated:
         return [stated]
     if seen.observations.loose.pose > 1.0:  # their errors are larger than was taken for likely
@@ -196,7 +196,9 @@ def _extended(named: Named, beyond: Unknown | None) -> Sensor:
     return better if beyond is None or not beyond.law.replicated else beyond.added_to(better)
 
 
-def _channels(named: Named, beyond: Unknown | None, looks: Sequence[Look], shaking: Shaking | None) -> Channels:
+def _channels(
+    named: Named, beyond: Unknown | None, looks: Sequence[FrameBlock], shaking: Shaking | None
+) -> ChannelFindings:
     """What is found beside the mean, under the model with all that was found for the mean."""
     found = channels_of(named.observations, looks)
     # the size of an effect that the mean has just been given is no number of the given model that is wrong

@@ -7,7 +7,7 @@ from fusion.sensor.view import Image
 
 
 @dataclass(frozen=True)
-class Given:
+class GivenImages:
     """The images of a simulation for the frames of one look.
 
     The sensor model that goes with it counts as in the images: what is added to the model later changes them.

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.observations import Observations, observe
 from fusion.sensor.sensor import Sensor
 
@@ -55,7 +55,7 @@ class HeldOut:
         return (before - after) * len(self.observations.residual) <= max(0.0, SHOWN * due - 2 * np.sqrt(due))
 
 
-def held_out_of(looks: Sequence[Look], sensor: Sensor, others: Observations | None = None) -> HeldOut:
+def held_out_of(looks: Sequence[FrameBlock], sensor: Sensor, others: Observations | None = None) -> HeldOut:
     """The frames held out of looks, under the given model; with the scatter and the drift of the others."""
     held = [look.held for look in looks if look.held is not None]
     seen = observe(sensor, held) if held else None

@@ -24,7 +24,7 @@ NOT_SIZES = (*ANGLES, "columns")
 
 
 @dataclass(frozen=True)
-class Visibility:
+class EffectVisibility:
     """What this data could show of one effect in its most visible form.
 
     Attributes:
@@ -60,7 +60,7 @@ class Visibility:
         }
 
 
-def visibilities(candidates: Sequence[Candidate], gauge: Gauge) -> list[Visibility]:
+def visibilities(candidates: Sequence[Candidate], gauge: Gauge) -> list[EffectVisibility]:
     """One entry per effect of the catalogue that changes anything here, the best visible first."""
     chosen: dict[str, Candidate] = {}
     for candidate in candidates:
@@ -72,7 +72,7 @@ def visibilities(candidates: Sequence[Candidate], gauge: Gauge) -> list[Visibili
     return sorted(out, key=lambda entry: -entry.share)
 
 
-def unseen(found: Sequence[Visibility], principle: str) -> list[str]:
+def unseen(found: Sequence[EffectVisibility], principle: str) -> list[str]:
     """Names of effects that such a sensor can have and that the mean depth here cannot show."""
     seen = {entry.effect for entry in found if entry.visible}
     could = [kind for kind in EFFECTS if not kind.principles or principle in kind.principles]
@@ -84,7 +84,7 @@ def stands_out(candidate: Candidate) -> bool:
     return bool(_detectable(candidate) < parameters(candidate.form.kind)[_size_name(candidate)].typical)
 
 
-def _visibility(candidate: Candidate, candidates: Sequence[Candidate], gauge: Gauge) -> Visibility:
+def _visibility(candidate: Candidate, candidates: Sequence[Candidate], gauge: Gauge) -> EffectVisibility:
     free = solve_triangular(gauge.bare, candidate.columns, lower=True, check_finite=False)
     share = float(np.linalg.norm(candidate.white)) / max(float(np.linalg.norm(free)), 1e-300)
     about = parameters(candidate.form.kind)[_size_name(candidate)]
@@ -94,7 +94,7 @@ def _visibility(candidate: Candidate, candidates: Sequence[Candidate], gauge: Ga
     visible = possible and (share >= UNSEEN or size < about.typical)
     alike = _alike(candidate, candidates) if visible else ()
     size_or_none = size if visible else None
-    return Visibility(
+    return EffectVisibility(
         candidate.name, min(share, 1.0), about.label, about.unit, size_or_none, shape, alike, bool(visible)
     )
 

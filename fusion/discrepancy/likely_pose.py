@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge, pose_columns
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.observations import Observations
 
 Vector = NDArray[np.float64]
@@ -21,7 +21,7 @@ ROUNDS = 3  # each leaves the product of what is left of the error and the error
 MATTERS = 4.0  # by which the chi2 must fall: two standard deviations of one number
 
 
-def at_likely_poses(looks: Sequence[Look], observations: Observations, gauge: Gauge) -> list[Look]:
+def at_likely_poses(looks: Sequence[FrameBlock], observations: Observations, gauge: Gauge) -> list[FrameBlock]:
     """The looks with the errors of their poses that are likeliest when nothing is missing; as they are where that
     makes no difference."""
     before = after = gauge.whiten(observations.residual)

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.copies import Prints, print_of
 from fusion.discrepancy.frames import FrameSeries
-from fusion.discrepancy.given import Given
+from fusion.discrepancy.given import GivenImages
 from fusion.discrepancy.interior import interior
 from fusion.discrepancy.simulated import seen_in
-from fusion.discrepancy.stage import Stage
+from fusion.discrepancy.stage import KnownScene
 from fusion.discrepancy.stage import stage_of as stage_of
 from fusion.discrepancy.tiles import Tiling, tiling
 from fusion.errors import RecordingError
@@ -32,7 +32,7 @@ LONG = 6  # looks of a recording that make it a series
 
 
 @dataclass(frozen=True)
-class Course:
+class TileCourse:
     """Tiles of a look, and how each went from frame to frame: (frames, tiles) [m], less its mean."""
 
     tiles: Tiling
@@ -40,7 +40,7 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Look:
+class FrameBlock:
     """Frames of one recording that are close in time, from one pose.
 
     Attributes:
@@ -61,19 +61,19 @@ class Look:
             in errors about this one. Empty where it is too small to matter.
     """
 
-    stage: Stage
+    stage: KnownScene
     frames: tuple[int, ...]
     view: View
     mean: Image
     std: Image
     count: NDArray[np.int32]
     T_world_camera: Array = field(default_factory=lambda: np.eye(4))
-    held: "Look | None" = None
+    held: "FrameBlock | None" = None
     succession: Image | None = None
     alike: NDArray[np.float64] | None = None
-    given: Given | None = None
+    given: GivenImages | None = None
     prints: Prints = frozenset()
-    course: Course | None = None
+    course: TileCourse | None = None
     shaken: tuple[float, ...] = ()
     moved: tuple[float, ...] = ()
 
@@ -82,7 +82,7 @@ class Look:
         return self.stage.place
 
 
-def looks_of(stage: Stage, channels: Channels) -> list[Look]:
+def looks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:
     """All stretches of a recording, in order. RecordingError when no frame is at the time of a pose."""
     looks = [_look(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
     if len(looks) < LONG or any(look.held for look in looks):
@@ -98,7 +98,7 @@ def wanted_channels(baseline: float | None, indirect: bool) -> Channels:
     return Channels(edges=True, lit=baseline, motion=True, indirect=Bounce() if indirect else None)
 
 
-def _blocks(stage: Stage) -> list[tuple[int, ...]]:
+def _blocks(stage: KnownScene) -> list[tuple[int, ...]]:
     """Frame indices that belong together: close in time and with the same pose."""
     recording, poses = stage.recording, stage.recording.poses
     assert poses is not None
@@ -139,7 +139,7 @@ def _span(stamps: NDArray[np.float64]) -> str:
     return f"from {stamps.min():.10g} to {stamps.max():.10g} s"
 
 
-def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
+def _look(stage: KnownScene, frames: tuple[int, ...], channels: Channels) -> FrameBlock:
     recording = stage.recording
     assert recording.poses is not None
     T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
@@ -158,8 +158,8 @@ def _look(stage: Stage, frames: tuple[int, ...], channels: Channels) -> Look:
 
 
 def _seen(
-    stage: Stage, frames: tuple[int, ...], T_world_camera: Array, channels: Channels
-) -> tuple[View, Given | None]:
+    stage: KnownScene, frames: tuple[int, ...], T_world_camera: Array, channels: Channels
+) -> tuple[View, GivenImages | None]:
     """What stood before the camera, with the amplitude that was recorded, and what a simulation predicts."""
     ir = _first_ir(stage.recording)
     if stage.simulated:
@@ -178,7 +178,7 @@ def _seen(
     return replace(view, ir=None if ir is None else np.asarray(ir, np.float32)), None
 
 
-def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera: Array) -> Look:
+def _measured(stage: KnownScene, frames: tuple[int, ...], view: View, T_world_camera: Array) -> FrameBlock:
     tiles = tiling(np.isfinite(view.depth) & interior(view)) if view.depth is not None and len(frames) > 1 else None
     series, prints = FrameSeries(view.camera.shape, tiles), set()
     for i in frames:
@@ -186,7 +186,7 @@ def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera:
         series.add(depth)
         prints.add(print_of(depth))
     pixels = series.pixels
-    return Look(
+    return FrameBlock(
         stage,
         frames,
         view,
@@ -197,7 +197,7 @@ def _measured(stage: Stage, frames: tuple[int, ...], view: View, T_world_camera:
         succession=series.succession if len(frames) > 1 else None,
         alike=series.alike,
         prints=frozenset(prints - {b""}),
-        course=None if tiles is None or series.course is None else Course(tiles, series.course),
+        course=None if tiles is None or series.course is None else TileCourse(tiles, series.course),
     )
 
 

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from fusion.discrepancy.compared import NOISE_ALONE
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.held_out import HeldOut, held_out_of
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.naming.candidates import Candidate, candidates_of
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.setting import with_laws
 from fusion.discrepancy.unknown.in_place import explains_more, is_asked
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
-from fusion.discrepancy.unknown.unrestricted import Found, Group, explained, groups_of
+from fusion.discrepancy.unknown.unrestricted import Group, UnrestrictedGain, explained, groups_of
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -29,17 +29,17 @@ UNKNOWN_SHARE = 0.3
 
 
 @dataclass(frozen=True)
-class Seen:
+class MeasuredForms:
     """What was measured, and all forms it is asked for, in the units of one gauge."""
 
-    looks: tuple[Look, ...]
+    looks: tuple[FrameBlock, ...]
     observations: Observations
     gauge: Gauge
     groups: tuple[Group, ...]
     candidates: tuple[Candidate, ...]
 
     @classmethod
-    def of(cls, looks: Sequence[Look], observations: Observations, gauge: Gauge) -> "Seen":
+    def of(cls, looks: Sequence[FrameBlock], observations: Observations, gauge: Gauge) -> "MeasuredForms":
         """All forms in the units of a gauge."""
         groups, candidates = groups_of(observations, gauge), candidates_of(observations, gauge)
         return cls(tuple(looks), observations, gauge, tuple(groups), tuple(candidates))
@@ -51,18 +51,18 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Mean:
+class MeanFindings:
     """What the mean depth says: names, a law without one, what is left, and frames that took no part.
 
     Attributes:
         posterior: probability that laws are missing, beside a setting that is only worse than stated.
     """
 
-    seen: Seen
+    seen: MeasuredForms
     named: Named
     beyond: Unknown | None
-    possible: Found
-    left: Found
+    possible: UnrestrictedGain
+    left: UnrestrictedGain
     held: HeldOut
     posterior: float = 1.0
 
@@ -87,13 +87,13 @@ class Mean:
         return after <= NOISE_ALONE or after - 1.0 <= UNKNOWN_SHARE * (before - 1.0)
 
     @property
-    def unconfirmed(self) -> "Mean":
+    def unconfirmed(self) -> "MeanFindings":
         """The same with nothing established."""
         named = unconfirmed(self.named, self.seen.observations, self.seen.white) if self.named.steps else self.named
         return replace(self, named=named, beyond=self.beyond and self.beyond.unconfirmed)
 
 
-def explained_mean(seen: Seen, sensor: Sensor) -> Mean:
+def explained_mean(seen: MeasuredForms, sensor: Sensor) -> MeanFindings:
     """Names and laws of the mean depth that the recordings establish in the units of one gauge."""
     before, gauge, white = seen.observations, seen.gauge, seen.white
     groups, candidates = list(seen.groups), list(seen.candidates)
@@ -105,10 +105,10 @@ def explained_mean(seen: Seen, sensor: Sensor) -> Mean:
     named, beyond, left = _completed(named, (before, gauge, white), possible, candidates, groups)
     if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
         beyond = beyond.unconfirmed
-    return Mean(seen, named, beyond, possible, left, held)
+    return MeanFindings(seen, named, beyond, possible, left, held)
 
 
-def likeliest(ways: Sequence[Mean]) -> Mean:
+def likeliest(ways: Sequence[MeanFindings]) -> MeanFindings:
     """Of the same recordings with errors of several sizes the one that laws and errors together explain best."""
     if len(ways) == 1:
         return ways[0]
@@ -120,10 +120,10 @@ def likeliest(ways: Sequence[Mean]) -> Mean:
 def _completed(
     named: Named,
     seen: tuple[Observations, Gauge, Vector],
-    possible: Found,
+    possible: UnrestrictedGain,
     candidates: list[Candidate],
     groups: list[Group],
-) -> tuple[Named, Unknown | None, Found]:
+) -> tuple[Named, Unknown | None, UnrestrictedGain]:
     """The names that hold, the form of what no effect explains, and what is left.
 
     Args:
@@ -154,7 +154,7 @@ def _due(named: Named, white: Vector) -> float:
     return float(white @ white - named.white @ named.white)
 
 
-def _is_much(left: Found, named: Named, possible: Found) -> bool:
+def _is_much(left: UnrestrictedGain, named: Named, possible: UnrestrictedGain) -> bool:
     """True when what is left is no chance, and no mere matter of the form of a named effect."""
     whole = max(possible.gain, _gain(named) + left.gain)
     return left.gain > UNKNOWN_GAIN and left.gain > UNKNOWN_SHARE * whole

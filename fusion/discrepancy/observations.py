@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.interior import interior
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.outliers import foreign
 from fusion.discrepancy.tiles import SIDE_PX, Tiling, tiling
@@ -36,7 +36,7 @@ class Patch:
         tiles: which pixels are used.
     """
 
-    look: Look
+    look: FrameBlock
     sensor: Sensor
     view: View
     predicted: Image
@@ -130,7 +130,7 @@ class Observations:
             patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
         return replace(self, sensor=sensor, patches=tuple(patches))
 
-    def seen_again(self, looks: Sequence[Look]) -> "Observations":
+    def seen_again(self, looks: Sequence[FrameBlock]) -> "Observations":
         """The same tiles of looks that differ in what is known of their poses only."""
         return replace(self, patches=tuple(replace(p, look=k) for p, k in zip(self.patches, looks, strict=True)))
 
@@ -145,7 +145,7 @@ class Observations:
         return np.sqrt(uneven)[self.place] if uneven else np.ones(len(self.place))
 
 
-def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:
+def observe(sensor: Sensor, looks: Sequence[FrameBlock]) -> Observations:
     """Predict every look with a sensor model and cut it into tiles."""
     many = {look.place for look in looks if sum(other.place == look.place for other in looks) > SERIES}
     patches = [_patch(sensor, look, 2 if look.place in many else 1) for look in looks]
@@ -158,7 +158,7 @@ def observe(sensor: Sensor, looks: Sequence[Look]) -> Observations:
     return Observations(sensor, tuple(patches))
 
 
-def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:
+def _patch(sensor: Sensor, look: FrameBlock, larger: int) -> Patch:
     depth = look.view.depth
     assert depth is not None
     view = sensor.seen(look.view)
@@ -170,7 +170,7 @@ def _patch(sensor: Sensor, look: Look, larger: int) -> Patch:
     return Patch(look, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
 
 
-def predicted(sensor: Sensor, look: Look) -> tuple[Image, Image]:
+def predicted(sensor: Sensor, look: FrameBlock) -> tuple[Image, Image]:
     """Mean and standard deviation (h, w) [m] of repeated frames of a look."""
     assert look.view.depth is not None
     mean, sigma = sensor.repeated(look.view.depth, look.view)

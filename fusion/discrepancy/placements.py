@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.covariance import neighbours
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.sensor.view import Image
 
 SAME_POSE = 1e-6  # [m], [rad] rounding of text files
@@ -18,7 +18,7 @@ MEDIAN = 0.4549  # of chi2 with one freedom: a few squares that something moved 
 FEWEST = 12  # squares that both must show
 
 
-def joined(looks: Sequence[Look]) -> list[Look]:
+def joined(looks: Sequence[FrameBlock]) -> list[FrameBlock]:
     """The same looks, where those of one placement have one place.
 
     A camera that was put up again stands a little elsewhere, and what is frozen while it stands is drawn anew; both
@@ -37,7 +37,7 @@ def joined(looks: Sequence[Look]) -> list[Look]:
     return [_at(look, number[first[look.place]], shapes[first[look.place]]) for look in looks]
 
 
-def repeats_of(looks: Sequence[Look]) -> list[list[str]]:
+def repeats_of(looks: Sequence[FrameBlock]) -> list[list[str]]:
     """Names of the recordings of each placement that was recorded more than once."""
     names: dict[int, dict[str, None]] = {}
     for look in looks:
@@ -45,12 +45,12 @@ def repeats_of(looks: Sequence[Look]) -> list[list[str]]:
     return [list(own) for own in names.values() if len(own) > 1]
 
 
-def _at(look: Look, place: int, shape: str) -> Look:
+def _at(look: FrameBlock, place: int, shape: str) -> FrameBlock:
     held = look.held and replace(look.held, stage=replace(look.held.stage, place=place, shape=shape))
     return replace(look, stage=replace(look.stage, place=place, shape=shape), held=held)
 
 
-def _one_placement(one: Look, other: Look) -> bool:
+def _one_placement(one: FrameBlock, other: FrameBlock) -> bool:
     """True when two looks differ by the noise of their frames alone."""
     if one.mean.shape != other.mean.shape or not np.allclose(one.T_world_camera, other.T_world_camera, atol=SAME_POSE):
         return False
@@ -65,7 +65,7 @@ def _one_placement(one: Look, other: Look) -> bool:
     return bool(np.median(chi2) < ALIKE * MEDIAN)
 
 
-def _variance(look: Look) -> Image:
+def _variance(look: FrameBlock) -> Image:
     """(h, w) [m^2] of the mean over frames; pixels that never changed as their neighbours do."""
     known = look.std[np.isfinite(look.std)]
     usual = float(np.mean(known**2)) if len(known) else 0.0

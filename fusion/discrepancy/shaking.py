@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 from scipy.stats import f as variance_ratio
 
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.surface import moved_rigidly
@@ -109,7 +109,7 @@ class FrameMotion:
         return np.asarray(scaled @ scaled.T + self.smooth * np.eye(len(scaled)))
 
 
-def shaking_of(looks: Sequence[Look]) -> Shaking | None:
+def shaking_of(looks: Sequence[FrameBlock]) -> Shaking | None:
     """The shaking that the frames of looks show together; None where they show none."""
     told_of = [(look, own) for look in looks if (own := motion_of(look)) is not None]
     seen = [own for _, own in told_of]
@@ -139,7 +139,7 @@ def shaking_of(looks: Sequence[Look]) -> Shaking | None:
     return Shaking(rad, m, std_rad, std_m, still - float(best.fun), max(explained, 0.0), probability)
 
 
-def steadied(looks: Sequence[Look], shaking: Shaking) -> list[Look]:
+def steadied(looks: Sequence[FrameBlock], shaking: Shaking) -> list[FrameBlock]:
     """The looks as if the camera had stood still: what all pixels of a frame shared is out of their scatter.
 
     The mean over the frames stays off by the mean of their shakes: `shaken` says how much of it is to be expected.
@@ -147,7 +147,7 @@ def steadied(looks: Sequence[Look], shaking: Shaking) -> list[Look]:
     return [_steadied(look, shaking) for look in looks]
 
 
-def motion_of(look: Look) -> FrameMotion | None:
+def motion_of(look: FrameBlock) -> FrameMotion | None:
     """What the frames of a look say of shaking; None where too little is seen."""
     course, view = look.course, look.view
     if course is None or view.normals is None or view.depth is None or len(course.tiles) < FEWEST_TILES:
@@ -188,14 +188,14 @@ def _unit(columns: Matrix) -> Matrix:
     return np.asarray(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))
 
 
-def _offsets(look: Look) -> list[Image]:
+def _offsets(look: FrameBlock) -> list[Image]:
     """Images (h, w) of what moves a whole frame and is no motion: of depth, of range, by a share, of disparity."""
     depth = look.view.depth
     assert depth is not None
     return [np.ones_like(depth), 1.0 / look.view.stretch, depth, depth**2]
 
 
-def _motions(look: Look) -> list[Image]:
+def _motions(look: FrameBlock) -> list[Image]:
     """Six images (h, w) [m]: what a turn of one radian about each axis, and a shift of a metre along it, change."""
     assert look.view.depth is not None
     return [moved_rigidly(look.view.depth, SMALL * unit, look.view) / SMALL for unit in np.eye(6)]
@@ -207,7 +207,7 @@ def _smooth(cell: Matrix) -> Matrix:
     return np.column_stack([x**i * y**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)])
 
 
-def _steadied(look: Look, shaking: Shaking) -> Look:
+def _steadied(look: FrameBlock, shaking: Shaking) -> FrameBlock:
     motion = motion_of(look)
     held = None if look.held is None else _steadied(look.held, shaking)
     look = replace(look, shaken=(shaking.sigma_rad, shaking.sigma_m), held=held)
@@ -228,7 +228,7 @@ def _steadied(look: Look, shaking: Shaking) -> Look:
     return replace(look, std=std, succession=succession, alike=alike)
 
 
-def _share_of_tiles(look: Look, motion: FrameMotion, sizes: Vector) -> Vector:
+def _share_of_tiles(look: FrameBlock, motion: FrameMotion, sizes: Vector) -> Vector:
     """(n,) share of the variance of the pixels of a tile over the frames that motions of these sizes make."""
     assert look.course is not None
     tiles = look.course.tiles
@@ -236,7 +236,7 @@ def _share_of_tiles(look: Look, motion: FrameMotion, sizes: Vector) -> Vector:
     return np.asarray(tiles.mean(_shared(look, motion.covariance(sizes))) / np.maximum(whole, 1e-300))[whole > 0]
 
 
-def _shared(look: Look, covariance: Matrix) -> Image:
+def _shared(look: FrameBlock, covariance: Matrix) -> Image:
     """(h, w) variance [m^2] of pixels over frames that motions of a covariance (6, 6) make."""
     images = np.stack(_motions(look))
     with np.errstate(all="ignore"):

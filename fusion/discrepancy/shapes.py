@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.covariance import BENDS_M, bend, bending, bow
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.observations import Observations, Patch
-from fusion.discrepancy.stage import Stage
+from fusion.discrepancy.stage import KnownScene
 from fusion.sensor.surface import moved_rigidly, towards
 from fusion.sensor.view import Image
 
@@ -91,7 +91,7 @@ def bent_m(observations: Observations, pulled: Vector) -> float:
     return float(np.sqrt(np.mean(np.square(np.concatenate(unsaid)))))
 
 
-def _alike(stage: Stage, other: Stage, points: Matrix, others: Matrix, loose: Loose) -> Matrix | float:
+def _alike(stage: KnownScene, other: KnownScene, points: Matrix, others: Matrix, loose: Loose) -> Matrix | float:
     """Covariance (n, m) [m^2] of the shapes of two targets at points (n, 3) and (m, 3)."""
     own, said, other_said = stage.shape == other.shape, stage.mesh_sigma_m, other.mesh_sigma_m
     if said is not None and other_said is not None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from fusion.calibration.series import PixelSeries
-from fusion.discrepancy.given import Given
+from fusion.discrepancy.given import GivenImages
 from fusion.errors import RecordingError
 from fusion.recording.recording import Recording
 from fusion.sensor.estimate import estimated_view
@@ -96,7 +96,7 @@ def _matched(recording: Recording, simulated: Recording) -> Match:
     return Match(recording, simulated, partner)
 
 
-def seen_in(match: Match, frames: Sequence[int], sensor: Sensor) -> tuple[View, Given]:
+def seen_in(match: Match, frames: Sequence[int], sensor: Sensor) -> tuple[View, GivenImages]:
     """What stood before the camera, and what is predicted, as the simulation has it."""
     series = PixelSeries(match.simulated.camera.shape)
     for depth in match.depths(frames):
@@ -112,7 +112,7 @@ def seen_in(match: Match, frames: Sequence[int], sensor: Sensor) -> tuple[View, 
     mean, sigma = sensor.repeated(depth, view)
     spread = None if np.nanmax(np.nan_to_num(sigma)) > 0 else single
     doubt = single / np.sqrt(np.maximum(series.count, 1))
-    return view, Given(sensor, depth - mean, doubt, 1.0 - series.valid, spread)
+    return view, GivenImages(sensor, depth - mean, doubt, 1.0 - series.valid, spread)
 
 
 def _smooth(view: View, depth: Image) -> View:

@@ -6,7 +6,7 @@ from hashlib import sha256
 import numpy as np
 
 from fusion.discrepancy.simulated import Match
-from fusion.discrepancy.table import Table, table_of
+from fusion.discrepancy.table import LoggedTable, table_of
 from fusion.discrepancy.wall import wall_of
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
@@ -22,7 +22,7 @@ NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobo
 
 
 @dataclass(frozen=True)
-class Stage:
+class KnownScene:
     """What is known of the scene of one recording.
 
     Attributes:
@@ -45,20 +45,20 @@ class Stage:
     sigma_rad: float
     mesh_sigma_m: float | None
     shape: str = ""
-    table: Table | None = None
+    table: LoggedTable | None = None
     simulated: tuple[Match, Sensor] | None = None
     placed_by_images: bool = False
     reconstructed: bool = False
 
 
-def stage_of(recording: Recording, place: int) -> Stage:
+def stage_of(recording: Recording, place: int) -> KnownScene:
     """The known scene of a recording; RecordingError when mesh or poses are missing."""
     scene, mesh = stated_scene(recording), scene_mesh(recording)
     wall = wall_of(recording) if mesh is None else None
     if wall is not None:
         # each wall is one of its own: what it is not flat is not known to come again
         shape = f"wall {recording.path}"
-        return Stage(wall.recording, place, RayCaster(wall.mesh), wall.sigma_m, wall.sigma_rad, WALL_M, shape)
+        return KnownScene(wall.recording, place, RayCaster(wall.mesh), wall.sigma_m, wall.sigma_rad, WALL_M, shape)
     if mesh is None:
         raise RecordingError(
             "the scene of the recording is not known",
@@ -73,7 +73,7 @@ def stage_of(recording: Recording, place: int) -> Stage:
         )
     caster = RayCaster(read_mesh(mesh))
     poses, reconstructed = scene.stated_poses, scene.mesh_from == "reconstruction"
-    return Stage(
+    return KnownScene(
         recording,
         place,
         caster,
@@ -91,14 +91,14 @@ def _or(value: float | None, usual: float) -> float:
     return usual if value is None else value
 
 
-def simulated_stage(match: Match, place: int, sensor: Sensor) -> Stage:
+def simulated_stage(match: Match, place: int, sensor: Sensor) -> KnownScene:
     """A recording whose prediction is a simulation; poses that are not known are the same while the simulation is."""
     recording = match.recording
     scene = stated_scene(recording)
     if recording.poses is None or not recording.poses.valid.any():
         poses = np.tile(np.eye(4), (len(recording), 1, 1))
         recording = replace(recording, poses=Trajectory(recording.timestamps, poses))
-    return Stage(
+    return KnownScene(
         recording,
         place,
         None,

@@ -16,7 +16,7 @@ LEAST_TURN = np.deg2rad(5.0)
 
 
 @dataclass(frozen=True)
-class Table:
+class LoggedTable:
     """The turntable of a recording, in the frame of its poses, in which the object rests.
 
     Attributes:
@@ -34,7 +34,7 @@ class Table:
         return T[:3, :3] @ self.point + T[:3, 3], T[:3, :3] @ self.direction
 
 
-def table_of(recording: Recording) -> Table | None:
+def table_of(recording: Recording) -> LoggedTable | None:
     """The turntable whose angles were logged; None where there is none, or where the poses do not follow it.
 
     Raises:
@@ -49,7 +49,7 @@ def table_of(recording: Recording) -> Table | None:
         return None
     stated = _stated(recording)
     point, direction = stated if stated is not None else _axis(poses[known], angle[known])
-    return Table(point, direction, _twists(recording, poses))
+    return LoggedTable(point, direction, _twists(recording, poses))
 
 
 def _follow(poses: Array, angle: Array) -> bool:

@@ -19,7 +19,7 @@ DENSE = 24
 
 
 @dataclass(frozen=True)
-class Wall:
+class WallScene:
     """A wall before a camera in the origin: its mesh, the recording with that pose, uncertainties [m] and [rad]."""
 
     mesh: Mesh
@@ -28,7 +28,7 @@ class Wall:
     sigma_rad: float = FREE_RAD
 
 
-def wall_of(recording: Recording) -> Wall | None:
+def wall_of(recording: Recording) -> WallScene | None:
     """The wall of a recording that says how far it is; None where none does, or nothing flat is seen."""
     distances = recording.telemetry.get("distance_m")
     if distances is None or not np.isfinite(distances).all() or np.ptp(distances) > 1e-6 or distances[0] <= 0:
@@ -42,7 +42,7 @@ def wall_of(recording: Recording) -> Wall | None:
         return None
     poses = np.tile(np.eye(4), (len(recording), 1, 1))
     mesh = _square(float(distances[0]), normal)
-    return Wall(mesh, replace(recording, poses=Trajectory(recording.timestamps, poses)))
+    return WallScene(mesh, replace(recording, poses=Trajectory(recording.timestamps, poses)))
 
 
 def _normal(points: NDArray[np.floating]) -> NDArray[np.float64] | None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.evaluation.still import Still, centre_of
-from fusion.evaluation.surface import WALL, Surface
+from fusion.evaluation.surface import WALL, ExpectedSurface
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
@@ -42,7 +42,7 @@ class Bias:
     rms: float
 
 
-def bias_of(still: Still, surface: Surface, camera: Camera, known: tuple[Sensor | None, float]) -> Bias | None:
+def bias_of(still: Still, surface: ExpectedSurface, camera: Camera, known: tuple[Sensor | None, float]) -> Bias | None:
     """Bias of a stretch; None where nothing is known of the surface.
 
     Args:
@@ -79,7 +79,7 @@ def bias_of(still: Still, surface: Surface, camera: Camera, known: tuple[Sensor 
     )
 
 
-def _shift(surface: Surface) -> tuple[float, str]:
+def _shift(surface: ExpectedSurface) -> tuple[float, str]:
     """What to add to the residual from the surface to get the error, and where the truth comes from."""
     if surface.kind == "scene":
         return 0.0, "scene"
@@ -91,7 +91,7 @@ def _shift(surface: Surface) -> tuple[float, str]:
     return surface.plane_distance - surface.stated, "distance_m"
 
 
-def _correction(still: Still, surface: Surface, camera: Camera, sensor: Sensor | None) -> float:
+def _correction(still: Still, surface: ExpectedSurface, camera: Camera, sensor: Sensor | None) -> float:
     """Median change of the centre's mean depth when the model undoes what it knows [m]; NaN without a model."""
     if sensor is None:
         return float("nan")

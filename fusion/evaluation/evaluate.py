@@ -13,12 +13,12 @@ from fusion.errors import FusionError
 from fusion.evaluation.bias import Bias, bias_of
 from fusion.evaluation.drift import Drift, drift_of
 from fusion.evaluation.light import ambient_light
-from fusion.evaluation.near_limit import NearLimit, Seen, near_limits
+from fusion.evaluation.near_limit import NearLimit, SurfaceSeen, near_limits
 from fusion.evaluation.notes import Note, notes_on
 from fusion.evaluation.quantization import Quantization, quantization_of
-from fusion.evaluation.shares import Shares, Tiles, brightness_of, joined, shares_over, tiles_of
-from fusion.evaluation.still import Sample, Still, measure_still, sample_of
-from fusion.evaluation.surface import Surface, expected_depth, surface_of
+from fusion.evaluation.shares import Shares, StretchTiles, brightness_of, joined, shares_over, tiles_of
+from fusion.evaluation.still import Still, StretchSample, measure_still, sample_of
+from fusion.evaluation.surface import ExpectedSurface, expected_depth, surface_of
 from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
@@ -51,7 +51,7 @@ class EvaluationSettings:
 
 
 @dataclass(frozen=True)
-class Look:
+class StretchLook:
     """All that one still stretch says.
 
     Attributes:
@@ -70,14 +70,14 @@ class Look:
 
     name: str
     still: Still
-    surface: Surface
+    surface: ExpectedSurface
     bias: Bias | None
     noise: TargetNoise | None
     expected_sigma: float
     drift: Drift
     quantization: Quantization | None
     reflectance: float
-    tiles: Tiles
+    tiles: StretchTiles
     valid: float
     missing: float
     outliers: float
@@ -105,7 +105,7 @@ class Evaluation:
     """
 
     camera: Camera
-    looks: list[Look]
+    looks: list[StretchLook]
     shares: dict[str, Shares]
     near: list[NearLimit]
     quantization: Quantization | None
@@ -119,7 +119,7 @@ class Evaluation:
         return f"<Evaluation: {summary(self)}>"
 
     @property
-    def longest(self) -> Look:
+    def longest(self) -> StretchLook:
         """The stretch that lasted longest: the one that can tell of drift."""
         return max(self.looks, key=lambda look: float(look.still.time[-1]))
 
@@ -159,7 +159,7 @@ def evaluate(recordings: Sequence[Recording], settings: EvaluationSettings | Non
     )
 
 
-def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> Look:
+def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> StretchLook:
     """Everything that one stretch says."""
     sample = sample_of(stretch)
     surface = surface_of(sample, camera)
@@ -171,7 +171,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> L
     stated = stated_scene(stretch.recording).reflectance
     counts = np.array([part.sum() for part in (tiles.valid, tiles.missing, tiles.outliers)])
     shares = counts / counts.sum() if counts.sum() else np.full(3, np.nan)
-    return Look(
+    return StretchLook(
         stretch.name,
         still,
         surface,
@@ -186,7 +186,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> L
     )
 
 
-def _noise(sample: Sample, surface: Surface, camera: Camera) -> TargetNoise | None:
+def _noise(sample: StretchSample, surface: ExpectedSurface, camera: Camera) -> TargetNoise | None:
     """Axial and lateral noise of the target, from the frames that are held anyway."""
     if surface.target is None or len(sample.frames) < 2:
         return None
@@ -204,15 +204,16 @@ def _expected(noise: TargetNoise | None, still: Still, sensor: Sensor | None, ca
     return float(sensor.sigma(flat, np.full(camera.shape, noise.tilt, np.float32), camera, ir)[noise.pixel])
 
 
-def _seen(looks: list[Look]) -> list[Seen]:
+def _seen(looks: list[StretchLook]) -> list[SurfaceSeen]:
     """The stretches as points of valid share over distance; brightness by stated reflectance where all state it."""
     stated = all(np.isfinite(look.reflectance) for look in looks)
     return [
-        Seen(look.surface.distance, look.valid, look.reflectance if stated else _brightness(look)) for look in looks
+        SurfaceSeen(look.surface.distance, look.valid, look.reflectance if stated else _brightness(look))
+        for look in looks
     ]
 
 
-def _brightness(look: Look) -> float:
+def _brightness(look: StretchLook) -> float:
     """Median brightness of the region, taken to 1 m: light falls with the distance squared."""
     light = brightness_of(look.still)[look.surface.region]
     light = light[np.isfinite(light)]

@@ -10,7 +10,7 @@ APART = 2.0  # factor of brightness between bright and dark surfaces
 
 
 @dataclass(frozen=True)
-class Seen:
+class SurfaceSeen:
     """One surface at one distance: distance [m], valid share, and its brightness at 1 m (NaN when not known)."""
 
     distance: float
@@ -36,14 +36,14 @@ class NearLimit:
     valid: tuple[float, ...]
 
 
-def near_limits(seen: Sequence[Seen]) -> list[NearLimit]:
+def near_limits(seen: Sequence[SurfaceSeen]) -> list[NearLimit]:
     """The limit of each kind of surface that was recorded at two or more distances."""
     known = [one for one in seen if np.isfinite([one.distance, one.valid]).all()]
     groups = _groups(known)
     return [_limit(name, group) for name, group in groups if len({round(one.distance, 3) for one in group}) > 1]
 
 
-def _groups(seen: list[Seen]) -> list[tuple[str, list[Seen]]]:
+def _groups(seen: list[SurfaceSeen]) -> list[tuple[str, list[SurfaceSeen]]]:
     """Bright and dark surfaces, told apart where their brightness leaves a gap of a factor of two or more."""
     light = np.array([one.brightness for one in seen])
     order = np.argsort(light)
@@ -61,7 +61,7 @@ def _groups(seen: list[Seen]) -> list[tuple[str, list[Seen]]]:
     ]
 
 
-def _limit(name: str, seen: list[Seen]) -> NearLimit:
+def _limit(name: str, seen: list[SurfaceSeen]) -> NearLimit:
     ordered = sorted(seen, key=lambda one: one.distance)
     d, valid = np.array([one.distance for one in ordered]), np.array([one.valid for one in ordered])
     # the nearest distance from which on every valid share is enough; far limits are told by the shares

@@ -11,7 +11,7 @@ from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
 
 if TYPE_CHECKING:
-    from fusion.evaluation.evaluate import Look
+    from fusion.evaluation.evaluate import StretchLook
 
 FEW = 20  # frames below which a standard deviation of a pixel is worth little
 JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a frame stand out
@@ -21,7 +21,7 @@ MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
 
 
-def notes_on(looks: "Sequence[Look]", recordings: Sequence[Recording]) -> list[Note]:
+def notes_on(looks: "Sequence[StretchLook]", recordings: Sequence[Recording]) -> list[Note]:
     """Remarks on frames, movement, light and truth, the grave ones first."""
     notes = _joined([(look.name, level, text) for look in looks for level, text in _on_look(look)])
     if not any(look.bias is not None and look.bias.truth for look in looks):
@@ -52,7 +52,7 @@ def _joined(told: list[tuple[str, str, str]]) -> list[Note]:
     ]
 
 
-def _on_look(look: "Look") -> list[Note]:
+def _on_look(look: "StretchLook") -> list[Note]:
     still, notes = look.still, list[Note]()
     if still.frames == 1:
         notes.append(("warning", "one frame only, so nothing is said about noise and drift."))
@@ -75,7 +75,7 @@ def _on_look(look: "Look") -> list[Note]:
     return notes
 
 
-def _shared_noise(look: "Look") -> list[Note]:
+def _shared_noise(look: "StretchLook") -> list[Note]:
     """Whole frames that jump, and noise that averaging over pixels does not remove."""
     centre, notes = look.still.centre, list[Note]()
     known = np.flatnonzero(np.isfinite(centre))
@@ -96,7 +96,7 @@ def _shared_noise(look: "Look") -> list[Note]:
     return notes
 
 
-def _movement(look: "Look") -> str:
+def _movement(look: "StretchLook") -> str:
     still = look.still
     share = float(still.moving.mean())
     frames = still.disturbed

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.noise.ambient import AmbientEstimate
 from fusion.evaluation.drift import Drift
-from fusion.evaluation.evaluate import Evaluation, Look
+from fusion.evaluation.evaluate import Evaluation, StretchLook
 from fusion.evaluation.quantization import Quantization
 from fusion.evaluation.shares import Shares
 from fusion.evaluation.summary import summary
@@ -46,7 +46,7 @@ def numbers(found: Evaluation) -> dict[str, Any]:
     }
 
 
-def _look(look: Look) -> dict[str, Any]:
+def _look(look: StretchLook) -> dict[str, Any]:
     still = look.still
     return {
         "name": look.name,
@@ -80,7 +80,7 @@ def _look(look: Look) -> dict[str, Any]:
     }
 
 
-def _pixel(look: Look) -> dict[str, Any]:
+def _pixel(look: StretchLook) -> dict[str, Any]:
     v, u = look.still.pixel
     known = look.still.series[np.isfinite(look.still.series)]
     return {
@@ -93,7 +93,7 @@ def _pixel(look: Look) -> dict[str, Any]:
     }
 
 
-def _bias(look: Look) -> dict[str, Any] | None:
+def _bias(look: StretchLook) -> dict[str, Any] | None:
     bias = look.bias
     if bias is None:
         return None
@@ -107,7 +107,7 @@ def _bias(look: Look) -> dict[str, Any] | None:
     }
 
 
-def _noise(look: Look) -> dict[str, Any] | None:
+def _noise(look: StretchLook) -> dict[str, Any] | None:
     noise = look.noise
     if noise is None:
         return None

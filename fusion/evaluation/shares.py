@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.evaluation.still import Still
-from fusion.evaluation.surface import Surface
+from fusion.evaluation.surface import ExpectedSurface
 
 ACROSS = 40  # tiles over the width of the image
 FILLED = 0.5  # share of a tile that must belong to the region
@@ -19,7 +19,7 @@ Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Tiles:
+class StretchTiles:
     """Tiles of one or more stretches, t of them.
 
     Attributes:
@@ -63,7 +63,7 @@ class Shares:
     sigma: Array
 
 
-def tiles_of(still: Still, surface: Surface) -> Tiles:
+def tiles_of(still: Still, surface: ExpectedSurface) -> StretchTiles:
     """Tiles of a stretch that lie in its region."""
     side = max(4, surface.depth.shape[1] // ACROSS)
     region = surface.region & np.isfinite(surface.depth) if surface.kind != "unknown" else surface.region
@@ -81,7 +81,7 @@ def tiles_of(still: Still, surface: Surface) -> Tiles:
     keep = _sum(region.astype(float), side) >= FILLED * side * side
     depth, incidence, bright, sigma, off = (part[keep] for part in parts)
     good, none, far = (part[keep] for part in sums)
-    return Tiles(depth, incidence, bright, good, none, far, sigma, off)
+    return StretchTiles(depth, incidence, bright, good, none, far, sigma, off)
 
 
 def brightness_of(still: Still) -> Array:
@@ -93,13 +93,13 @@ def brightness_of(still: Still) -> Array:
     return np.full(still.outliers.shape, np.nan)
 
 
-def joined(tiles: Sequence[Tiles]) -> Tiles:
+def joined(tiles: Sequence[StretchTiles]) -> StretchTiles:
     """The tiles of all stretches."""
-    names = list(Tiles.__dataclass_fields__)
-    return Tiles(*(np.concatenate([getattr(part, name) for part in tiles]) for name in names))
+    names = list(StretchTiles.__dataclass_fields__)
+    return StretchTiles(*(np.concatenate([getattr(part, name) for part in tiles]) for name in names))
 
 
-def shares_over(tiles: Tiles, variable: str) -> Shares | None:
+def shares_over(tiles: StretchTiles, variable: str) -> Shares | None:
     """Shares in bins of one variable; None when it is not known, or does not vary."""
     values = getattr(tiles, variable)
     known = np.isfinite(values)

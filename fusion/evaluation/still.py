@@ -27,7 +27,7 @@ Image = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Sample:
+class StretchSample:
     """Some frames of a stretch, evenly spread, and what they usually see."""
 
     stretch: Stretch
@@ -87,7 +87,7 @@ class Still:
         return np.flatnonzero(self.moving > DISTURBED)
 
 
-def sample_of(stretch: Stretch) -> Sample:
+def sample_of(stretch: Stretch) -> StretchSample:
     """Load the sample of a stretch. RecordingError when no frame can be read."""
     indices = [stretch.frames[0] + i for i in spread(len(stretch), KEPT)]
     with ThreadPoolExecutor(READERS) as pool:
@@ -97,7 +97,7 @@ def sample_of(stretch: Stretch) -> Sample:
     if not frames:
         raise next(error for error in found if isinstance(error, RecordingError))
     reference = reference_of([frame.depth for frame in frames.values()])
-    return Sample(stretch, frames, reference, reference.limit())
+    return StretchSample(stretch, frames, reference, reference.limit())
 
 
 def _load(stretch: Stretch, index: int) -> Frame | RecordingError:
@@ -114,7 +114,7 @@ def centre_of(shape: tuple[int, int]) -> tuple[slice, slice]:
     return slice(v, v + h), slice(u, u + w)
 
 
-def measure_still(sample: Sample, expected: Image, pixel: tuple[int, int]) -> Still:
+def measure_still(sample: StretchSample, expected: Image, pixel: tuple[int, int]) -> Still:
     """Let all frames of a stretch pass by.
 
     Args:
@@ -137,7 +137,7 @@ def measure_still(sample: Sample, expected: Image, pixel: tuple[int, int]) -> St
 class _Adding:
     """The running sums of a stretch."""
 
-    def __init__(self, sample: Sample, expected: NDArray[np.float32], pixel: tuple[int, int]) -> None:
+    def __init__(self, sample: StretchSample, expected: NDArray[np.float32], pixel: tuple[int, int]) -> None:
         camera = sample.stretch.recording.camera
         self.sample, self.expected, self.pixel = sample, expected, pixel
         self.scale = camera.depth_scale
@@ -215,7 +215,7 @@ def _without(image: NDArray, unusable: NDArray[np.bool_]) -> NDArray[np.float32]
     return out
 
 
-def _frames(sample: Sample, failures: dict[int, str]) -> Iterator[Frame]:
+def _frames(sample: StretchSample, failures: dict[int, str]) -> Iterator[Frame]:
     """All frames in order, read some ahead; those of the sample are not read again."""
     stretch = sample.stretch
 

@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.plane import Plane, find_wall
-from fusion.calibration.noise.target import Target, find_target
+from fusion.calibration.depth.plane import WallPlane, find_wall
+from fusion.calibration.noise.target import FlatTarget, find_target
 from fusion.errors import FusionError
 from fusion.evaluation.mesh_depth import scene_depth
 from fusion.evaluation.reference import MAD_TO_STD
-from fusion.evaluation.still import Sample, centre_of
+from fusion.evaluation.still import StretchSample, centre_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.estimate import normals_of
 from fusion.sensor.view import incidence_of
@@ -24,7 +24,7 @@ Image = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Surface:
+class ExpectedSurface:
     """What should be seen.
 
     Attributes:
@@ -41,7 +41,7 @@ class Surface:
     depth: Image
     incidence: Image
     region: NDArray[np.bool_]
-    target: Target | None = None
+    target: FlatTarget | None = None
     plane_distance: float = float("nan")
     stated: float = float("nan")
 
@@ -54,7 +54,7 @@ class Surface:
         return float(np.median(depth)) if depth.size else float("nan")
 
 
-def surface_of(sample: Sample, camera: Camera) -> Surface:
+def surface_of(sample: StretchSample, camera: Camera) -> ExpectedSurface:
     """The best known surface of a stretch.
 
     Raises:
@@ -75,7 +75,7 @@ def surface_of(sample: Sample, camera: Camera) -> Surface:
     if np.isfinite(stated):
         region = np.zeros(camera.shape, bool)
         region[centre_of(camera.shape)] = True
-        return _plane(Plane(stated, 0.0, 0.0), camera, region, ("distance", None, stated))
+        return _plane(WallPlane(stated, 0.0, 0.0), camera, region, ("distance", None, stated))
     if not np.isfinite(usual).any():
         raise FusionError(
             "no frame has a depth",
@@ -85,10 +85,10 @@ def surface_of(sample: Sample, camera: Camera) -> Surface:
         )
     smooth = np.asarray(cv2.GaussianBlur(usual, (5, 5), 0), float)
     incidence = incidence_of(normals_of(smooth, camera), camera)
-    return Surface("unknown", usual, incidence, np.ones(camera.shape, bool), stated=stated)
+    return ExpectedSurface("unknown", usual, incidence, np.ones(camera.shape, bool), stated=stated)
 
 
-def _scene(truth: Image, camera: Camera, stated: float, usual: Image) -> Surface:
+def _scene(truth: Image, camera: Camera, stated: float, usual: Image) -> ExpectedSurface:
     with np.errstate(invalid="ignore"):
         incidence = incidence_of(normals_of(truth, camera), camera)
     try:
@@ -97,10 +97,10 @@ def _scene(truth: Image, camera: Camera, stated: float, usual: Image) -> Surface
         target = None
     # a pixel whose neighbour is elsewhere sees both
     region = np.isfinite(truth) & np.isfinite(incidence)
-    return Surface("scene", truth, incidence, region, target, stated=stated)
+    return ExpectedSurface("scene", truth, incidence, region, target, stated=stated)
 
 
-def _target(usual: Image, camera: Camera, stated: float) -> Surface:
+def _target(usual: Image, camera: Camera, stated: float) -> ExpectedSurface:
     target = find_target(usual, camera)
     depth = target.plane_depth(camera)
     rest = np.abs(usual - depth)[target.inside]
@@ -108,27 +108,29 @@ def _target(usual: Image, camera: Camera, stated: float) -> Surface:
         raise FusionError("the target is not flat")
     # n . p = d with p = z (x, y, 1) is 1 / z = (n_z / d) (1 + x n_x / n_z + y n_y / n_z)
     n = target.normal
-    plane = Plane(float(target.distance / n[2]), float(n[0] / n[2]), float(n[1] / n[2]))
+    plane = WallPlane(float(target.distance / n[2]), float(n[0] / n[2]), float(n[1] / n[2]))
     region = np.zeros(camera.shape, bool)
     region[target.inside] = True
     return _plane(plane, camera, region, ("plane", target, stated))
 
 
-def _wall(usual: Image, camera: Camera, stated: float) -> Surface:
+def _wall(usual: Image, camera: Camera, stated: float) -> ExpectedSurface:
     plane, mask = find_wall(usual, camera)
     closed = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSE, CLOSE), np.uint8))
     return _plane(plane, camera, closed > 0, ("plane", None, stated))
 
 
-def _plane(plane: Plane, camera: Camera, region: NDArray, about: tuple[str, Target | None, float]) -> Surface:
+def _plane(
+    plane: WallPlane, camera: Camera, region: NDArray, about: tuple[str, FlatTarget | None, float]
+) -> ExpectedSurface:
     kind, target, stated = about
     normal = -np.array([plane.a, plane.b, 1.0]) / np.sqrt(plane.a**2 + plane.b**2 + 1)
     incidence = incidence_of(np.broadcast_to(normal.astype(np.float32), (*camera.shape, 3)), camera)
     distance = float("nan") if kind == "distance" else plane.distance
-    return Surface(kind, plane.depth(camera), incidence, region, target, distance, stated)
+    return ExpectedSurface(kind, plane.depth(camera), incidence, region, target, distance, stated)
 
 
-def expected_depth(surface: Surface, usual: Image) -> Image:
+def expected_depth(surface: ExpectedSurface, usual: Image) -> Image:
     """(h, w) what a single value is judged against [m]: what is usual where that is the surface, with its errors."""
     with np.errstate(invalid="ignore"):
         near = np.abs(usual - surface.depth) <= WALL * surface.depth

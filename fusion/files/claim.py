@@ -18,7 +18,7 @@ MARK = ".fusion.json"  # in a command's result: which command made which files
 
 
 @dataclass
-class Claim:
+class OutputClaim:
     """An output that one run may make.
 
     Attributes:
@@ -85,7 +85,7 @@ class Claim:
 @contextmanager
 def claimed(
     path: Path, command: str, inputs: Iterable[Path] = (), overwrite: bool = False, folder: bool = True
-) -> Iterator[Claim]:
+) -> Iterator[OutputClaim]:
     """The block may make `path` as the result of a command; what must not be replaced or written is refused first.
 
     Args:
@@ -111,7 +111,7 @@ def claimed(
         if other := made_by_another(at):
             do = f"wait for it; if there is none any more, remove {other}"
             raise FusionError("the output is being made", path, "another run of fusion", do=do)
-        yield Claim(path, place, command, overwrite, at)
+        yield OutputClaim(path, place, command, overwrite, at)
 
 
 def refuse_other_kind(path: Path, place: Path, folder: bool) -> None:

@@ -12,7 +12,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
 from fusion.live.looking import SURE, Looking, every
-from fusion.live.state import Surface
+from fusion.live.state import ShownSurface
 from fusion.live.turned import Turned
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.window import of_window
@@ -107,7 +107,7 @@ class Grower:
         self.count = count
         return stamp
 
-    def surface(self) -> Surface | None:
+    def surface(self) -> ShownSurface | None:
         """The surface so far, thinned, with how sure each point is."""
         if self.volume is None or not self.count:
             return None
@@ -120,7 +120,7 @@ class Grower:
         limit = NOISIEST * self.volume.settings.truncation
         sigma = limit / np.sqrt(np.maximum(weight, 1e-6))
         seen = sigma < limit  # else a single grazing look: a speck in the air
-        return Surface(points[seen].astype(np.float32), sigma[seen].astype(np.float32))
+        return ShownSurface(points[seen].astype(np.float32), sigma[seen].astype(np.float32))
 
     def _begin_anew(self) -> None:
         """A model of what was known of the object too early shows too little of it to find the rest."""

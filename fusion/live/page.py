@@ -19,7 +19,7 @@ from fusion.errors import DeviceError, FusionError
 from fusion.files.extra import extra
 from fusion.live.feed import Feed
 from fusion.live.panel import panel
-from fusion.live.state import LiveState, Surface
+from fusion.live.state import LiveState, ShownSurface
 from fusion.live.watch import Watch
 from fusion.progress import note
 
@@ -34,7 +34,7 @@ UNDONE = 30  # frames that a press takes back unless another number stands besid
 MOST_UNDONE = 900  # half a minute
 
 
-class Page:
+class LivePage:
     """The server and what stands on its page. Raises DeviceError: viser is not installed, or the port is taken."""
 
     def __init__(self, port: int) -> None:
@@ -54,7 +54,7 @@ class Page:
         self._color = gui.add_image(black, label="colour", format="jpeg")
         self._depth = gui.add_image(black, label="depth", format="jpeg")
         self.server.scene.set_up_direction("-y")
-        self._shown: Surface | None = None
+        self._shown: ShownSurface | None = None
         self._count, self._radius = 0, 0.0
 
     def show(self, state: LiveState) -> None:
@@ -94,7 +94,7 @@ def page(port: int, feed: Feed, watch: Watch) -> Iterator[None]:
 
     What goes wrong on the page is told once and stops nothing; where viser hangs, it is not waited for.
     """
-    made, over, around = Page(port), threading.Event(), contextvars.copy_context()
+    made, over, around = LivePage(port), threading.Event(), contextvars.copy_context()
     made.start.on_click(lambda _: setattr(feed, "paused", False))
     made.pause.on_click(lambda _: setattr(feed, "paused", True))
     made.undo.on_click(lambda _: watch.undo(int(made.back.value)))
@@ -123,7 +123,7 @@ def page(port: int, feed: Feed, watch: Watch) -> Iterator[None]:
             thread.join(LONGEST)
 
 
-def _keep_showing(made: Page, watch: Watch, over: threading.Event) -> None:
+def _keep_showing(made: LivePage, watch: Watch, over: threading.Event) -> None:
     """Hand the page each new state until it is over."""
     held, phase = None, ""  # a state is replaced and never changed: whether it is the same one tells all
     try:

@@ -9,7 +9,7 @@ SECTORS = 36  # of the ring of seen angles, 10 degrees each
 
 
 @dataclass(frozen=True)
-class Surface:
+class ShownSurface:
     """Points of the surface so far.
 
     Attributes:
@@ -62,7 +62,7 @@ class LiveState:
     warm: float = 0.0
     memory: int = 0
     left: float | None = None
-    surface: Surface | None = field(default=None, repr=False)
+    surface: ShownSurface | None = field(default=None, repr=False)
     color: NDArray[np.uint8] | None = field(default=None, repr=False)
     depth: NDArray[np.uint8] | None = field(default=None, repr=False)
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fusion.mesh.coarse import NEAR, Side, guesses, score
+from fusion.mesh.coarse import NEAR, CoarseSurface, guesses, score
 from fusion.mesh.distances import CloudSurface, Surface, surface_of
-from fusion.mesh.fit import Fit
+from fusion.mesh.fit import SurfaceFit
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.scale_interval import scale_interval
 from fusion.mesh.similarity import IDENTITY, Array, Similarity
-from fusion.mesh.surface_samples import Samples, sample_surface, smooth_normals
+from fusion.mesh.surface_samples import SurfaceSamples, sample_surface, smooth_normals
 
 _COARSE_POINTS, _FINE_POINTS, _STAND_IN = 3000, 20_000, 20_000
 _PREFERENCE = 1.2  # the pose as it stands wins unless another is better by this: symmetric shapes stay (guess)
@@ -67,9 +67,11 @@ def align_meshes(
     size = float(np.linalg.norm(np.ptp(reference.vertices, axis=0)))
     coarse, fine = sample_surface(mesh, _COARSE_POINTS), sample_surface(mesh, _FINE_POINTS)
     back = sample_surface(reference, _COARSE_POINTS)
-    asked = back if seen is None or not len(seen) else Samples(seen[:: max(1, len(seen) // _COARSE_POINTS)], None)
-    fine = Samples(fine.points, smooth_normals(fine))
-    fit = Fit(_quick(reference, other), size)
+    asked = (
+        back if seen is None or not len(seen) else SurfaceSamples(seen[:: max(1, len(seen) // _COARSE_POINTS)], None)
+    )
+    fine = SurfaceSamples(fine.points, smooth_normals(fine))
+    fit = SurfaceFit(_quick(reference, other), size)
     quick = _quick(mesh, own)
 
     def judged(pose: Similarity) -> float:
@@ -77,18 +79,18 @@ def align_meshes(
         again = quick.closest(pose.apply_inverse(asked.points), asked.normals).distances * pose.scale
         return score(there, again, NEAR * size)
 
-    starts = [IDENTITY, *guesses(Side.of(coarse), Side.of(back))]
+    starts = [IDENTITY, *guesses(CoarseSurface.of(coarse), CoarseSurface.of(back))]
     poses = [fit.run(coarse, start, scale, rounds=20)[0] for start in starts]
     scores = [judged(pose) for pose in poses]
     best = int(np.argmin(scores))
     if scores[0] <= _PREFERENCE * scores[best] + 1e-5 * size:
         best = 0
-    pose, matches = Fit(other, size, facing=True).run(fine, poses[best], scale, rounds=60)
+    pose, matches = SurfaceFit(other, size, facing=True).run(fine, poses[best], scale, rounds=60)
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
     status = "poor" if judged(pose) > _POOR * NEAR * size else "kept" if best == 0 and moved < 0.1 * size else "moved"
     interval = None
     if scale:  # the other way round: the reference on the mesh
-        again = Fit(own, size / pose.scale, facing=True).run(back, pose.inverse(), scale, rounds=15)[0]
+        again = SurfaceFit(own, size / pose.scale, facing=True).run(back, pose.inverse(), scale, rounds=15)[0]
         interval = scale_interval(pose.scale, 1 / again.scale, matches)
     return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status)
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from fusion.compute.process import own_process
 from fusion.mesh.similarity import IDENTITY, Array, Matches, Similarity, step, tukey
-from fusion.mesh.surface_samples import Samples
+from fusion.mesh.surface_samples import SurfaceSamples
 
 _SPREAD = 72  # rotations over the whole sphere: about 45 degrees apart, within reach of ICP (guess)
 _KEPT = 8  # guesses that come to the final choice
@@ -21,7 +21,7 @@ NEAR = 0.03  # of the reference's size: what lies on each other after a coarse a
 
 
 @dataclass(frozen=True)
-class Side:
+class CoarseSurface:
     """One surface for the coarse search: its samples, as a tree; normals are None for bare point clouds."""
 
     points: Array
@@ -34,11 +34,11 @@ class Side:
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @classmethod
-    def of(cls, samples: Samples) -> "Side":
+    def of(cls, samples: SurfaceSamples) -> "CoarseSurface":
         return cls(samples.points, samples.normals, cKDTree(samples.points))
 
 
-def guesses(mesh: Side, reference: Side) -> list[Similarity]:
+def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
     """The most promising poses, best first: at most `_KEPT`, none twice. The same input gives the same list."""
     few = mesh.points[np.linspace(0, len(mesh.points) - 1, min(_TRIAL, len(mesh.points))).astype(int)]
     back = reference.points[np.linspace(0, len(reference.points) - 1, min(_TRIAL, len(reference.points))).astype(int)]
@@ -68,7 +68,7 @@ def score(there: Array, again: Array, limit: float) -> float:
     return float(np.minimum(np.abs(there), limit).mean() + np.minimum(np.abs(again), limit).mean())
 
 
-def _all(mesh: Side, reference: Side) -> Iterator[Similarity]:
+def _all(mesh: CoarseSurface, reference: CoarseSurface) -> Iterator[Similarity]:
     yield IDENTITY
     here, there = mesh.points.mean(axis=0), reference.points.mean(axis=0)
     middle = (mesh.points.min(axis=0) + mesh.points.max(axis=0)) / 2
@@ -98,7 +98,7 @@ def _cube_rotations() -> list[Array]:
     return found
 
 
-def by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
+def by_features(mesh: CoarseSurface, reference: CoarseSurface) -> Iterator[Similarity]:
     """Poses by local shape (FPFH, fast global registration), for parts whose middles say little."""
     import open3d
 
@@ -131,7 +131,7 @@ def by_features(mesh: Side, reference: Side) -> Iterator[Similarity]:
             yield Similarity(np.array(found[:3, :3]), np.array(found[:3, 3]))
 
 
-def _quick_icp(points: Array, reference: Side, now: Similarity, rounds: range) -> Similarity:
+def _quick_icp(points: Array, reference: CoarseSurface, now: Similarity, rounds: range) -> Similarity:
     size = reference.size
     for number in rounds:
         moved = now.apply(points)

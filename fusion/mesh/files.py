@@ -14,7 +14,7 @@ from fusion.files.reading import TEXT_TAKES, read_bytes
 from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
 from fusion.mesh.exchange import by_trimesh, to_trimesh
 from fusion.mesh.formats.e57 import read_e57
-from fusion.mesh.formats.gltf import Beside, check_gltf
+from fusion.mesh.formats.gltf import NamedFiles, check_gltf
 from fusion.mesh.formats.obj import checked_obj
 from fusion.mesh.formats.off import checked_off
 from fusion.mesh.formats.stl import checked_stl
@@ -91,7 +91,7 @@ def _by_library(data: bytes, ending: str, path: Path) -> Mesh:
     if ending in _CHECKED:
         return by_trimesh(_CHECKED[ending](data), ending)
     check_gltf(data, path)
-    return by_trimesh(data, ending, Beside(path))
+    return by_trimesh(data, ending, NamedFiles(path))
 
 
 def write_mesh(path: Path | str, mesh: Mesh) -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fusion.mesh.coarse import NEAR
 from fusion.mesh.distances import Surface
 from fusion.mesh.similarity import Array, Matches, Similarity, step, tukey
-from fusion.mesh.surface_samples import Samples
+from fusion.mesh.surface_samples import SurfaceSamples
 
 _TUKEY = 4.685  # limit in standard deviations: 95 % as efficient as least squares on Gaussian noise
 _FACING = 0.25  # cosine of normals that may belong together: a plate's top is not the foot that stands on it (guess)
@@ -16,7 +16,7 @@ _STILL = (1e-8, 5e-6)  # of the size: moved so little in a step, or so little an
 
 
 @dataclass(frozen=True)
-class Fit:
+class SurfaceFit:
     """ICP against one reference, of size `size` [m].
 
     Attributes:
@@ -27,7 +27,7 @@ class Fit:
     size: float
     facing: bool = False
 
-    def run(self, samples: Samples, pose: Similarity, scale: bool, rounds: int) -> tuple[Similarity, Matches]:
+    def run(self, samples: SurfaceSamples, pose: Similarity, scale: bool, rounds: int) -> tuple[Similarity, Matches]:
         """Steps until nothing moves any more; the limit of the weights only shrinks, down to the noise."""
         limit = 3 * NEAR * self.size
         last = np.inf
@@ -42,7 +42,9 @@ class Fit:
             last = moved
         return pose, self._matches(samples, pose, limit, at_least)[0]
 
-    def _matches(self, samples: Samples, pose: Similarity, limit: float, at_least: Array) -> tuple[Matches, float]:
+    def _matches(
+        self, samples: SurfaceSamples, pose: Similarity, limit: float, at_least: Array
+    ) -> tuple[Matches, float]:
         points = pose.apply(samples.points)
         turned = None if samples.normals is None else samples.normals @ pose.rotation.T
         rows = np.flatnonzero(at_least <= limit)

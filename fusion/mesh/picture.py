@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shading import CLAY, lit, picture, vertex_normals
-from fusion.mesh.sight import Side, look, sides
+from fusion.mesh.sight import SightSide, look, sides
 
 PIXELS = 360  # of the mesh's longest edge
 RISE = np.deg2rad(20)  # of the eye above the horizon
@@ -33,7 +33,7 @@ def png(mesh: Mesh, up: ArrayLike = (0, 0, 1), front: ArrayLike = (1, 0, 0)) -> 
     return bytes(cv2.imencode(".png", np.hstack([views[0], gap, views[1]])[..., [2, 1, 0, 3]])[1])
 
 
-def shaded(mesh: Mesh, side: Side, pixels: int) -> NDArray[np.uint8]:
+def shaded(mesh: Mesh, side: SightSide, pixels: int) -> NDArray[np.uint8]:
     """RGBA (h, w, 4) from one side; `pixels` along the mesh's longest edge."""
     known = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
     longest = float(np.ptp(known, axis=0).max()) if len(known) else 1.0
@@ -42,7 +42,7 @@ def shaded(mesh: Mesh, side: Side, pixels: int) -> NDArray[np.uint8]:
     return picture(lit(look(mesh, side, longest / (2 * pixels)), vertex_normals(mesh)), colors)
 
 
-def raised(side: Side) -> Side:
+def raised(side: SightSide) -> SightSide:
     """The same side, seen from above by RISE."""
     towards: Array = np.cos(RISE) * side.towards + np.sin(RISE) * side.up
-    return Side(side.name, towards, np.cos(RISE) * side.up - np.sin(RISE) * side.towards)
+    return SightSide(side.name, towards, np.cos(RISE) * side.up - np.sin(RISE) * side.towards)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Side, Sight
+from fusion.mesh.sight import Sight, SightSide
 
 CLAY = (0.80, 0.81, 0.83)  # colour of a mesh that has none
 
@@ -26,7 +26,7 @@ class Lit:
     inside: NDArray[np.bool_]
 
     @property
-    def side(self) -> Side:
+    def side(self) -> SightSide:
         """Where it was looked from."""
         return self.sight.side
 

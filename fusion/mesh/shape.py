@@ -15,7 +15,7 @@ OPEN = 0.1  # share of the surface missing elsewhere than at the bottom from whi
 
 
 @dataclass(frozen=True)
-class Shape:
+class MeshShape:
     """A mesh in numbers.
 
     Attributes:
@@ -67,19 +67,19 @@ class Shape:
         return ", ".join(said) or "closed"
 
 
-def shape_of(mesh: Mesh, up: Array) -> Shape:
+def shape_of(mesh: Mesh, up: Array) -> MeshShape:
     """Measure a mesh that stands upright along `up` (3,); what is not finite is left out."""
     up = np.asarray(up, float) / np.linalg.norm(up)
     finite = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
     points = mesh.vertices[finite]
     faces = mesh.faces if finite.all() else mesh.faces[finite[mesh.faces].all(axis=1)]
     if not len(faces):
-        return Shape(len(mesh.vertices), 0, upright_size(points, up), 0.0, None, (), 0, 0.0)
+        return MeshShape(len(mesh.vertices), 0, upright_size(points, up), 0.0, None, (), 0, 0.0)
     middle = points.mean(axis=0)  # near the origin the differences of volumes stay exact
     body = Mesh(np.nan_to_num(mesh.vertices - middle), faces)
     part, areas = parts(body)
     total = float(areas.sum())
-    found = Shape(
+    found = MeshShape(
         vertices=len(mesh.vertices),
         triangles=len(mesh.faces),
         size=upright_size(points, up),
@@ -93,7 +93,7 @@ def shape_of(mesh: Mesh, up: Array) -> Shape:
     return _with_volume(found, body)
 
 
-def _with_volume(found: Shape, body: Mesh) -> Shape:
+def _with_volume(found: MeshShape, body: Mesh) -> MeshShape:
     a, b, c = (body.vertices[corner] for corner in body.faces.T)
     volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6 + sum(hole.volume for hole in found.holes)
     return replace(found, volume=volume) if volume > 0 and found.open_share <= OPEN else found

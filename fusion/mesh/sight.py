@@ -13,7 +13,7 @@ from fusion.mesh.mesh import Mesh
 
 
 @dataclass(frozen=True)
-class Side:
+class SightSide:
     """A direction to look from.
 
     Attributes:
@@ -44,7 +44,7 @@ class Sight:
         pixel: [m] edge of a pixel.
     """
 
-    side: Side
+    side: SightSide
     corners: NDArray[np.int64]
     weights: NDArray[np.float32]
     depth: NDArray[np.float32]
@@ -70,22 +70,22 @@ class Sight:
         return total
 
 
-def sides(up: Array, front: Array) -> list[Side]:
+def sides(up: Array, front: Array) -> list[SightSide]:
     """Front, left, back, right and top; `front` (3,) points from the object to the eye, made square to `up` (3,)."""
     up = _unit(up, np.array([0.0, 0.0, 1.0]))
     helper = np.eye(3)[np.argmin(np.abs(up))]
     front = _unit(front - up * (front @ up), _unit(np.cross(up, helper), helper))
     right = np.cross(up, front)
-    around = [Side(n, d, up) for n, d in [("front", front), ("left", -right), ("back", -front), ("right", right)]]
-    return [*around, Side("top", up, -front)]
+    around = [SightSide(n, d, up) for n, d in [("front", front), ("left", -right), ("back", -front), ("right", right)]]
+    return [*around, SightSide("top", up, -front)]
 
 
-def look(mesh: Mesh, side: Side, pixel: float) -> Sight:
+def look(mesh: Mesh, side: SightSide, pixel: float) -> Sight:
     """Look at a mesh, or at a point cloud, from one side with pixels of the given size [m]."""
     return look_around(mesh, [side], pixel)[0]
 
 
-def look_around(mesh: Mesh, sides: Sequence[Side], pixel: float) -> list[Sight]:
+def look_around(mesh: Mesh, sides: Sequence[SightSide], pixel: float) -> list[Sight]:
     """Look from several sides: the tree that the rays ask is made once."""
     points = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
     if len(points) == 0:
@@ -94,7 +94,7 @@ def look_around(mesh: Mesh, sides: Sequence[Side], pixel: float) -> list[Sight]:
     return [_look(mesh, body, side, points, pixel) for side in sides]
 
 
-def _look(mesh: Mesh, body: "_Body | None", side: Side, points: Array, pixel: float) -> Sight:
+def _look(mesh: Mesh, body: "_Body | None", side: SightSide, points: Array, pixel: float) -> Sight:
     frame = np.stack([side.right, side.up, side.towards])
     low, high = (points @ frame.T).min(axis=0), (points @ frame.T).max(axis=0)
     pixel = max(pixel, 1e-9)
@@ -124,7 +124,7 @@ class _Body:
         return self.scene.cast_rays(o3d.core.Tensor.from_numpy(rays))
 
 
-def _rays(body: _Body, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
+def _rays(body: _Body, side: SightSide, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
     right, up = side.right * pixel, side.up * pixel
     # a pixel before the nearest point
     first = corner @ np.stack([side.right, side.up, side.towards]) + pixel * side.towards - body.middle
@@ -140,7 +140,7 @@ def _rays(body: _Body, side: Side, corner: Array, shape: tuple[int, int], pixel:
     return Sight(side, corners, weights, depth, pixel)
 
 
-def _splats(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
+def _splats(mesh: Mesh, side: SightSide, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
     """Points as small squares, the nearest wins; the squares close the gaps of a dense cloud."""
     known = np.flatnonzero(np.isfinite(mesh.vertices).all(axis=1))
     local = mesh.vertices[known] @ np.stack([side.right, side.up, side.towards]).T - corner
@@ -164,7 +164,7 @@ def _splats(mesh: Mesh, side: Side, corner: Array, shape: tuple[int, int], pixel
     return sight
 
 
-def _nothing(side: Side, pixel: float, shape: tuple[int, int] = (8, 8)) -> Sight:
+def _nothing(side: SightSide, pixel: float, shape: tuple[int, int] = (8, 8)) -> Sight:
     zeros = np.zeros((*shape, 3), np.float32)
     return Sight(side, np.full((*shape, 3), -1, np.int64), zeros, np.full(shape, np.inf, np.float32), pixel)
 

@@ -10,7 +10,7 @@ from fusion.mesh.mesh import Mesh
 
 
 @dataclass(frozen=True)
-class Samples:
+class SurfaceSamples:
     """Points on a surface.
 
     Attributes:
@@ -22,7 +22,7 @@ class Samples:
     normals: NDArray[np.float64] | None
 
 
-def sample_surface(mesh: Mesh, count: int, seed: int = 0) -> Samples:
+def sample_surface(mesh: Mesh, count: int, seed: int = 0) -> SurfaceSamples:
     """About `count` points, equally likely per area; of a point cloud `count` of its points (all, if it has fewer)."""
     rng = np.random.default_rng(seed)
     if not len(mesh.faces):
@@ -30,7 +30,7 @@ def sample_surface(mesh: Mesh, count: int, seed: int = 0) -> Samples:
         if len(chosen) > count:
             chosen = np.sort(rng.choice(len(chosen), count, replace=False))
         normals = None if mesh.normals is None else mesh.normals[chosen].astype(np.float64)
-        return Samples(mesh.vertices[chosen], normals)
+        return SurfaceSamples(mesh.vertices[chosen], normals)
     share = np.cumsum(face_areas(mesh))
     # one point in each of `count` equal slices of the area: as even as a random choice can be
     where = (np.arange(count) + rng.random(count)) / count * share[-1]
@@ -39,10 +39,10 @@ def sample_surface(mesh: Mesh, count: int, seed: int = 0) -> Samples:
     a, b = np.where(a + b > 1, 1 - a, a), np.where(a + b > 1, 1 - b, b)
     corners = mesh.vertices[mesh.faces[face]]
     points = corners[:, 0] + a * (corners[:, 1] - corners[:, 0]) + b * (corners[:, 2] - corners[:, 0])
-    return Samples(points, face_normals(mesh)[face])
+    return SurfaceSamples(points, face_normals(mesh)[face])
 
 
-def smooth_normals(samples: Samples, neighbours: int = 16) -> NDArray[np.float64] | None:
+def smooth_normals(samples: SurfaceSamples, neighbours: int = 16) -> NDArray[np.float64] | None:
     """Normals (n, 3) averaged over the nearest samples that look the same way: noise tilts single triangles."""
     if samples.normals is None:
         return None

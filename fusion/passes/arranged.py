@@ -11,7 +11,7 @@ from fusion.passes.colors import decided, printed
 from fusion.passes.lying import Lying
 from fusion.passes.one_pass import Pass
 from fusion.passes.placing import Placing, place
-from fusion.passes.sides import Side
+from fusion.passes.sides import PassSide
 
 Array = NDArray[np.float64]
 # the thresholds are guesses, looked at on development seeds of tools/passes.py (101 and above)
@@ -43,7 +43,7 @@ class Arranged:
     colors: tuple[float, float] | None = None
 
 
-def arranged(passes: Sequence[Pass], sides: Sequence[Side], k: int, color: bool) -> Arranged:
+def arranged(passes: Sequence[Pass], sides: Sequence[PassSide], k: int, color: bool) -> Arranged:
     """Lay pass k on the first of the earlier ones that it fits.
 
     Raises:
@@ -59,7 +59,7 @@ def arranged(passes: Sequence[Pass], sides: Sequence[Side], k: int, color: bool)
     raise _refusal(passes[onto], passes[k], placing.best)
 
 
-def fits(one: Lying, side: Side) -> bool:
+def fits(one: Lying, side: PassSide) -> bool:
     """Whether two passes lie on each other as those of one object do."""
     return one.overlap >= LEAST_OVERLAP and one.agreement >= LEAST_AGREEMENT and one.rms < LOOSE * side.noise
 
@@ -74,7 +74,7 @@ def as_good(one: Lying, best: Lying) -> bool:
 
 
 def _told(
-    passes: Sequence[Pass], sides: Sequence[Side], pair: tuple[int, int], placing: Placing, color: bool
+    passes: Sequence[Pass], sides: Sequence[PassSide], pair: tuple[int, int], placing: Placing, color: bool
 ) -> Arranged:
     k, onto = pair
     best, second = placing.best, placing.found[1:2]

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
-from fusion.passes.sides import REACHED, Side
+from fusion.passes.sides import REACHED, PassSide
 
 Array = NDArray[np.float64]
 APART, SEEN = "passes_apart", "passes"  # scalars: [m], and how many passes show a vertex
 
 
-def between(mesh: Mesh, sides: Sequence[Side], T: Array) -> Mesh:
+def between(mesh: Mesh, sides: Sequence[PassSide], T: Array) -> Mesh:
     """The mesh with how many passes show each vertex, and how far these lie from each other there (NaN: one alone)."""
     assert mesh.normals is not None
     heights = np.full((len(sides), len(mesh.vertices)), np.nan)

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
 from fusion.passes.lying import Lying, judged, pairs
-from fusion.passes.sides import Side
+from fusion.passes.sides import PassSide
 
 Array = NDArray[np.float64]
 STEP = np.deg2rad(3.0)  # of a turn about an axis of symmetry: print of a centimetre on a radius of 10 cm is 6 deg wide
@@ -27,14 +27,14 @@ class Printed:
     second: Array
 
 
-def printed(meshes: tuple[Mesh, Mesh], sides: tuple[Side, Side]) -> Printed | None:
+def printed(meshes: tuple[Mesh, Mesh], sides: tuple[PassSide, PassSide]) -> Printed | None:
     """The colours of two passes; None where one has none."""
     if any(mesh.colors is None for mesh in meshes):
         return None
     return Printed(*(_colors(mesh, side) for mesh, side in zip(meshes, sides, strict=True)))
 
 
-def alike(shown: Printed, first: Side, second: Side, T: Array) -> float:
+def alike(shown: Printed, first: PassSide, second: PassSide, T: Array) -> float:
     """Correlation of the colours of points that lie on each other, mean of the channels; 0 where few do."""
     step = max(1, len(second.points) // 4000)
     points, normals = second.points[::step], second.normals[::step]
@@ -48,7 +48,9 @@ def alike(shown: Printed, first: Side, second: Side, T: Array) -> float:
     return float(np.mean(np.sum(a * b, axis=0) / np.maximum(spread, 1e-9)))
 
 
-def decided(shown: Printed, first: Side, second: Side, rivals: list[Lying]) -> tuple[Lying, float, float] | None:
+def decided(
+    shown: Printed, first: PassSide, second: PassSide, rivals: list[Lying]
+) -> tuple[Lying, float, float] | None:
     """The transform whose colours fit, its correlation and that of the next; None where colours do not decide.
 
     Args:
@@ -67,7 +69,7 @@ def decided(shown: Printed, first: Side, second: Side, rivals: list[Lying]) -> t
     return judged(first, second, T), value, following
 
 
-def slid(shown: Printed, first: Side, second: Side, T: Array, ways: Array) -> Array:
+def slid(shown: Printed, first: PassSide, second: PassSide, T: Array, ways: Array) -> Array:
     """The transform (4, 4) moved along the ways (m, 6) that the surfaces do not hold, to where colours fit best.
 
     A twist of a way moves the surface by about a metre.
@@ -84,7 +86,7 @@ def slid(shown: Printed, first: Side, second: Side, T: Array, ways: Array) -> Ar
     return T
 
 
-def _between(first: Side, second: Side, rivals: list[Lying]) -> list[Lying]:
+def _between(first: PassSide, second: PassSide, rivals: list[Lying]) -> list[Lying]:
     """All turns about an axis about which the surface turns into itself; none where there is no such axis."""
     best = rivals[0]
     for rival in rivals[1:]:
@@ -112,11 +114,11 @@ def _axis(D: Array) -> tuple[Array, Array] | None:
     return np.asarray(point, float), np.asarray(direction, float)
 
 
-def _moved(one: Array, other: Array, side: Side) -> float:
+def _moved(one: Array, other: Array, side: PassSide) -> float:
     off = pose.transform(one, side.few.points) - pose.transform(other, side.few.points)
     return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
 
-def _colors(mesh: Mesh, side: Side) -> Array:
+def _colors(mesh: Mesh, side: PassSide) -> Array:
     assert mesh.colors is not None
     return np.asarray(mesh.colors[cKDTree(mesh.vertices).query(side.points)[1]], float)

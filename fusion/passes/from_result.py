@@ -46,7 +46,7 @@ class UsedLens(Struct):
     cy: Lens
 
 
-class Chosen(Struct):
+class SettingsFile(Struct):
     """What is needed of `settings.json`."""
 
     recording: str
@@ -60,7 +60,7 @@ class Chosen(Struct):
     sensor_assumed: bool | None = None
 
 
-class Table(Struct):
+class TableFile(Struct):
     """What is needed of `turntable.json`."""
 
     depth_taken_out: dict[str, float] = {}
@@ -100,8 +100,8 @@ def pass_of_result(folder: Path, reading: Reading | None = None) -> Pass:
     if (folder / "merge.json").exists():
         raise FusionError("a merge is no pass", folder, "merge.json", "a scan", "give all its passes, and the new one")
     chosen, table = (read_json(folder / name, what=name) for name in ("settings.json", "turntable.json"))
-    used = Content(chosen, folder / "settings.json", "the scan", do=AGAIN).as_type(Chosen)
-    taken = Content(table, folder / "turntable.json", "the scan", do=AGAIN).as_type(Table).depth_taken_out
+    used = Content(chosen, folder / "settings.json", "the scan", do=AGAIN).as_type(SettingsFile)
+    taken = Content(table, folder / "turntable.json", "the scan", do=AGAIN).as_type(TableFile).depth_taken_out
     if used.keep_plate:
         raise FusionError("the plate is in the scan", folder, "--keep-plate", "the object alone", AGAIN)
     recording = open_recording(_recording(folder, used.recording), reading.camera, reading.topic)
@@ -126,7 +126,7 @@ def _recording(folder: Path, told: str) -> Path:
     raise RecordingError("the recording of a scan is not there", folder / "settings.json", told, "its recording", do)
 
 
-def _sensor(used: Chosen, recording: Recording, folder: Path) -> Sensor:
+def _sensor(used: SettingsFile, recording: Recording, folder: Path) -> Sensor:
     usual, name = default_sensor(recording.camera), used.sensor
     if name == usual.name if used.sensor_assumed is None else used.sensor_assumed:
         return usual

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
-from fusion.mesh.surface_samples import Samples
+from fusion.mesh.surface_samples import SurfaceSamples
 from fusion.passes.lying import pairs
-from fusion.passes.sides import Side
+from fusion.passes.sides import PassSide
 
 Array = NDArray[np.float64]
 POINTS = 7000  # of each pass
@@ -25,7 +25,7 @@ LOOSE = 0.02  # the same share below which colour is asked too (guess)
 WEAK = 1e-3  # share of the largest stiffness below which a direction is not held by the surfaces: it stays (guess)
 
 
-def refined(sides: Sequence[Side], T: Array) -> Array:
+def refined(sides: Sequence[PassSide], T: Array) -> Array:
     """The transforms (k, 4, 4) to the first pass's frame, refined together; that of the first stays.
 
     Directions that the surfaces do not hold, such as the turn of a cylinder, stay as they are.
@@ -53,7 +53,7 @@ def refined(sides: Sequence[Side], T: Array) -> Array:
     return T
 
 
-def _stand(system: tuple[Array, Array], on: tuple[Side, Array], points: Array, which: tuple[slice, slice]) -> None:
+def _stand(system: tuple[Array, Array], on: tuple[PassSide, Array], points: Array, which: tuple[slice, slice]) -> None:
     """The lowest of a pass's surface, points (n, 3) in the common frame, stands on the plate of another pass.
 
     It tells how high an object lies of which the passes share hardly more than the sides. A flat foot lies on the
@@ -76,7 +76,9 @@ def _stand(system: tuple[Array, Array], on: tuple[Side, Array], points: Array, w
     system[0][which[1], which[0]] -= A
 
 
-def _between(of: Samples, onto: Side, T_of: Array, T_onto: Array, reach: float) -> tuple[Array, Array, Array]:
+def _between(
+    of: SurfaceSamples, onto: PassSide, T_of: Array, T_onto: Array, reach: float
+) -> tuple[Array, Array, Array]:
     """Derivatives (n, 6) in a twist of the first, distances (n,) [m] and weights (n,) of one pass on another."""
     assert of.normals is not None
     T = pose.inverse(T_onto) @ T_of
@@ -95,12 +97,12 @@ def _solved(H: Array, g: Array) -> Array:
     return np.asarray(-lengths * (vectors @ (inverse * (vectors.T @ (lengths * g)))))
 
 
-def _thinned(side: Side) -> Samples:
+def _thinned(side: PassSide) -> SurfaceSamples:
     step = max(1, len(side.points) // POINTS)
-    return Samples(side.points[::step], side.normals[::step])
+    return SurfaceSamples(side.points[::step], side.normals[::step])
 
 
-def loose(first: Side, second: Side, T: Array) -> Array:
+def loose(first: PassSide, second: PassSide, T: Array) -> Array:
     """Twists (m, 6), each of about a metre's motion, that hardly change how the second lies on the first under T."""
     thinned, lengths = _thinned(second), np.array([10.0, 10.0, 10.0, 1.0, 1.0, 1.0])
     J, _, weight = _between(thinned, first, T, np.eye(4), first.noise)

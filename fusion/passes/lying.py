@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
-from fusion.mesh.surface_samples import Samples
-from fusion.passes.sides import REACHED, Side
+from fusion.mesh.surface_samples import SurfaceSamples
+from fusion.passes.sides import REACHED, PassSide
 from fusion.tracking.pairs import tukey
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Lying:
         return self.overlap / max(self.overlap + self.through, 1e-9)
 
 
-def judged(first: Side, second: Side, T: Array) -> Lying:
+def judged(first: PassSide, second: PassSide, T: Array) -> Lying:
     """How two passes lie under a transform."""
     back = pose.inverse(T)
     shares = [_one_way(first, second, T), _one_way(second, first, back)]
@@ -53,7 +53,7 @@ def judged(first: Side, second: Side, T: Array) -> Lying:
     return Lying(T, float(overlap), float(through), float(np.sqrt(square / max(overlap, 1e-9))))
 
 
-def _one_way(onto: Side, of: Side, T: Array) -> tuple[float, float, float]:
+def _one_way(onto: PassSide, of: PassSide, T: Array) -> tuple[float, float, float]:
     """Shares of one surface that lie on the other and that it looked through, and its sum of squares [m^2]."""
     points, normals = pose.transform(T, of.few.points), _turned(T, of.few)
     within = max(onto.noise, of.noise)
@@ -66,7 +66,7 @@ def _one_way(onto: Side, of: Side, T: Array) -> tuple[float, float, float]:
     return float(on.mean()), float(through.sum() / len(on)), float(np.sum(off[on] ** 2) / len(on))
 
 
-def laid(first: Side, second: Side, T: Array, reaches: Array, points: int) -> Array:
+def laid(first: PassSide, second: PassSide, T: Array, reaches: Array, points: int) -> Array:
     """The transform (4, 4) after point-to-plane steps, one for each reach [m], from the widest to the finest.
 
     Args:
@@ -91,7 +91,7 @@ def laid(first: Side, second: Side, T: Array, reaches: Array, points: int) -> Ar
     return T
 
 
-def pairs(onto: Side, points: Array, normals: Array, reach: float) -> tuple[NDArray[np.intp], Array, Array]:
+def pairs(onto: PassSide, points: Array, normals: Array, reach: float) -> tuple[NDArray[np.intp], Array, Array]:
     """The nearest of a surface to points (n, 3): index (n,), weight (n,), distance along its normal (n,) [m]."""
     index, known = onto.nearest(points, reach + REACHED * onto.spacing)
     off = np.einsum("ij,ij->i", points - onto.points[index], onto.normals[index])
@@ -100,7 +100,9 @@ def pairs(onto: Side, points: Array, normals: Array, reach: float) -> tuple[NDAr
     return index, np.asarray(weight, float), off
 
 
-def add_equations(system: tuple[Array, Array], onto: Side, what: tuple[Array, Array], how: tuple[float, float]) -> None:
+def add_equations(
+    system: tuple[Array, Array], onto: PassSide, what: tuple[Array, Array], how: tuple[float, float]
+) -> None:
     """Add pairs of points and normals (n, 3), (n, 3) with a surface; `how`: reach [m], weight of all."""
     index, weight, off = pairs(onto, *what, how[0])
     _accumulate(system, what[0], onto.normals[index], off, how[1] * weight)
@@ -113,12 +115,12 @@ def _accumulate(system: tuple[Array, Array], points: Array, normals: Array, off:
     system[1][:] += J.T @ (weight * off)
 
 
-def _turned(T: Array, samples: Samples) -> Array:
+def _turned(T: Array, samples: SurfaceSamples) -> Array:
     assert samples.normals is not None
     return np.asarray(samples.normals @ T[:3, :3].T)
 
 
-def _thinned(samples: Samples, most: int) -> Samples:
+def _thinned(samples: SurfaceSamples, most: int) -> SurfaceSamples:
     assert samples.normals is not None
     step = max(1, len(samples.points) // most)
-    return Samples(samples.points[::step], samples.normals[::step])
+    return SurfaceSamples(samples.points[::step], samples.normals[::step])

@@ -19,9 +19,9 @@ from fusion.passes.joint import loose, refined
 from fusion.passes.lying import judged
 from fusion.passes.one_pass import Pass
 from fusion.passes.opened import open_pass
-from fusion.passes.result import Merged, Pair
+from fusion.passes.result import Merged, PassPair
 from fusion.passes.settings import MergeSettings
-from fusion.passes.sides import Side, side_of
+from fusion.passes.sides import PassSide, side_of
 from fusion.progress import stage
 from fusion.recording.recording import Recording
 
@@ -71,7 +71,7 @@ def merge_passes(passes: Sequence[Pass | Recording | Path | str], settings: Merg
         return Merged(mesh, tuple(given), T, pairs, tuple(courses), chosen, settings.transforms is not None)
 
 
-def _together(passes: Sequence[Pass], sides: Sequence[Side], found: Sequence[Arranged], color: bool) -> Array:
+def _together(passes: Sequence[Pass], sides: Sequence[PassSide], found: Sequence[Arranged], color: bool) -> Array:
     """The transforms (k, 4, 4) to the first pass's frame, refined."""
     T = np.tile(np.eye(4), (len(passes), 1, 1))
     for k, one in enumerate(found, 1):
@@ -88,14 +88,14 @@ def _together(passes: Sequence[Pass], sides: Sequence[Side], found: Sequence[Arr
     return T
 
 
-def _known(sides: Sequence[Side], T: Array, k: int) -> Arranged:
+def _known(sides: Sequence[PassSide], T: Array, k: int) -> Arranged:
     return Arranged(0, judged(sides[0], sides[k], T[k]), -1.0, False)
 
 
-def _pair(sides: Sequence[Side], T: Array, k: int, one: Arranged) -> Pair:
+def _pair(sides: Sequence[PassSide], T: Array, k: int, one: Arranged) -> PassPair:
     """How pass k lies to the one it was laid on, after the refinement."""
     lying = judged(sides[one.onto], sides[k], pose.inverse(T[one.onto]) @ T[k])
-    return Pair(
+    return PassPair(
         one.onto, lying.overlap, lying.through, lying.rms, lying.score, one.second_score, one.symmetric, one.colors
     )
 

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
-from fusion.mesh.coarse import Side as Coarse
+from fusion.mesh.coarse import CoarseSurface as Coarse
 from fusion.mesh.coarse import by_features
 from fusion.passes.lying import Lying, judged, laid
 from fusion.passes.search import candidates
-from fusion.passes.sides import Side
+from fusion.passes.sides import PassSide
 from fusion.progress import stage
 
 Array = NDArray[np.float64]
@@ -30,7 +30,7 @@ class Placing:
         return self.found[0]
 
 
-def place(first: Side, second: Side) -> Placing:
+def place(first: PassSide, second: PassSide) -> Placing:
     """Every way in which the second pass may lie to the first, no guess needed.
 
     Raises:
@@ -47,7 +47,7 @@ def place(first: Side, second: Side) -> Placing:
         return Placing(tuple(distinct(better, second, KEPT)))
 
 
-def distinct(found: list[Lying], second: Side, most: int) -> list[Lying]:
+def distinct(found: list[Lying], second: PassSide, most: int) -> list[Lying]:
     """The best of transforms, none that places the surface as a better one does."""
     kept: list[Lying] = []
     for one in sorted(found, key=lambda x: -x.score):
@@ -58,12 +58,12 @@ def distinct(found: list[Lying], second: Side, most: int) -> list[Lying]:
     return kept
 
 
-def apart(one: Array, other: Array, side: Side) -> float:
+def apart(one: Array, other: Array, side: PassSide) -> float:
     """Root mean square distance of a surface's places under two transforms [m]."""
     off = pose.transform(one, side.few.points) - pose.transform(other, side.few.points)
     return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
 
-def _by_features(first: Side, second: Side) -> list[Array]:
+def _by_features(first: PassSide, second: PassSide) -> list[Array]:
     sides = (Coarse(side.few.points, side.few.normals, side.tree) for side in (second, first))
     return [guess.matrix() for guess in by_features(*sides)]

@@ -24,7 +24,7 @@ OPEN = (0.02, 0.1)
 
 
 @dataclass(frozen=True)
-class Pair:
+class PassPair:
     """How a pass lies to an earlier one in the merge.
 
     Attributes:
@@ -78,7 +78,7 @@ class Merged:
     mesh: Mesh
     passes: tuple[Pass, ...]
     T: Array
-    pairs: tuple[Pair, ...]
+    pairs: tuple[PassPair, ...]
     trajectories: tuple[Trajectory, ...]
     volume: VolumeSettings
     told: bool = False

@@ -14,7 +14,7 @@ from scipy import fft, ndimage
 
 from fusion.geometry import pose
 from fusion.passes.rotations import even_rotations
-from fusion.passes.sides import Side
+from fusion.passes.sides import PassSide
 from fusion.progress import each
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class Grid:
         return np.rint((points - self.corner) / self.cell).astype(np.intp)
 
 
-def candidates(first: Side, second: Side) -> list[Array]:
+def candidates(first: PassSide, second: PassSide) -> list[Array]:
     """Transforms (4, 4) from the second's frame to the first's, the most promising first."""
     cell = max(first.size, second.size) / CELLS
     low, high = first.points.min(axis=0), first.points.max(axis=0)
@@ -53,7 +53,7 @@ def candidates(first: Side, second: Side) -> list[Array]:
     return [T for _, T in found[:KEPT]]
 
 
-def _field(side: Side, grid: Grid) -> NDArray[np.float32]:
+def _field(side: PassSide, grid: Grid) -> NDArray[np.float32]:
     """(4, c, c, c): normals of the surface, blurred, and where the pass looked through."""
     out = np.zeros((4, *3 * [grid.count]), np.float32)
     at = tuple(grid.cells(side.points).T)
@@ -70,7 +70,7 @@ def _field(side: Side, grid: Grid) -> NDArray[np.float32]:
     return out
 
 
-def _shifts(field: NDArray[np.complex64], side: Side, R: Array, grid: Grid) -> Iterator[tuple[float, Array]]:
+def _shifts(field: NDArray[np.complex64], side: PassSide, R: Array, grid: Grid) -> Iterator[tuple[float, Array]]:
     """The best shifts of one rotation: score per point, transform."""
     step = max(1, len(side.points) // POINTS)
     points, normals = side.points[::step] @ R.T, side.normals[::step] @ R.T

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fusion.mesh.surface_samples import Samples, sample_surface, smooth_normals
+from fusion.mesh.surface_samples import SurfaceSamples, sample_surface, smooth_normals
 from fusion.passes.one_pass import Pass
 from fusion.passes.outlook import Outlook
 
@@ -16,7 +16,7 @@ REACHED = 2.5  # spacings of the dense points beside one of them that still lie 
 
 
 @dataclass(frozen=True)
-class Side:
+class PassSide:
     """A pass's surface in its own object frame.
 
     Attributes:
@@ -34,7 +34,7 @@ class Side:
     normals: Array
     tree: cKDTree
     spacing: float
-    few: Samples
+    few: SurfaceSamples
     size: float
     noise: float
     outlook: Outlook
@@ -52,7 +52,7 @@ class Side:
         return np.where(known, index, 0), known
 
 
-def side_of(one: Pass) -> Side:
+def side_of(one: Pass) -> PassSide:
     """The surface of a pass, made ready."""
     dense = sample_surface(one.mesh, DENSE)
     normals = smooth_normals(dense)
@@ -60,12 +60,12 @@ def side_of(one: Pass) -> Side:
     tree = cKDTree(dense.points)
     spacing = float(np.median(tree.query(dense.points[::20], k=2)[0][:, 1]))
     step = max(1, len(dense.points) // FEW)
-    return Side(
+    return PassSide(
         dense.points,
         normals,
         tree,
         spacing,
-        Samples(dense.points[::step], normals[::step]),
+        SurfaceSamples(dense.points[::step], normals[::step]),
         float(np.linalg.norm(np.ptp(dense.points, axis=0))),
         one.near,
         one.outlook,

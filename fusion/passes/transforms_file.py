@@ -13,16 +13,16 @@ from fusion.files.values import Rigid
 from fusion.geometry.pose import is_rigid
 
 
-class Row(Struct):
+class PassRow(Struct):
     """One pass."""
 
     T_merged_pass: Rigid
 
 
-class Transforms(Struct):
+class MergeFile(Struct):
     """What is needed of `merge.json`."""
 
-    passes: list[Row]
+    passes: list[PassRow]
 
 
 def read_transforms(path: Path) -> NDArray[np.float64]:
@@ -31,7 +31,7 @@ def read_transforms(path: Path) -> NDArray[np.float64]:
     Raises:
         FusionError: the file holds none, or one that is no rigid motion.
     """
-    told = Content(read_json(path, what="the file of transforms"), path, "the file of transforms").as_type(Transforms)
+    told = Content(read_json(path, what="the file of transforms"), path, "the file of transforms").as_type(MergeFile)
     found = np.array([row.T_merged_pass for row in told.passes], float).reshape(-1, 4, 4)
     for k, T in enumerate(found, 1):
         if not is_rigid(T):

@@ -30,7 +30,7 @@ REAL = 0.05  # least share of seen vertices of a part: the surface may close on 
 
 
 @dataclass(frozen=True)
-class Closed:
+class ClosedMesh:
     """A closed mesh.
 
     Attributes:
@@ -45,7 +45,7 @@ class Closed:
     area: float
 
 
-def close_holes(mesh: Mesh) -> Closed:
+def close_holes(mesh: Mesh) -> ClosedMesh:
     """Close a mesh that stands upright, z up.
 
     Raises:
@@ -67,7 +67,7 @@ def close_holes(mesh: Mesh) -> Closed:
     whole = replace(whole, scalars=whole.scalars | {CLOSED: gone})
     areas = face_areas(whole)
     closed = (gone == 1)[whole.faces].sum(axis=1) >= 2
-    return Closed(whole, float(areas[closed].sum()), float(areas.sum()))
+    return ClosedMesh(whole, float(areas[closed].sum()), float(areas.sum()))
 
 
 def _spacing(mesh: Mesh) -> float:

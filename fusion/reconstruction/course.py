@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array, inverse
 from fusion.reconstruction.loops.between import Between
-from fusion.reconstruction.loops.closing import Closed, close, looked_away
+from fusion.reconstruction.loops.closing import ClosedLoops, close, looked_away
 from fusion.reconstruction.loops.correction import corrected
 from fusion.reconstruction.loops.keyframes import Keyframe
 from fusion.results.course import Course
@@ -69,7 +69,7 @@ def straighten(
 
 
 def _course(
-    path: float, away: bool, pieces: tuple[int, int], closed: Closed | None, before: Array, poses: Array
+    path: float, away: bool, pieces: tuple[int, int], closed: ClosedLoops | None, before: Array, poses: Array
 ) -> Course:
     known = np.isfinite(poses).all(axis=(1, 2))
     moved = float(np.linalg.norm((before - poses)[known, :3, 3], axis=1).max())

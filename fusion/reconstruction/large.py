@@ -11,7 +11,7 @@ from fusion.reconstruction.pipeline import CRUMB, reconstruct
 from fusion.reconstruction.planning import plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
-from fusion.reconstruction.walk import Frames
+from fusion.reconstruction.walk import WalkedFrames
 from fusion.recording.recording import Recording
 from fusion.results.light import Light
 from fusion.sensor.corrected_recording import corrected_recording
@@ -68,7 +68,7 @@ def reconstruct_large(
     overview = _overview(recording, replace(settings, room=chosen.subject.room, box=chosen.volume.bounds),
                          chosen.volume.voxel, memory)  # fmt: skip
     volume = replace(chosen.volume, max_bytes=memory // TILE)
-    frames = Frames(corrected, sensor, settings.max_depth)
+    frames = WalkedFrames(corrected, sensor, settings.max_depth)
     folder = path.with_name("tiles")
     folder.mkdir()
     try:

@@ -17,7 +17,7 @@ from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.settling import settled
 from fusion.reconstruction.sure import walk_sigma
-from fusion.reconstruction.walk import Frames, track
+from fusion.reconstruction.walk import WalkedFrames, track
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
@@ -57,7 +57,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     recording, told = corrected_recording(recording, sensor)
     with stage("planning"):
         chosen = plan(recording, settings, sensor)
-    frames = Frames(recording, sensor, settings.max_depth)
+    frames = WalkedFrames(recording, sensor, settings.max_depth)
     tracked = track(frames, settings, chosen)
     volume, chosen, results = tracked.volume, tracked.plan, tracked.results
     band = chosen.volume.truncation  # of the model that frames were held against; an object may be fused in a finer one

@@ -8,7 +8,7 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array, transform
 from fusion.reconstruction.settings import ReconstructSettings
-from fusion.reconstruction.walked_round import View, walked_round
+from fusion.reconstruction.walked_round import StandingView, walked_round
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.volume.blocks import FullError
@@ -65,7 +65,7 @@ def plan(recording: Recording, settings: ReconstructSettings, sensor: Sensor) ->
     if settings.poses is None:
         return chosen
     poses = settings.poses.at(np.array([p.frame.timestamp for p in probes])).poses
-    views = [View(T, p.surface) for T, p in zip(poses, probes, strict=True) if np.isfinite(T).all()]
+    views = [StandingView(T, p.surface) for T, p in zip(poses, probes, strict=True) if np.isfinite(T).all()]
     return object_after_all(chosen, recording, settings, views) or chosen
 
 
@@ -88,7 +88,7 @@ def room_after_all(plan: Plan, recording: Recording, settings: ReconstructSettin
 
 
 def object_after_all(
-    plan: Plan, recording: Recording, settings: ReconstructSettings, views: Sequence[View]
+    plan: Plan, recording: Recording, settings: ReconstructSettings, views: Sequence[StandingView]
 ) -> Plan | None:
     """Another plan, where the camera went round one thing in a room; None where this one stays.
 
@@ -127,10 +127,10 @@ def _volume(recording: Recording, settings: ReconstructSettings, subject: Subjec
 
 def _needed(volume: VolumeSettings, probes: list[Prepared]) -> int:
     """Bytes that the view with most surface takes; 0 in a box, whose part of the view is not known yet."""
-    return 0 if volume.bounds is not None else max(_taken(volume, View(np.eye(4), p.surface)) for p in probes)
+    return 0 if volume.bounds is not None else max(_taken(volume, StandingView(np.eye(4), p.surface)) for p in probes)
 
 
-def _taken(volume: VolumeSettings, view: View) -> int:
+def _taken(volume: VolumeSettings, view: StandingView) -> int:
     """Bytes that a view takes."""
     surface = view.surface
     usable = surface.sigma < NOISIEST * volume.truncation

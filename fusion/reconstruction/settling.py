@@ -6,14 +6,14 @@ from fusion.errors import VolumeError
 from fusion.reconstruction.course import Straightened
 from fusion.reconstruction.planning import Plan, object_after_all
 from fusion.reconstruction.settings import ReconstructSettings
-from fusion.reconstruction.walk import Frames, Walk, fused, fused_again
-from fusion.reconstruction.walked_round import View
+from fusion.reconstruction.walk import Walk, WalkedFrames, fused, fused_again
+from fusion.reconstruction.walked_round import StandingView
 from fusion.tracking.tracker import Tracked
 from fusion.volume.volume import Volume
 
 
 def settled(
-    frames: Frames, settings: ReconstructSettings, walk: Walk, straight: Straightened
+    frames: WalkedFrames, settings: ReconstructSettings, walk: Walk, straight: Straightened
 ) -> tuple[Volume, Plan, list[Tracked]]:
     """The volume that suits the settled course, how it was fused, and the results of all frames.
 
@@ -23,7 +23,7 @@ def settled(
     """
     results, plan = straight.results, walk.plan
     found = [(results[frame.index], frame.surface) for frame in walk.keyframes]
-    views = [View(result.T_world_camera, surface) for result, surface in found if result.ok]
+    views = [StandingView(result.T_world_camera, surface) for result, surface in found if result.ok]
     finer = object_after_all(plan, frames.recording, settings, views)
     if finer is not None:
         try:
@@ -35,7 +35,7 @@ def settled(
     return _fused(frames, walk, straight, plan)
 
 
-def _fused(frames: Frames, walk: Walk, straight: Straightened, plan: Plan) -> tuple[Volume, Plan, list[Tracked]]:
+def _fused(frames: WalkedFrames, walk: Walk, straight: Straightened, plan: Plan) -> tuple[Volume, Plan, list[Tracked]]:
     if straight.between is not None:
         volume, results = fused_again(frames, straight.results, plan, straight.between)
         return volume, plan, results

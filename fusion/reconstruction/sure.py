@@ -8,7 +8,7 @@ from fusion.certainty.sigma import Causes, Sure
 from fusion.certainty.vertex_sigma import blur_px, vertex_sigma_reading
 from fusion.errors import RecordingError
 from fusion.mesh.mesh import Mesh
-from fusion.reconstruction.walk import Frames
+from fusion.reconstruction.walk import WalkedFrames
 from fusion.sensor.sensor import Sensor
 from fusion.volume.prepared import Prepared
 from fusion.volume.volume import VolumeSettings
@@ -16,7 +16,7 @@ from fusion.volume.volume import VolumeSettings
 Array = NDArray[np.float64]
 
 
-def walk_sigma(mesh: Mesh, frames: Frames, poses: Array, given: Sensor | None, volume: VolumeSettings) -> Sure:
+def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, given: Sensor | None, volume: VolumeSettings) -> Sure:
     """How sure each vertex is; a drift of all poses together is not in it, as no view tells it.
 
     Args:

@@ -25,7 +25,7 @@ KEPT = 400 << 20  # bytes of frames that are kept to be fused once more: 160 of 
 
 
 @dataclass
-class Frames:
+class WalkedFrames:
     """The frames of a corrected recording, made ready one at a time.
 
     Attributes:
@@ -79,7 +79,7 @@ class Walk:
     plan: Plan
 
 
-def track(frames: Frames, settings: ReconstructSettings, plan: Plan) -> Walk:
+def track(frames: WalkedFrames, settings: ReconstructSettings, plan: Plan) -> Walk:
     """Place and fuse every frame."""
     recording = frames.recording
     placer = Placer(recording, settings, Volume(plan.volume))
@@ -106,7 +106,7 @@ def track(frames: Frames, settings: ReconstructSettings, plan: Plan) -> Walk:
 
 
 def fused_again(
-    frames: Frames, results: Sequence[Tracked], plan: Plan, between: Between
+    frames: WalkedFrames, results: Sequence[Tracked], plan: Plan, between: Between
 ) -> tuple[Volume, list[Tracked]]:
     """All frames in a new volume, at the poses that the key frames beside them allow; lost ones may be found now."""
     volume, placed = Volume(plan.volume), list(results)
@@ -126,7 +126,7 @@ def fused_again(
     return volume, placed
 
 
-def fused(frames: Frames, results: Sequence[Tracked], plan: Plan, which: Sequence[int]) -> Volume:
+def fused(frames: WalkedFrames, results: Sequence[Tracked], plan: Plan, which: Sequence[int]) -> Volume:
     """Some placed frames in a new volume."""
     volume = Volume(plan.volume)
     for index in each(which, "fusing again"):

@@ -28,7 +28,7 @@ MEANT = 0.1  # of the points: a thing that takes a third of the picture's width 
 
 
 @dataclass(frozen=True)
-class View:
+class StandingView:
     """Where a camera stood (4, 4), and the surface it saw."""
 
     T_world_camera: Array
@@ -48,7 +48,7 @@ class Round:
     middle: Array
 
 
-def walked_round(views: Sequence[View]) -> Round | None:
+def walked_round(views: Sequence[StandingView]) -> Round | None:
     """What the camera goes round and keeps in view; None where there is no such thing, or it is as large as a room."""
     views = views[:: -(-len(views) // VIEWS)] if views else ()
     seen = [_some(view, max(1, POINTS // len(views))) for view in views]
@@ -65,7 +65,7 @@ def walked_round(views: Sequence[View]) -> Round | None:
     return Round(subject, np.median(points[meant], axis=0))
 
 
-def _held(points: Array, views: Sequence[View]) -> NDArray[np.bool_]:
+def _held(points: Array, views: Sequence[StandingView]) -> NDArray[np.bool_]:
     """Points (n, 3) [m] that most pictures show, from several sides, at much the same place of the picture."""
     shown, around, inside = np.zeros(len(points)), np.zeros((len(points), 3)), np.zeros((len(points), 3))
     for view in views:
@@ -79,7 +79,7 @@ def _held(points: Array, views: Sequence[View]) -> NDArray[np.bool_]:
     return np.asarray((shown >= MOSTLY * len(views)) & (spread > AROUND) & (own < HELD * spread))
 
 
-def _shown(points: Array, view: View) -> NDArray[np.bool_]:
+def _shown(points: Array, view: StandingView) -> NDArray[np.bool_]:
     """Points (n, 3) of a camera [m] that lie in its picture."""
     camera, before = view.surface.camera, points[:, 2] > 0
     pixels = camera.project(np.where(before[:, None], points, [0.0, 0.0, 1.0]))
@@ -87,7 +87,7 @@ def _shown(points: Array, view: View) -> NDArray[np.bool_]:
     return np.asarray(before & (pixels > -0.5).all(axis=1) & (pixels < size - 0.5).all(axis=1))
 
 
-def _some(view: View, most: int) -> tuple[Array, Array, Array]:
+def _some(view: StandingView, most: int) -> tuple[Array, Array, Array]:
     """Some points of a view in the world (n, 3) [m], their depth (n,) and its noise (n,) [m]."""
     known = np.isfinite(view.surface.normals[..., 0])
     step = max(1, -(-int(known.sum()) // most))

@@ -21,7 +21,7 @@ REAL_SCALE = 5000.0
 
 
 @dataclass(frozen=True)
-class Source:
+class ImageSource:
     """Where the images of frames come from.
 
     Attributes:
@@ -98,7 +98,7 @@ class Source:
         source, told = self._color_turned()
         return source._recording(form, poses, [*warnings, *told], settings or {})
 
-    def _color_turned(self) -> "tuple[Source, list[str]]":
+    def _color_turned(self) -> "tuple[ImageSource, list[str]]":
         """With colour images that fit their camera; without them where it is not clear how they would."""
         if self.color is None or self.turn:
             return self, []

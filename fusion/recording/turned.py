@@ -29,7 +29,7 @@ SURE, CLEAR = 3.0, 2.0
 
 
 @dataclass(frozen=True)
-class Fit:
+class RimFit:
     """How well rims lie over edges of colour for each turn, in standard deviations of chance; `turn` 0: not clear."""
 
     left: float
@@ -103,7 +103,7 @@ def _read(load: Callable[[int], T | None], index: int) -> T | None:
         return None
 
 
-def fit_of(looks: Sequence[Look], camera: Camera) -> Fit:
+def fit_of(looks: Sequence[Look], camera: Camera) -> RimFit:
     """Of a few frames' depth (h, w) [m] and colour (W, H, 3) as it is stored.
 
     Args:
@@ -113,9 +113,9 @@ def fit_of(looks: Sequence[Look], camera: Camera) -> Fit:
     found = np.array([_one(depth, color, camera) for depth, color in looks]).reshape(-1, 2, len(SHIFTS) ** 2)
     found = found[np.isfinite(found).all(axis=(1, 2))]
     if not len(found):
-        return Fit(0.0, 0.0)
+        return RimFit(0.0, 0.0)
     left, right = (_beside_chance(one) for one in found.mean(axis=0))
-    return Fit(left, right)
+    return RimFit(left, right)
 
 
 def _one(depth: NDArray[np.float32], color: NDArray[np.uint8], camera: Camera) -> list[list[float]]:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.surface_samples import sample_surface, smooth_normals
-from fusion.repeatability.find_forms import ALIKE, Found, find_forms
+from fusion.repeatability.find_forms import ALIKE, FoundForm, find_forms
 from fusion.repeatability.forms import Form, Plane, Sphere, form_error, refit
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ FEWEST = 50  # points through which a form is laid
 
 
 @dataclass(frozen=True)
-class Quantity:
+class RepeatedQuantity:
     """A quantity as each scan has it.
 
     Attributes:
@@ -63,7 +63,7 @@ FORM, SIZE, SPACING, FLATNESS, ANGLE = (
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedArtefact:
     """What a calibrated artefact is known to have [m]; None where nothing is stated."""
 
     diameter: float | None = None
@@ -74,11 +74,11 @@ class Stated:
 class Features:
     """Planes and spheres of the mean surface, and what the scans say of them."""
 
-    found: list[Found] = field(default_factory=list)
-    quantities: list[Quantity] = field(default_factory=list)
+    found: list[FoundForm] = field(default_factory=list)
+    quantities: list[RepeatedQuantity] = field(default_factory=list)
 
 
-def features_of(mean: Mesh, scans: list[Mesh], poses: Array, spread: float, stated: Stated) -> Features:
+def features_of(mean: Mesh, scans: list[Mesh], poses: Array, spread: float, stated: StatedArtefact) -> Features:
     """Find forms on the mean surface, and lay each through what every scan has there."""
     samples = sample_surface(mean, FINDING)
     normals = smooth_normals(samples)
@@ -95,7 +95,7 @@ def features_of(mean: Mesh, scans: list[Mesh], poses: Array, spread: float, stat
     return Features(found, _quantities(found, forms, stated))
 
 
-def _laid(one: Found, at: Array, scan: tuple[Array, Array], reach: float) -> tuple[Form, Array] | None:
+def _laid(one: FoundForm, at: Array, scan: tuple[Array, Array], reach: float) -> tuple[Form, Array] | None:
     """A form through the points of a scan beside its members, with these; None where the scan shows too little."""
     points, normals = scan
     near = np.abs(one.form.away(points)) < reach
@@ -109,7 +109,9 @@ def _laid(one: Found, at: Array, scan: tuple[Array, Array], reach: float) -> tup
     return (refit(one.form, points), points) if len(points) >= FEWEST else None
 
 
-def _quantities(found: list[Found], forms: list[list[tuple[Form, Array] | None]], stated: Stated) -> list[Quantity]:
+def _quantities(
+    found: list[FoundForm], forms: list[list[tuple[Form, Array] | None]], stated: StatedArtefact
+) -> list[RepeatedQuantity]:
     spheres = [k for k, one in enumerate(found) if isinstance(one.form, Sphere)]
     planes = [k for k, one in enumerate(found) if isinstance(one.form, Plane)]
 
@@ -123,16 +125,16 @@ def _quantities(found: list[Found], forms: list[list[tuple[Form, Array] | None]]
 
     out = []
     for number, k in enumerate(spheres, start=1):
-        out.append(Quantity(f"sphere {number}", FORM, each(k, form_error)))
+        out.append(RepeatedQuantity(f"sphere {number}", FORM, each(k, form_error)))
         size = each(k, lambda form, _: 2 * form.radius)
-        out.append(Quantity(f"sphere {number}", SIZE, size, _beside(size, stated.diameter)))
+        out.append(RepeatedQuantity(f"sphere {number}", SIZE, size, _beside(size, stated.diameter)))
     for (i, a), (j, b) in combinations(enumerate(spheres, start=1), 2):
         apart = pairs(a, b, lambda x, y: float(np.linalg.norm(x.centre - y.centre)))
-        out.append(Quantity(f"sphere {i} to {j}", SPACING, apart, _beside(apart, stated.spacing)))
+        out.append(RepeatedQuantity(f"sphere {i} to {j}", SPACING, apart, _beside(apart, stated.spacing)))
     for number, k in enumerate(planes, start=1):
-        out.append(Quantity(f"plane {number}", FLATNESS, each(k, form_error)))
+        out.append(RepeatedQuantity(f"plane {number}", FLATNESS, each(k, form_error)))
     for (i, a), (j, b) in combinations(enumerate(planes[:4], start=1), 2):
-        out.append(Quantity(f"plane {i} to {j}", ANGLE, pairs(a, b, _angle)))
+        out.append(RepeatedQuantity(f"plane {i} to {j}", ANGLE, pairs(a, b, _angle)))
     return out
 
 

@@ -24,14 +24,14 @@ RIM = 3.0  # mean distances of points that are left out along a form's border, w
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundForm:
     """A form, and which of the points (n,) lie on it, its rim left out."""
 
     form: Form
     members: NDArray[np.intp]
 
 
-def find_forms(points: Array, normals: Array, width: float) -> list[Found]:
+def find_forms(points: Array, normals: Array, width: float) -> list[FoundForm]:
     """Spheres first, then planes, each kind by its size.
 
     Args:
@@ -52,13 +52,13 @@ def find_forms(points: Array, normals: Array, width: float) -> list[Found]:
             left = np.setdiff1d(left, members)
             inner = _inner(points, members, spacing)
             if len(inner) > len(members) / 3:
-                out.append(Found(refit(best.form, points[inner]), inner))
+                out.append(FoundForm(refit(best.form, points[inner]), inner))
     return out
 
 
 def _best(
     points: Array, normals: Array, spheres: bool, scale: tuple[float, float], rng: np.random.Generator
-) -> Found | None:
+) -> FoundForm | None:
     width, spacing = scale
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     drawn = _spheres(points, normals, size, rng) if spheres else _planes(points, normals, rng)
@@ -73,7 +73,7 @@ def _best(
             form = refit(form, points[members])
         if len(members) < 30 or (isinstance(form, Sphere) and not _full(form, len(members), spacing, size)):
             continue
-        return Found(form, members)
+        return FoundForm(form, members)
     return None
 
 

@@ -12,14 +12,14 @@ from fusion.mesh.knowable import SIGMA
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.quantity import DIAMETER, SPACING
-from fusion.repeatability.features import Features, Stated, features_of
+from fusion.repeatability.features import Features, StatedArtefact, features_of
 from fusion.repeatability.numbers import (
     Repeatability,
     Reproducibility,
     repeatability,
     reproducibility,
 )
-from fusion.repeatability.spread import Spread, spread_of
+from fusion.repeatability.spread import ScanSpread, spread_of
 from fusion.repeatability.together import Together, lay_together
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Repeat:
 
     names: tuple[str, ...]
     together: Together
-    spread: Spread
+    spread: ScanSpread
     repeatability: Repeatability
     reproducibility: Reproducibility | None
     features: Features = field(default_factory=Features)
@@ -127,7 +127,7 @@ def repeat(scans: Sequence[Mesh], settings: RepeatSettings | None = None) -> Rep
         found = repeatability(spread.offsets, condition)
         if not np.isfinite(found.s):
             raise MeshError("the scans have no surface in common", "scans", "no place that two show", "one object")
-        stated = Stated(settings.diameter, settings.spacing)
+        stated = StatedArtefact(settings.diameter, settings.spacing)
         features = features_of(spread.mean, meshes, together.poses, found.s, stated)
     names = settings.names or tuple(f"scan {k}" for k in range(1, len(meshes) + 1))
     return Repeat(

@@ -17,7 +17,7 @@ SPREAD, COUNT = "spread", "scans"  # scalars of the mean surface: standard devia
 
 
 @dataclass(frozen=True)
-class Spread:
+class ScanSpread:
     """Scans about their mean.
 
     Attributes:
@@ -31,7 +31,7 @@ class Spread:
     carrier: int
 
 
-def spread_of(meshes: list[Mesh], together: Together) -> Spread:
+def spread_of(meshes: list[Mesh], together: Together) -> ScanSpread:
     """Mean and spread; the triangles are those of the largest scan, moved onto the mean of all."""
     carrier = int(np.argmax([face_areas(mesh).sum() for mesh in meshes]))
     own, T = meshes[carrier], together.poses[carrier]
@@ -45,7 +45,7 @@ def spread_of(meshes: list[Mesh], together: Together) -> Spread:
     known = np.isfinite(offsets).sum(axis=1)
     std = np.where(known > 1, _std(offsets), np.nan)
     mean = replace(mean, scalars={SPREAD: std.astype(np.float32), COUNT: known.astype(np.float32)})
-    return Spread(mean, offsets_at(sample_surface(mean, SAMPLES).points, mean, together), carrier)
+    return ScanSpread(mean, offsets_at(sample_surface(mean, SAMPLES).points, mean, together), carrier)
 
 
 def offsets_at(points: Array, mean: Mesh, together: Together) -> Array:

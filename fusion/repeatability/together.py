@@ -13,7 +13,7 @@ from fusion.geometry import pose
 from fusion.mesh.align import align_meshes
 from fusion.mesh.distances import Surface, surface_of
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import Samples, sample_surface
+from fusion.mesh.surface_samples import SurfaceSamples, sample_surface
 from fusion.progress import each, stage
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ def _pairs(n: int) -> list[tuple[int, int]]:
     return [(i, (i + k) % n) for i in range(n) for k in range(1, reach + 1)]
 
 
-def _step(poses: Array, samples: list[Samples], surfaces: list[Surface]) -> Array:
+def _step(poses: Array, samples: list[SurfaceSamples], surfaces: list[Surface]) -> Array:
     """(n, 6) small motions about the middle: rotation [rad], translation [m]."""
     n, middle = len(poses), _middle(poses, samples)
     H, g = np.zeros((6 * n, 6 * n)), np.zeros(6 * n)
@@ -87,7 +87,9 @@ def _step(poses: Array, samples: list[Samples], surfaces: list[Surface]) -> Arra
     return np.asarray(-(inverse @ (g / size)) / size).reshape(n, 6)
 
 
-def _equations(T_own: Array, T_other: Array, own: Samples, surface: Surface, middle: Array) -> tuple[Array, Array]:
+def _equations(
+    T_own: Array, T_other: Array, own: SurfaceSamples, surface: Surface, middle: Array
+) -> tuple[Array, Array]:
     """Derivatives (m, 6) in the own motion, and signed distances (m,) [m], of pairs that have a say."""
     assert own.normals is not None
     points, normals = pose.transform(T_own, own.points), own.normals @ T_own[:3, :3].T
@@ -103,7 +105,7 @@ def _equations(T_own: Array, T_other: Array, own: Samples, surface: Surface, mid
     return J, found.distances[good]
 
 
-def _middle(poses: Array, samples: list[Samples]) -> Array:
+def _middle(poses: Array, samples: list[SurfaceSamples]) -> Array:
     return np.asarray(pose.transform(poses[0], samples[0].points).mean(axis=0))
 
 

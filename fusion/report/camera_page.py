@@ -10,7 +10,7 @@ from fusion.sensor.contributed import shortcomings
 from fusion.sensor.description import description
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exporting.loss import stated
-from fusion.simulation.exporting.target import Stated
+from fusion.simulation.exporting.target import StatedWall
 
 COMMAND = "fusion sensor page"
 WALL = "White walls, square to the camera, over the whole image"
@@ -58,7 +58,7 @@ def _kind(sensor: Sensor) -> str:
     )
 
 
-def _over_depth(found: Stated) -> str:
+def _over_depth(found: StatedWall) -> str:
     rows = [
         [f"{depth:g}", _mm(bias), _mm(sigma), f"{100 * missing:.1f}"]
         for depth, bias, sigma, missing in zip(

@@ -11,7 +11,7 @@ from fusion.discrepancy.compared import cleaned
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.words import chance, numbers_of, rivals_said, size_of, what_it_is
 from fusion.report.evidence import Claim, inside, spread, variables_here
-from fusion.report.figures.explanation import Curve, Unit, claim_figure
+from fusion.report.figures.explanation import BinnedCurve, Unit, claim_figure
 from fusion.report.page import Figure, Section
 from fusion.report.tables import folded, numbers_table
 from fusion.sensor.effects import EFFECTS
@@ -74,7 +74,7 @@ def shown_variables(found: Explanation, entry: dict[str, Any]) -> list[str]:
     return list(dict.fromkeys([*shown, *regions]))
 
 
-def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve:
+def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> BinnedCurve:
     """Weighted means over bins of the variable, inside the claim's bounds on other variables."""
     values = variables_here(found)[variable]
     law = np.asarray(found.gauge.root @ claim.white)
@@ -90,7 +90,7 @@ def _curve(found: Explanation, claim: Claim, variable: str, unit: Unit) -> Curve
     order = np.flatnonzero(used)[np.argsort(values[used], kind="stable")]
     some = order[np.linspace(0, len(order) - 1, min(len(order), DOTS)).astype(int)]
     each = np.stack([values[some], law[some] * unit.factor])
-    return Curve(variable, means @ values, shifts, each, before, after, noise, own[0] if own else None)
+    return BinnedCurve(variable, means @ values, shifts, each, before, after, noise, own[0] if own else None)
 
 
 def bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:

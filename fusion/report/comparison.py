@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.mesh.knowable import OVER, knowable
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Side, sides
+from fusion.mesh.sight import SightSide, sides
 from fusion.report.figures.distance import distance_scale, distance_views, histogram_figure, shares
 from fusion.report.figures.sure import OVER_SCALE, over_sigma_figure
-from fusion.report.figures.views import Row, mesh_views
+from fusion.report.figures.views import ViewRow, mesh_views
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.report.viewer import Layer, script, value_layer, viewer
@@ -62,7 +62,7 @@ def comparison_report(
     about = about or Circumstances()
     up, front = np.asarray(about.up, float), np.asarray(about.front, float)
     around = sides(up, front)
-    pictures = [Row(mesh, name="mesh")] + ([Row(reference, name="reference")] if reference is not None else [])
+    pictures = [ViewRow(mesh, name="mesh")] + ([ViewRow(reference, name="reference")] if reference is not None else [])
     text = Figure("The mesh and its reference" if reference else "The mesh", "pair", "Views from five sides.")
     page = Page(
         title=about.title,
@@ -83,7 +83,7 @@ def comparison_report(
     write_page(path, page)
 
 
-def comparison_section(comparison: Any, mesh: Mesh, around: list[Side]) -> Section:
+def comparison_section(comparison: Any, mesh: Mesh, around: list[SightSide]) -> Section:
     """Distance map, histogram and the table of both directions."""
     figures = []
     distance = _distance(mesh)

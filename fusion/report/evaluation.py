@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.evaluation.evaluate import Evaluation, Look
+from fusion.evaluation.evaluate import Evaluation, StretchLook
 from fusion.evaluation.summary import summary
 from fusion.report.evaluation_text import headline, step_sentence
 from fusion.report.figures.bench_curves import noise_figure, offset_figure, shares_figure, step_figure
@@ -85,14 +85,14 @@ def _numbers(found: Evaluation) -> list[Number]:
     return numbers
 
 
-def _chosen(found: Evaluation) -> list[Look]:
+def _chosen(found: Evaluation) -> list[StretchLook]:
     """Up to five stretches, evenly over their distances."""
     order = sorted(found.looks, key=lambda look: np.nan_to_num(look.surface.distance))
     places = np.unique(np.linspace(0, len(order) - 1, MOST).round().astype(int))
     return [order[i] for i in places]
 
 
-def _title(look: Look) -> str:
+def _title(look: StretchLook) -> str:
     return f"{look.surface.distance:.2f} m" if np.isfinite(look.surface.distance) else look.name[:24]
 
 
@@ -120,7 +120,7 @@ def _maps(found: Evaluation) -> tuple[Figure, ...]:
     return (*figures, *_color(found.longest))
 
 
-def _color(look: Look) -> tuple[Figure, ...]:
+def _color(look: StretchLook) -> tuple[Figure, ...]:
     """Mean and noise of each colour channel of one stretch."""
     color = look.still.color
     if color is None:

@@ -10,7 +10,7 @@ from fusion.calibration.lens.pictures import read_picture
 from fusion.calibration.lens.search import Search
 from fusion.calibration.lens.solve import NAMES
 from fusion.report.figures.lens import (
-    Shown,
+    BoardPicture,
     brief,
     corners_figure,
     correlation_figure,
@@ -144,14 +144,14 @@ def _missed(search: Search) -> str:
     return numbers_table(["picture", "not used because"], rows) if rows else ""
 
 
-def _shown(fit: CameraFit, search: Search) -> list[Shown]:
+def _shown(fit: CameraFit, search: Search) -> list[BoardPicture]:
     """Outliers first, then used views, evenly over the recording."""
     used = {view.name for view in fit.judged.views}
     out = [view for view in search.views if view.name not in used][: PICTURES // 2]
     rest = [view for view in search.views if view.name in used]
     picked = np.unique(np.linspace(0, len(rest) - 1, min(PICTURES - len(out), len(rest))).astype(int))
     return [
-        Shown(view.name, stretched(read_picture(search.pictures[view.name])), view.pixels, view.name in used)
+        BoardPicture(view.name, stretched(read_picture(search.pictures[view.name])), view.pixels, view.name in used)
         for view in [*out, *(rest[i] for i in picked)]
     ]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Side, sides
+from fusion.mesh.sight import SightSide, sides
 from fusion.report.facts import fact_numbers
-from fusion.report.figures.views import Row, Scale, mesh_views, nice_length, scale_colors, seen_alone
+from fusion.report.figures.views import Scale, ViewRow, mesh_views, nice_length, scale_colors, seen_alone
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.report.viewer import Layer, script, value_layer, viewer
@@ -50,7 +50,7 @@ class MergeReport:
 
 def merge_report(path: Path, report: MergeReport) -> None:
     """Write `report.html` of a merge."""
-    around = [*sides(UP, FRONT), Side("below", -UP, FRONT)]
+    around = [*sides(UP, FRONT), SightSide("below", -UP, FRONT)]
     names = ", ".join(name for name, _ in report.parts)
     page = Page(
         title=f"{len(report.parts)} passes merged",
@@ -78,11 +78,11 @@ def _numbers(report: MergeReport) -> list[Number]:
     return out
 
 
-def _before_after(report: MergeReport, around: list[Side]) -> Figure:
-    rows = [Row(mesh, name=name) for name, mesh in report.parts]
-    rows.append(Row(report.mesh, name="merged", sights=seen_alone(report.mesh, around)))
+def _before_after(report: MergeReport, around: list[SightSide]) -> Figure:
+    rows = [ViewRow(mesh, name=name) for name, mesh in report.parts]
+    rows.append(ViewRow(report.mesh, name="merged", sights=seen_alone(report.mesh, around)))
     if report.mesh.colors is not None and len(report.mesh.colors):
-        rows.append(Row(report.mesh, report.mesh.colors / 255.0, "colour", rows[-1].sights))
+        rows.append(ViewRow(report.mesh, report.mesh.colors / 255.0, "colour", rows[-1].sights))
     said = report.facts.shape.openings()
     alt = f"Each pass where it lies in the merge, and the merged mesh: {said}."
     caption = "All passes in the frame of the first. Dark: the inside, seen through what a pass could not see."
@@ -97,12 +97,12 @@ def _scale(apart: NDArray) -> Scale:
     return Scale("viridis", 0.0, high, "distance between the passes [mm] (grey: one pass alone saw it)")
 
 
-def _apart(report: MergeReport, around: list[Side]) -> Figure:
+def _apart(report: MergeReport, around: list[SightSide]) -> Figure:
     scale = _scale(report.apart)
     rms = report.content["rms_m"]
     title = "No surface was seen twice" if rms is None else f"Where both saw, the passes lie {rms * 1e3:.2f} mm apart"
     text = Figure(title, "apart", f"The merged mesh coloured by the distance between the passes. {title}.")
-    return mesh_views([Row(report.mesh, scale_colors(report.apart * 1000.0, scale))], around, text, scale)
+    return mesh_views([ViewRow(report.mesh, scale_colors(report.apart * 1000.0, scale))], around, text, scale)
 
 
 def _table(report: MergeReport) -> str:

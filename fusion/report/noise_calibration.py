@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fusion.calibration.noise.calibration import NoiseCalibration
-from fusion.calibration.noise.fit import Fit
+from fusion.calibration.noise.fit import NoiseFit
 from fusion.report.figures.noise_laws import (
     axial_figure,
     histograms_figure,
@@ -58,7 +58,7 @@ def _summary(found: NoiseCalibration) -> list[Light]:
     lines = [Light(level(widest, WIDE_SHARE), "Axial law", text)]
     lines.append(Light("ok", "Form", f"Chosen of {len(law.fits)} by held-out poses: {law.form.title}."))
     text = f"Beyond their measurements' own errors, poses scatter by {100 * law.best.scatter:.1f} % about it."
-    lines.append(Light(level(law.best.scatter, SCATTER), "Fit", text))
+    lines.append(Light(level(law.best.scatter, SCATTER), "NoiseFit", text))
     if law.visible.hidden:
         text = "These recordings say nothing about: " + ", ".join(law.visible.hidden) + "."
         lines.append(Light("warning", "Not seen", text))
@@ -82,7 +82,7 @@ def _numbers(found: NoiseCalibration) -> list[Number]:
 
 
 def _parameters(found: NoiseCalibration) -> str:
-    fits: list[tuple[str, Fit]] = [("axial_noise", found.axial.best)]
+    fits: list[tuple[str, NoiseFit]] = [("axial_noise", found.axial.best)]
     if found.lateral is not None:
         fits.append(("lateral_noise", found.lateral.held))
     rows = []
@@ -107,7 +107,7 @@ def _parameters(found: NoiseCalibration) -> str:
     return numbers_table(["number", "value", "standard deviation", "90 % interval", "unit", "correlation with"], rows)
 
 
-def _candidates(fits: list[Fit], chosen: int, scale: float) -> str:
+def _candidates(fits: list[NoiseFit], chosen: int, scale: float) -> str:
     rows = [
         [fit.form.title + (" (chosen)" if i == chosen else ""), str(len(fit.numbers)), f"{fit.score:.2f}",
          f"{fit.rms * scale:.3f}", f"{100 * fit.scatter:.1f}"]

@@ -10,7 +10,7 @@ from fusion.mesh.sight import sides
 from fusion.repeatability.repeat import Repeat
 from fusion.repeatability.spread import SPREAD
 from fusion.report.figures.sure import sigma_scale
-from fusion.report.figures.views import Row, Scale, mesh_views, scale_colors
+from fusion.report.figures.views import Scale, ViewRow, mesh_views, scale_colors
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.report.viewer import Layer, script, value_layer, viewer
@@ -60,7 +60,7 @@ def _scale(spread: Array) -> Scale:
 def _picture(mean: Mesh, spread: Array, s: float) -> Figure:
     scale = _scale(spread)
     title = f"The scans repeat to {1e3 * s:.2f} mm (one standard deviation, over the whole surface)"
-    row = Row(mean, scale_colors(1000 * spread, scale))
+    row = ViewRow(mean, scale_colors(1000 * spread, scale))
     return mesh_views([row], sides(UP, FRONT), Figure(title, "spread", title + ".", CAPTION), scale)
 
 

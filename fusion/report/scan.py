@@ -13,14 +13,14 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shading import Lit
 from fusion.mesh.shape import shape_of
-from fusion.mesh.sight import Side, sides
+from fusion.mesh.sight import SightSide, sides
 from fusion.report.facts import fact_numbers
 from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
 from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale
 from fusion.report.figures.frames import frames_figure
 from fusion.report.figures.sure import sigma_figure, sigma_of, sigma_scale
 from fusion.report.figures.turning import steps_figure
-from fusion.report.figures.views import Row, mesh_views, seen_alone
+from fusion.report.figures.views import ViewRow, mesh_views, seen_alone
 from fusion.report.figures.wobble import wobble_figure
 from fusion.report.page import Figure, Page, Section, write_page
 from fusion.report.palette import BLUE, GREY, ORANGE
@@ -134,9 +134,9 @@ def _mesh_section(report: ScanReport, facts: ScanFacts, sights: Sequence[Lit]) -
     mesh = report.mesh
     title = mesh_words(facts.shape)
     alt = f"The mesh from front, left, back, right and top: {title}."
-    rows = [Row(mesh, name="shape", sights=sights)]
+    rows = [ViewRow(mesh, name="shape", sights=sights)]
     if mesh.colors is not None and len(mesh.colors) == len(mesh.vertices):
-        rows.insert(0, Row(mesh, mesh.colors / 255.0, "colour", sights))
+        rows.insert(0, ViewRow(mesh, mesh.colors / 255.0, "colour", sights))
     caption = "Parallel projection, all views at one scale. Dark: the inside, seen through a hole."
     around = [sight.side for sight in sights]
     return Section("The mesh", figures=(mesh_views(rows, around, Figure(title, "views", alt, caption)),))
@@ -166,7 +166,7 @@ def _sure_section(mesh: Mesh, sights: Sequence[Lit]) -> Section:
     return Section("How sure", figures=() if sigma is None else (sigma_figure(mesh, sigma, sights),))
 
 
-def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[Side]) -> Section:
+def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[SightSide]) -> Section:
     """What the table did; folded, what the correction changed."""
     figures, folded = [], []
     table = report.turntable or {}
@@ -180,7 +180,7 @@ def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[Side])
             folded.append(wobble_figure(report.trajectory_raw, table))
     if report.mesh_raw is not None:
         text = Figure("The mesh before and after the turntable correction", "beforeaftermesh", "Two rows of views.")
-        rows = [Row(report.mesh_raw, name="before"), Row(report.mesh, name="after")]
+        rows = [ViewRow(report.mesh_raw, name="before"), ViewRow(report.mesh, name="after")]
         folded.append(mesh_views(rows, [around[0], around[1], around[4]], text))
     return Section("Turntable", figures=tuple(figures), folded=tuple(folded))
 
@@ -215,7 +215,7 @@ def _coverage_section(report: ScanReport, sights: Sequence[Lit]) -> Section:
     return Section("Coverage", figures=tuple(figures))
 
 
-def _comparison_sections(report: ScanReport, around: list[Side]) -> list[Section]:
+def _comparison_sections(report: ScanReport, around: list[SightSide]) -> list[Section]:
     if report.comparison is None:
         return []
     from fusion.report.comparison import comparison_section

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.palette import SOFT, new_figure, styled, to_svg
-from fusion.texture.shown import Beside, beside_photographs
+from fusion.texture.shown import PhotoPair, beside_photographs
 from fusion.texture.textured import Textured
 
 SHOWN = 4  # photographs
@@ -61,7 +61,7 @@ def _numbers(made: Textured) -> list[Number]:
     ]
 
 
-def _beside(pairs: Sequence[Beside]) -> Figure:
+def _beside(pairs: Sequence[PhotoPair]) -> Figure:
     frames = ", ".join(str(pair.frame) for pair in pairs)
     title = "The textured mesh from where photographs were taken"
     alt = f"Above, the photographs of frames {frames}; below, the textured mesh from the same places."

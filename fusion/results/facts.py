@@ -7,7 +7,7 @@ import numpy as np
 
 from fusion.certainty.sigma import Sure
 from fusion.geometry.pose import Array
-from fusion.mesh.shape import Shape
+from fusion.mesh.shape import MeshShape
 from fusion.results.course import Course
 from fusion.results.off_course import OffCourse
 
@@ -84,7 +84,7 @@ class ScanFacts:
         sure: how sure the vertices are; None where that was not asked.
     """
 
-    shape: Shape
+    shape: MeshShape
     frames: int = 0
     placed: int = 0
     residual: float | None = None

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fusion.repeatability.features import ANGLE, Quantity
+from fusion.repeatability.features import ANGLE, RepeatedQuantity
 from fusion.repeatability.repeat import Repeat
 from fusion.results.judgement import Judgement
 from fusion.results.light import Light, level, worst_first
@@ -59,7 +59,7 @@ def repeat_lines(found: Repeat) -> list[str]:
     return lines + [f"{quantity.name:<16} {quantity_words(quantity)}" for quantity in found.features.quantities]
 
 
-def quantity_words(quantity: Quantity) -> str:
+def quantity_words(quantity: RepeatedQuantity) -> str:
     """ "flatness 0.312 mm, std 0.012 mm over 5 scans"."""
     mean, std, unit = scaled(quantity)
     known = int(np.isfinite(quantity.values).sum())
@@ -67,7 +67,7 @@ def quantity_words(quantity: Quantity) -> str:
     return f"{quantity.term} {mean:.3f} {unit}{error}, std {std:.3f} {unit} over {known} scans"
 
 
-def scaled(quantity: Quantity) -> tuple[float, float, str]:
+def scaled(quantity: RepeatedQuantity) -> tuple[float, float, str]:
     """Mean and standard deviation for a person, with their unit."""
     if quantity.term == ANGLE:
         return float(np.rad2deg(quantity.mean)), float(np.rad2deg(quantity.std)), "deg"

@@ -2,20 +2,20 @@
 
 import numpy as np
 
-from fusion.mesh.shape import Shape
+from fusion.mesh.shape import MeshShape
 from fusion.results.facts import Gap, SureFacts, TableFacts
 
 LARGE = 2.0  # [m] what is longer is told in metres
 
 
-def size_words(shape: Shape) -> tuple[str, str]:
+def size_words(shape: MeshShape) -> tuple[str, str]:
     """(number, unit) of width, depth and height: ("134 x 133 x 169", "mm")."""
     if max(shape.size) > LARGE:
         return " x ".join(f"{side:.2f}" for side in shape.size), "m"
     return " x ".join(f"{side * 1e3:.0f}" for side in shape.size), "mm"
 
 
-def volume_words(shape: Shape) -> tuple[str, str] | None:
+def volume_words(shape: MeshShape) -> tuple[str, str] | None:
     """(number, unit) of the volume: ("812", "cm3"), ("2.41", "litres"); None where it is not known."""
     if shape.volume is None:
         return None
@@ -25,7 +25,7 @@ def volume_words(shape: Shape) -> tuple[str, str] | None:
     return (f"{cubic_cm / 1e3:.2f}", "litres") if cubic_cm < 1e6 else (f"{shape.volume:.2f}", "m3")
 
 
-def mesh_words(shape: Shape) -> str:
+def mesh_words(shape: MeshShape) -> str:
     """ "134 x 133 x 169 mm, 2.41 litres, bottom open, 3 holes, 162,836 triangles"."""
     volume = volume_words(shape)
     parts = [" ".join(size_words(shape)), *([" ".join(volume)] if volume else []), shape.openings()]

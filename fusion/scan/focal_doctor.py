@@ -16,7 +16,7 @@ from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.focal import DOUBT, SURE, FocalCheck, check_focal, typical_step
-from fusion.turntable.views import Region, View, usable, view
+from fusion.turntable.views import ObjectView, Region, usable, view
 
 Array = NDArray[np.float64]
 FRAMES, FIRST = 32, 12  # looked at; looked at to find the step where no log tells it
@@ -85,7 +85,7 @@ def _step(recording: Recording, told: Array | None, sensor: Sensor, region: Regi
 
 def _views(
     recording: Recording, chosen: NDArray[np.intp], sensor: Sensor, region: Region
-) -> tuple[list[View], NDArray[np.intp]]:
+) -> tuple[list[ObjectView], NDArray[np.intp]]:
     """The views of the chosen frames that can be read, and which these are."""
     few = replace(
         recording, timestamps=recording.timestamps[chosen], load=lambda i: recording.load(int(chosen[i])), files=None

@@ -22,7 +22,7 @@ from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion, estimate_motion
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck, prior_of
-from fusion.turntable.views import Region, View, usable, view
+from fusion.turntable.views import ObjectView, Region, usable, view
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
 
@@ -79,7 +79,7 @@ def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
 
 
 def _motion(
-    views: list[View],
+    views: list[ObjectView],
     region: Region,
     known: tuple[Array | None, DepthKnown | None],
     logged: bool,
@@ -114,9 +114,9 @@ def _finished(
     return replace(moved, camera_check=found.check, taken_out=found.check, size_std=found.size_std)
 
 
-def _nothing(frames: list[Prepared | None]) -> View:
+def _nothing(frames: list[Prepared | None]) -> ObjectView:
     first = next((f for f in frames if f is not None), None)
     if first is None:
         raise TrackingError("no frame of the recording can be read")
     none = np.zeros((0, 3), np.float32)
-    return View(first.surface, none, none, np.zeros(0, np.float32))
+    return ObjectView(first.surface, none, none, np.zeros(0, np.float32))

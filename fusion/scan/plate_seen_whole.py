@@ -9,7 +9,7 @@ from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.motion import Motion
 from fusion.turntable.table.level import has_a_rim
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 from fusion.volume.prepared import prepare
 
 FRAMES = 8  # whole images that are looked at: a rim stands still in all of them
@@ -31,7 +31,7 @@ def on_its_plate(motion: Motion, recording: Recording, sensor: Sensor) -> Motion
             whole = prepare(recording[int(index)], recording.camera, sensor).surface
         except RecordingError:  # told when all frames are loaded
             continue
-        views.append(View(whole, nothing, nothing, nothing[:, 0]))
+        views.append(ObjectView(whole, nothing, nothing, nothing[:, 0]))
     if not views or not has_a_rim(views, motion.axis, motion.table):
         return motion
     lower = motion.table

@@ -16,7 +16,7 @@ from fusion.sensor.view import Image, View, incidence_of, stretch
 
 
 @dataclass(frozen=True)
-class Corrected:
+class CorrectedDepth:
     """A depth image without what the sensor did to it, as far as that can be undone.
 
     Attributes:
@@ -34,7 +34,7 @@ class Corrected:
 
 def corrected(
     sensor: Sensor, depth: Image, camera: Camera, ir: NDArray | None = None, moment: Moment | None = None
-) -> Corrected:
+) -> CorrectedDepth:
     """Undo a sensor's errors of a measured depth image (h, w) [m], and say how good each pixel is.
 
     Args:
@@ -50,7 +50,7 @@ def corrected(
     true = true_camera(sensor, camera)
     view = View(true, found, incidence_of(normals_of(found, true), true), ir=ir, moment=moment or Moment())
     sigma = sigma_of(sensor, view)
-    return Corrected(found, sigma, weight_of(sensor, view, sigma), true)
+    return CorrectedDepth(found, sigma, weight_of(sensor, view, sigma), true)
 
 
 def undone(

@@ -13,7 +13,7 @@ from fusion.sensor.catalogue import IMPLEMENTED, KNOWN
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.raw_values import Raw, numbers, setting_of, std_of, value_of
-from fusion.sensor.sensor_fields import BoundFields, Entry, Given, sensor_file
+from fusion.sensor.sensor_fields import BoundFields, EffectEntry, GivenParameter, sensor_file
 from fusion.sensor.where import MOST, Bound
 
 Stds = dict[tuple[str, str], float | tuple[float, ...]]
@@ -32,8 +32,8 @@ class GivenEffect:
     """
 
     name: str
-    entry: Entry
-    given: Mapping[str, Given]
+    entry: EffectEntry
+    given: Mapping[str, GivenParameter]
     place: int
     content: Content
 
@@ -105,7 +105,7 @@ def given_effects(content: Content) -> list[GivenEffect]:
             raise SensorError(f"{name} is given twice", content.where, do="keep one of the two")
         values = {label: getattr(entry.parameters, label) for label in KNOWN[name]}
         given = {
-            label: value if isinstance(value, Given) else Given(value=value)
+            label: value if isinstance(value, GivenParameter) else GivenParameter(value=value)
             for label, value in values.items()
             if value is not UNSET
         }

@@ -31,7 +31,7 @@ class BoundFields(Struct, frozen=True, kw_only=True):
     high: float
 
 
-class Entry(Struct, frozen=True, kw_only=True):
+class EffectEntry(Struct, frozen=True, kw_only=True):
     """What entries of all effects share."""
 
     source: Name = None
@@ -39,7 +39,7 @@ class Entry(Struct, frozen=True, kw_only=True):
     where: Annotated[list[BoundFields], Meta(description="absent or empty: everywhere")] | None = None
 
 
-class Given(Struct, frozen=True, kw_only=True):
+class GivenParameter(Struct, frozen=True, kw_only=True):
     """A parameter as it stands in the file."""
 
     value: Any
@@ -79,7 +79,7 @@ def _entry(name: str) -> Any:
     fields = [(label, value, UNSET) for label, value in values.items()]
     own = msgspec.defstruct(f"{name}.parameters", fields, **SHAPE, forbid_unknown_fields=True)
     field = ("parameters", own, msgspec.field(default_factory=own))
-    return msgspec.defstruct(name, [field], bases=(Entry,), tag_field="effect", tag=name, **SHAPE)
+    return msgspec.defstruct(name, [field], bases=(EffectEntry,), tag_field="effect", tag=name, **SHAPE)
 
 
 def _setting(about: Setting) -> Any:
@@ -99,4 +99,4 @@ def _value(declared: list[Parameter]) -> Any:
 def _with_unit(name: str, value: Any, units: tuple[str, ...]) -> Any:
     unit: Any = Literal[*units, ""] if units else str
     fields: list[tuple[str, Any] | tuple[str, Any, Any]] = [("value", value), ("unit", unit | None, None)]
-    return msgspec.defstruct(name, fields, bases=(Given,), **SHAPE)
+    return msgspec.defstruct(name, fields, bases=(GivenParameter,), **SHAPE)

@@ -20,7 +20,7 @@ MOST_SQUARES = 100
 
 
 @dataclass(frozen=True)
-class Board(CalibrationBoard):
+class PaintedBoard(CalibrationBoard):
     """A board of black and white squares that can be drawn; its fields are those of a calibration's board."""
 
     columns: int = 9
@@ -63,14 +63,14 @@ class Board(CalibrationBoard):
         return np.pad(picture, margin, constant_values=255).astype(np.uint8)
 
 
-def board_paint(board: Board, T_world_board: Array, turns: bool = False) -> Paint:
+def board_paint(board: PaintedBoard, T_world_board: Array, turns: bool = False) -> Paint:
     """The board's pattern; `T_world_board` has its origin in the middle, x right, y down, z into the board."""
     corner = np.eye(4)
     corner[:2, 3] = -0.5 * np.array(board.size_m)
     return Paint(board.picture(), T_world_board @ corner, board.size_m, turns=turns)
 
 
-def board_plate(board: Board, T_world_board: Array, turns: bool = False) -> Part:
+def board_plate(board: PaintedBoard, T_world_board: Array, turns: bool = False) -> Part:
     """The flat plate that carries the pattern, with its mean reflectance."""
     x, y = 0.5 * np.array(board.size_m)
     corners = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])

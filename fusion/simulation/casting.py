@@ -77,7 +77,7 @@ class Hits:
 
 
 @dataclass(frozen=True)
-class Stage:
+class CastBodies:
     """Bodies before a camera; all rays, points and normals are in the camera frame."""
 
     bodies: Sequence[Body]

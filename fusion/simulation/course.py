@@ -15,7 +15,7 @@ FARTHEST = 1e5  # [m] single precision resolves 1 cm there
 
 
 @dataclass(frozen=True)
-class Course:
+class SimulatedCourse:
     """Frames in time.
 
     Attributes:
@@ -47,20 +47,22 @@ class Course:
         return len(self.timestamps)
 
 
-def standing(T_world_camera: Sequence[Array], repeats: int, frame_s: float = 1 / 30, start_s: float = 0.0) -> Course:
+def standing(
+    T_world_camera: Sequence[Array], repeats: int, frame_s: float = 1 / 30, start_s: float = 0.0
+) -> SimulatedCourse:
     """A camera that stands at each of the poses for some frames."""
     checked_frames(len(T_world_camera) * repeats)
     poses = np.repeat(np.asarray(T_world_camera, float).reshape(-1, 4, 4), repeats, axis=0)
-    return Course(stamps(len(poses), frame_s, start_s), poses)
+    return SimulatedCourse(stamps(len(poses), frame_s, start_s), poses)
 
 
 def turning(
     table: Turntable, T_world_camera: Array, frame_s: float = 0.5, start_s: float = 0.0, continuous: bool = False
-) -> Course:
+) -> SimulatedCourse:
     """A camera that stands still before a turntable."""
     checked_frames(table.frames)
     poses = np.broadcast_to(T_world_camera, (table.frames, 4, 4))
-    return Course(stamps(table.frames, frame_s, start_s), poses, table, continuous)
+    return SimulatedCourse(stamps(table.frames, frame_s, start_s), poses, table, continuous)
 
 
 def stamps(frames: int, frame_s: float, start_s: float = 0.0) -> NDArray[np.float64]:
@@ -94,7 +96,7 @@ def looking_at(eye: Array, target: Array, roll: float = 0.0) -> Array:
     return pose(np.column_stack([c * x - s * y, s * x + c * y, z]), eye)
 
 
-def neighbours(course: Course, index: int) -> tuple[int, int, float] | None:
+def neighbours(course: SimulatedCourse, index: int) -> tuple[int, int, float] | None:
     """The frames before and after one, and the time between them [s]; None where things stop for each frame."""
     before, after = max(index - 1, 0), min(index + 1, len(course) - 1)
     if not course.continuous or before == after:

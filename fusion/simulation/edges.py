@@ -6,14 +6,14 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.sensor.edges import Crossings, Indices, nearest_edges
 from fusion.sensor.view import Edges, Image, View
-from fusion.simulation.casting import Floats, Stage
+from fusion.simulation.casting import CastBodies, Floats
 
 JUMP = 0.002  # share of the depth: smaller steps are no edge
 EDGE_ON = 0.5  # share of the depth by which a plane may change within a pixel
 STEPS = 6  # 1/64 px, within which a jump must stay one: at 1 m and 600 px, a slope below 89.3 deg does not
 
 
-def edges_of(view: View, flat: Floats, stage: Stage) -> Edges:
+def edges_of(view: View, flat: Floats, stage: CastBodies) -> Edges:
     """The nearest depth edge of every pixel of a rendered view.
 
     An edge is where the surface ends, or where the depth changes by more than 2 mm per metre within 1/64 px,
@@ -81,7 +81,7 @@ def _plane(depth: Image, normals: Floats, own: Floats, other: Floats) -> NDArray
     return np.where(predicted > 0, predicted, np.nan)
 
 
-def _bisected(first: Indices, second: Indices, view: View, flat: Floats, stage: Stage) -> Crossings:
+def _bisected(first: Indices, second: Indices, view: View, flat: Floats, stage: CastBodies) -> Crossings:
     """Halve the way between two pixels until the surface changes within 1/64 px; leaves out creases and slopes."""
     assert view.depth is not None
     rays, depth, planes = view.camera.rays().reshape(-1, 2), view.depth.reshape(-1), flat.reshape(-1, 3)

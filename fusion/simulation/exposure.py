@@ -13,7 +13,7 @@ from fusion.sensor.moving import CameraEffect, RigEffect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.simulation.casting import Body
-from fusion.simulation.course import Course, neighbours
+from fusion.simulation.course import SimulatedCourse, neighbours
 from fusion.simulation.indirect import Bounce
 from fusion.simulation.motion import twist_between
 from fusion.simulation.paint import Paint, painted
@@ -81,7 +81,7 @@ class Exposures:
                 T_world_object = moved @ T_world_object
         return T_world_camera, T_world_object
 
-    def _twists(self, course: Course, index: int) -> tuple[Array, Array]:
+    def _twists(self, course: SimulatedCourse, index: int) -> tuple[Array, Array]:
         """(6,) of the turning parts and of the camera, in the world frame [rad/s, m/s]; 0 where they stop."""
         around = neighbours(course, index)
         if around is None:

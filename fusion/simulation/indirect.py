@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.sensor.view import Image, Indirect, View
-from fusion.simulation.casting import Floats, Stage
+from fusion.simulation.casting import CastBodies, Floats
 
 LIFT = 1e-4  # shadow rays start and end this far above the surfaces, as a share of the depth
 FAINT = 0.02  # of a point's indirect light, at most, comes from sources whose shadows are not looked at
@@ -51,7 +51,7 @@ class _Patches:
     area: Floats  # [m^2]
 
 
-def indirect_of(view: View, flat: Floats, stage: Stage, bounce: Bounce) -> Indirect:
+def indirect_of(view: View, flat: Floats, stage: CastBodies, bounce: Bounce) -> Indirect:
     """Ratio and path (h, w) of the light of one bounce; 0 where there is none, or nothing is seen.
 
     Computed at the centre of each cell, and between them interpolated along the surface.
@@ -105,7 +105,7 @@ def _pixel_areas(camera: Camera) -> Image:
     return np.abs(right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0])
 
 
-def _gathered(patches: _Patches, stage: Stage | None) -> tuple[Floats, Floats]:
+def _gathered(patches: _Patches, stage: CastBodies | None) -> tuple[Floats, Floats]:
     """Amplitude ratio (n,) and mean extra path (n,) [m] at the points of the patches."""
     seen = np.flatnonzero(np.isfinite(patches.reach))
     ratio, longer = np.zeros(len(patches.reach), np.float32), np.zeros(len(patches.reach), np.float32)
@@ -140,7 +140,7 @@ def _exchange(patches: _Patches, rows: NDArray[np.intp], seen: NDArray[np.intp])
 
 
 def _unblocked(
-    patches: _Patches, rows: NDArray[np.intp], seen: NDArray[np.intp], light: Floats, stage: Stage
+    patches: _Patches, rows: NDArray[np.intp], seen: NDArray[np.intp], light: Floats, stage: CastBodies
 ) -> NDArray[np.bool_]:
     """(rows, seen) False where something stands between two patches that exchange noticeable light."""
     free = np.ones(light.shape, bool)

@@ -5,7 +5,7 @@ import numpy as np
 
 from fusion.geometry.pose import Array, inverse
 from fusion.sensor.view import Image, View
-from fusion.simulation.casting import Stage, directions
+from fusion.simulation.casting import CastBodies, directions
 
 
 def twist_between(T_world_before: Array, T_world_after: Array, seconds: float) -> Array:
@@ -18,7 +18,7 @@ def twist_between(T_world_before: Array, T_world_after: Array, seconds: float) -
     return np.concatenate([rotation, _steady(rotation) @ motion[:3, 3]]) / seconds
 
 
-def velocity_of(view: View, stage: Stage, body: np.ndarray, camera_twist: Array | None = None) -> Image:
+def velocity_of(view: View, stage: CastBodies, body: np.ndarray, camera_twist: Array | None = None) -> Image:
     """Velocity (h, w, 3) [m/s] of the surface against the camera, in the camera frame; NaN where there is none.
 
     Args:

@@ -20,7 +20,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.view import View, incidence_of
-from fusion.simulation.casting import Body, Floats, Hits, PreparedMesh, Stage, directions
+from fusion.simulation.casting import Body, CastBodies, Floats, Hits, PreparedMesh, directions
 from fusion.simulation.edges import edges_of
 from fusion.simulation.indirect import Bounce, indirect_of
 from fusion.simulation.motion import velocity_of
@@ -74,7 +74,7 @@ def view_of(
     """
     channels = channels or Channels()
     bodies = [body for body in bodies if len(body.mesh.faces)]
-    stage = Stage(bodies, T_world_camera)
+    stage = CastBodies(bodies, T_world_camera)
     hits = stage.first(directions(camera))
     view, flat = _seen(camera, stage, hits, channels.color or channels.indirect is not None)
     if channels.edges:
@@ -90,7 +90,7 @@ def view_of(
     return view
 
 
-def _seen(camera: Camera, stage: Stage, hits: Hits, color: bool) -> tuple[View, Floats]:
+def _seen(camera: Camera, stage: CastBodies, hits: Hits, color: bool) -> tuple[View, Floats]:
     """Depth, incidence, normals, colour and reflectance, and the normals (h, w, 3) of the faces."""
     # the directions have z = 1 in the camera frame, so the ray parameter is the planar depth
     seen = np.isfinite(hits.t)

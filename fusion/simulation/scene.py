@@ -11,7 +11,7 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.recording.camera_file import are_focal
 from fusion.recording.scene_file import Source
-from fusion.simulation.course import Course
+from fusion.simulation.course import SimulatedCourse
 from fusion.simulation.paint import Paint
 
 SOURCES: tuple[str, ...] = get_args(Source)
@@ -83,7 +83,7 @@ class Scene:
 
     name: str
     parts: tuple[Part, ...]
-    course: Course
+    course: SimulatedCourse
     camera: Camera | None = None
     paints: tuple[Paint, ...] = ()
     poses: StatedPoses | None = field(default_factory=StatedPoses)

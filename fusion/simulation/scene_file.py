@@ -17,7 +17,7 @@ from fusion.recording.camera_presets import PRESETS, find_camera
 from fusion.recording.scene_file import CourseFields, TableFields
 from fusion.recording.telemetry_file import read_telemetry
 from fusion.recording.trajectory_file import read_trajectory
-from fusion.simulation.course import Course, standing, turning
+from fusion.simulation.course import SimulatedCourse, standing, turning
 from fusion.simulation.scene import Scene, StatedPoses
 from fusion.simulation.scene_fields import SceneFile
 from fusion.simulation.scene_parts import read_parts
@@ -100,7 +100,7 @@ def _camera(source: SceneSource) -> Camera | None:
     return find_camera(path)
 
 
-def _course(source: SceneSource) -> Course:
+def _course(source: SceneSource) -> SimulatedCourse:
     given = source.given.trajectory
     if given is None and (source.folder / "groundtruth.txt").is_file():
         given = "groundtruth.txt"
@@ -112,7 +112,7 @@ def _course(source: SceneSource) -> Course:
         if trajectory.timestamps[0] == trajectory.timestamps[-1] and len(trajectory) > 1:
             raise RecordingError("all poses have one time stamp", path)
         continuous = _or(source.given.continuous, _moves(trajectory))
-        return Course(trajectory.timestamps, trajectory.poses, continuous=continuous)
+        return SimulatedCourse(trajectory.timestamps, trajectory.poses, continuous=continuous)
     return _standing(source, given) if given.turntable is None else _turntable(source, given, given.turntable)
 
 
@@ -122,14 +122,14 @@ def _moves(trajectory: Trajectory) -> bool:
     return bool((steps > 0).mean() > 0.8 and np.median(np.diff(trajectory.timestamps)) < 0.2)
 
 
-def _standing(source: SceneSource, given: CourseFields) -> Course:
+def _standing(source: SceneSource, given: CourseFields) -> SimulatedCourse:
     """A camera that does not move: one pose and a number of frames."""
     T = source.first_pose((given, ("trajectory",)), (source.given, ()))
     frames = int(source.required(given, "frames", "trajectory"))
     return standing([T], frames, given.frame_s or 1 / 30, given.start_s or 0.0)
 
 
-def _turntable(source: SceneSource, given: CourseFields, table: TableFields) -> Course:
+def _turntable(source: SceneSource, given: CourseFields, table: TableFields) -> SimulatedCourse:
     place = ("trajectory", "turntable")
     # every field of the errors is a number; a slip's frame is a whole one
     told = {} if table.errors is None else {key: getattr(table.errors, key) for key in table.errors.__struct_fields__}
@@ -148,14 +148,14 @@ def _turntable(source: SceneSource, given: CourseFields, table: TableFields) -> 
     return turning(made, T, given.frame_s or table.frame_s or 0.5, given.start_s or table.start_s or 0.0, continuous)
 
 
-def _stated(given: SceneFile, course: Course) -> StatedPoses | None:
+def _stated(given: SceneFile, course: SimulatedCourse) -> StatedPoses | None:
     if given.poses == "none":
         return None
     usual, poses = "surveyed" if course.turntable is None else "nominal", given.stated_poses
     return StatedPoses(poses.source or usual, poses.sigma_m or 0.0, poses.sigma_rad or 0.0)
 
 
-def _telemetry(source: SceneSource, course: Course) -> dict[str, np.ndarray]:
+def _telemetry(source: SceneSource, course: SimulatedCourse) -> dict[str, np.ndarray]:
     """Columns at the frames' times, linear between the entries of the table."""
     name = source.given.telemetry
     if name is None:

@@ -13,7 +13,7 @@ from fusion.files.json_file import read_json
 from fusion.geometry.pose import transform
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.board import Board, board_paint, board_plate
+from fusion.simulation.board import PaintedBoard, board_paint, board_plate
 from fusion.simulation.paint import Paint
 from fusion.simulation.scene import Part
 from fusion.simulation.scene_fields import PartFields, Rgb
@@ -31,7 +31,7 @@ def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint
     """
     parts: list[Part] = []
     paints: list[Paint] = []
-    board: Board | None = None
+    board: PaintedBoard | None = None
     given = source.given
     if given.mesh is not None:
         # what a scan should give, unless the scene says otherwise
@@ -53,7 +53,7 @@ def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint
     return parts, paints, None if board is None else board.to_dict()
 
 
-def _board(given: str | DrawnBoard, source: SceneSource, index: int) -> Board:
+def _board(given: str | DrawnBoard, source: SceneSource, index: int) -> PaintedBoard:
     """The board: the name of a `board.json`, or its fields."""
     if isinstance(given, str):
         path = source.path(given, "parts", index, "board")
@@ -61,7 +61,7 @@ def _board(given: str | DrawnBoard, source: SceneSource, index: int) -> Board:
         source.notes.extend(content.unknown(DrawnBoard))
         given = content.as_type(DrawnBoard)
     dictionary = given.dictionary or (DICTIONARY if given.marker_m else "")
-    return Board(int(given.columns), int(given.rows), given.square_m, given.marker_m or 0.0, dictionary)
+    return PaintedBoard(int(given.columns), int(given.rows), given.square_m, given.marker_m or 0.0, dictionary)
 
 
 def _part(fields: PartFields, source: SceneSource, index: int, turns: bool) -> Part:

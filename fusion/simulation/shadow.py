@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.view import Image, View
-from fusion.simulation.casting import Floats, Stage, directions
+from fusion.simulation.casting import CastBodies, Floats, directions
 
 # A shadow ray ends this far above the surface, as a share of its depth, so that the surface does not shade itself;
 # single precision is 1e-7 of a metre per metre, a hundred times finer
@@ -15,7 +15,7 @@ AT_ONCE = 65536  # rays, whose vectors nearly stay in the processor's cache
 SPLIT = 3  # a pixel on the border of a shadow is seen by SPLIT x SPLIT rays
 
 
-def lit_of(view: View, flat: Floats, stage: Stage, x: float) -> Image:
+def lit_of(view: View, flat: Floats, stage: CastBodies, x: float) -> Image:
     """Share (h, w) of each pixel that a projector at (x, 0, 0) [m] in the camera frame reaches.
 
     1 where nothing is seen: that is no shadow. A lamp at the camera (x = 0) reaches all that the camera sees.
@@ -40,7 +40,7 @@ def lit_of(view: View, flat: Floats, stage: Stage, x: float) -> Image:
     return lit
 
 
-def _reached(points: Image, flat: Floats, stage: Stage, x: float) -> NDArray[np.bool_]:
+def _reached(points: Image, flat: Floats, stage: CastBodies, x: float) -> NDArray[np.bool_]:
     """(n,) whether light from the projector reaches the front of points (n, 3)."""
     projector = np.array([x, 0.0, 0.0], np.float32)
     ends = points + (LIFT * points[:, 2:]) * flat
@@ -58,7 +58,7 @@ def _border(lit: Image, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return border
 
 
-def _shares(view: View, border: NDArray[np.bool_], stage: Stage, x: float) -> NDArray[np.float32]:
+def _shares(view: View, border: NDArray[np.bool_], stage: CastBodies, x: float) -> NDArray[np.float32]:
     """Share (n,) of the pixels of `border` that is lit, by a grid of rays in each pixel."""
     v, u = np.nonzero(border)
     rays = view.camera.rays()

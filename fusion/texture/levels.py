@@ -17,7 +17,7 @@ LITTLE = 1e-3  # of trust is left to each view: where all disagree, the best one
 
 
 @dataclass(frozen=True)
-class Look:
+class SampledView:
     """What one view shows of sample points.
 
     Attributes:
@@ -48,7 +48,7 @@ class Levels:
     trust: NDArray[np.float32]
 
 
-def levels_of(looks: list[Look], points: int) -> Levels:
+def levels_of(looks: list[SampledView], points: int) -> Levels:
     """Compare views of `points` sample points."""
     tone = [np.log(np.maximum(look.low, DARKEST)) for look in looks]
     own, left = _parted(looks, tone, points)
@@ -77,7 +77,7 @@ def _believed(own: NDArray[np.float64], left: float) -> NDArray[np.float64]:
     return own * max(0.0, 1 - left**2 / (SIDES - 1) / spread) if spread > 0 else own
 
 
-def _parted(looks: list[Look], values: list[NDArray], points: int) -> tuple[NDArray[np.float64], float]:
+def _parted(looks: list[SampledView], values: list[NDArray], points: int) -> tuple[NDArray[np.float64], float]:
     """Values as a sum of one of each view (views, c) and one of each point; what is left over, rms.
 
     By least squares whose weights fall where a view does not fit: a hand in it must not change its exposure.
@@ -104,7 +104,7 @@ def _parted(looks: list[Look], values: list[NDArray], points: int) -> tuple[NDAr
     return own, float(np.sqrt(np.average(np.concatenate(away) ** 2, weights=np.concatenate(weights))))
 
 
-def _medians(looks: list[Look], values: list[NDArray], points: int) -> NDArray[np.float32]:
+def _medians(looks: list[SampledView], values: list[NDArray], points: int) -> NDArray[np.float32]:
     """(points, 3) weighted medians, 0 where no view sees a point."""
     middle = np.zeros((points, 3), np.float32)
     if not looks:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fusion.coloring.images import bilinear
-from fusion.coloring.surface import Surface
+from fusion.coloring.surface import RayMesh
 from fusion.geometry.pose import Array, inverse, transform
 from fusion.mesh.mesh import Mesh
-from fusion.texture.levels import Levels, Look, levels_of
+from fusion.texture.levels import Levels, SampledView, levels_of
 from fusion.texture.settled import settled, without_common
 from fusion.texture.views import Views
 
@@ -44,7 +44,7 @@ class Painted:
     views: Views
 
 
-class Mean:
+class ColorMean:
     """Weighted means of colours at points, added up view by view."""
 
     def __init__(self, points: int) -> None:
@@ -64,14 +64,14 @@ class Mean:
 def painted(points: Mesh, mesh: Mesh, views: Views) -> Painted:
     """Colours of points (k) with normals on a mesh, from views of it."""
     some = _some(mesh)
-    sampled = Surface(mesh, some)
+    sampled = RayMesh(mesh, some)
     levels, numbers, fine = _compared(sampled, views)
     stated = views.T_world_color
     for _ in range(ROUNDS):
         views, fine = _settled((sampled, some), (views, stated), (levels, numbers), fine)
     _, nearest = cKDTree(some.vertices).query(points.vertices)
-    surface, count = Surface(mesh, points), len(points.vertices)
-    low, high = Mean(count), Mean(count)
+    surface, count = RayMesh(mesh, points), len(points.vertices)
+    low, high = ColorMean(count), ColorMean(count)
     for shot in views.shots(surface, "texture"):
         at, shown = numbers[shot.number], shot.shows(surface)
         good = shown.weight * levels.trust[at, nearest[shown.index]]
@@ -90,27 +90,27 @@ def _some(mesh: Mesh) -> Mesh:
     return Mesh(mesh.vertices[rows], normals=np.asarray(mesh.normals)[rows])
 
 
-def _compared(surface: Surface, views: Views) -> tuple[Levels, dict[int, int], NDArray[np.float32]]:
+def _compared(surface: RayMesh, views: Views) -> tuple[Levels, dict[int, int], NDArray[np.float32]]:
     """How views compare, the row of each that could be read, and the fine colours of the points."""
-    looks: list[Look] = []
+    looks: list[SampledView] = []
     numbers: dict[int, int] = {}
-    fine = Mean(surface.vertices.shape[1])
+    fine = ColorMean(surface.vertices.shape[1])
     for shot in views.shots(surface, "exposure"):
         shown = shot.shows(surface)
         low, high = shot.at(shown.pixels)
         numbers[shot.number] = len(looks)
-        looks.append(Look(shown.index, shown.weight, low, np.abs(high).mean(axis=1)))
+        looks.append(SampledView(shown.index, shown.weight, low, np.abs(high).mean(axis=1)))
         fine.add(shown.index, shown.weight, high)
     return levels_of(looks, surface.vertices.shape[1]), numbers, fine.value()
 
 
 def _settled(
-    samples: tuple[Surface, Mesh], told: tuple[Views, Array], known: tuple[Levels, dict[int, int]],
+    samples: tuple[RayMesh, Mesh], told: tuple[Views, Array], known: tuple[Levels, dict[int, int]],
     fine: NDArray[np.float32],
 ) -> tuple[Views, NDArray[np.float32]]:  # fmt: skip
     """Views whose cameras fit the fine colours of sample points, and what these are then."""
     (surface, some), (views, stated), (levels, numbers) = samples, told, known
-    poses, mean = views.T_world_color.copy(), Mean(len(some.vertices))
+    poses, mean = views.T_world_color.copy(), ColorMean(len(some.vertices))
     for shot in views.shots(surface, "settling"):
         number, shown = shot.number, shot.shows(surface)
         high = shot.bands.high * levels.gain[numbers[number]]

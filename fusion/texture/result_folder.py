@@ -21,7 +21,7 @@ Focal = Annotated[float, Meta(gt=0, le=1e6, description="[px]")]
 Middle = Annotated[float, Meta(ge=-1e6, le=1e6, description="[px]")]
 
 
-class Lens(Struct):
+class ResultCamera(Struct):
     """The camera that a result was made with."""
 
     fx: Focal
@@ -34,9 +34,9 @@ class Used(Struct):
     """What is needed of `settings.json`: of a scan, or of a merge of several."""
 
     recording: str | UnsetType = UNSET
-    camera: Lens | UnsetType = UNSET
+    camera: ResultCamera | UnsetType = UNSET
     passes: list[str] | UnsetType = UNSET
-    cameras: list[Lens] | UnsetType = UNSET
+    cameras: list[ResultCamera] | UnsetType = UNSET
 
 
 def open_result(

@@ -18,7 +18,7 @@ MARGIN = 0.06  # of the object's size, left around it in a picture
 
 
 @dataclass(frozen=True)
-class Beside:
+class PhotoPair:
     """A photograph, and the textured mesh from the same place.
 
     Attributes:
@@ -33,7 +33,7 @@ class Beside:
     shown: NDArray[np.bool_]
 
 
-def beside_photographs(made: Textured, count: int) -> Iterator[Beside]:
+def beside_photographs(made: Textured, count: int) -> Iterator[PhotoPair]:
     """Up to `count` photographs, spread over those that a texture was made of, with the texture as seen from each."""
     views = made.views
     for number in np.unique(np.linspace(0, len(views.frames), count, endpoint=False).astype(int)):
@@ -49,7 +49,7 @@ def beside_photographs(made: Textured, count: int) -> Iterator[Beside]:
         if shown.any():
             cut = _around(shown)
             texture = np.clip(np.rint(colors[cut]), 0, 255).astype(np.uint8)
-            yield Beside(views.frames[number], image.color[cut], texture, shown[cut])
+            yield PhotoPair(views.frames[number], image.color[cut], texture, shown[cut])
 
 
 def seen_texture(made: Textured, camera: Camera, T: Array) -> tuple[NDArray[np.float64], NDArray[np.float32]]:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from fusion.coloring.color_mesh import ENOUGH, SHARE
 from fusion.coloring.images import ColorImage, ColorImages, bilinear, color_images
-from fusion.coloring.surface import Surface
-from fusion.coloring.visible import Visible, visible
+from fusion.coloring.surface import RayMesh
+from fusion.coloring.visible import VisibleVertices, visible
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
@@ -37,7 +37,7 @@ class Shot:
     front: NDArray[np.float32]
     bands: Bands
 
-    def shows(self, surface: Surface) -> Visible:
+    def shows(self, surface: RayMesh) -> VisibleVertices:
         """The points of a surface that it shows."""
         return visible(surface, self.source.seen(self.image, self.T_world_color), self.front)
 
@@ -77,7 +77,7 @@ class Views:
         widths = np.linalg.norm(self.T_world_color[:, :3, 3] - point, axis=1)
         return float(np.median(widths / [source.camera.fx for source in self.sources]))
 
-    def shots(self, surface: Surface, what: str) -> Iterator[Shot]:
+    def shots(self, surface: RayMesh, what: str) -> Iterator[Shot]:
         """Each image that can be read, with its bands; one at a time."""
         for number in each(range(len(self.frames)), what):
             source, T = self.sources[number], self.T_world_color[number]

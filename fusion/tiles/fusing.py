@@ -26,7 +26,7 @@ LEAST_WEIGHT = 1e-6  # of the voxels of a cell, as `Volume.surface` has it
 FLAT = 2.5  # blocks that a flat surface takes for each block's face of it, at the usual truncation (see forecast.py)
 
 
-class Frames(Protocol):
+class PreparedFrames(Protocol):
     """Frames made ready, by number; RecordingError where one cannot be read."""
 
     def __getitem__(self, index: int) -> Prepared: ...
@@ -47,7 +47,7 @@ class Reached:
     cameras: dict[int, Camera]
 
 
-def reached(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path) -> Reached:
+def reached(frames: PreparedFrames, poses: Array, settings: VolumeSettings, folder: Path) -> Reached:
     """Look once at each frame that has a pose (n, 4, 4; NaN for none), and write what is fused of it into a folder.
 
     A tile reads it from there: making it ready again for each tile took two thirds of the time.
@@ -75,7 +75,7 @@ def _ready(folder: Path, index: int) -> Path:
 
 
 @dataclass(frozen=True)
-class Job:
+class TileJob:
     """A tile to be fused.
 
     Attributes:
@@ -104,10 +104,10 @@ class Outcome(Enum):
     FULL = "full"  # the tile does not fit into its memory
 
 
-Way = Callable[[list[Job]], Iterator[tuple[Job, Outcome]]]  # takes jobs from the list's end until none is left
+Way = Callable[[list[TileJob]], Iterator[tuple[TileJob, Outcome]]]  # takes jobs from the list's end until none is left
 
 
-def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path, way: Way) -> list[Filed]:
+def pieces(frames: PreparedFrames, poses: Array, settings: VolumeSettings, folder: Path, way: Way) -> list[Filed]:
     """Fuse tile by tile; a file in the folder for each piece of the surface, in the order of their tiles.
 
     The folder takes 8 bytes for each pixel of each frame too.
@@ -124,9 +124,9 @@ def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path,
     """
     found = reached(frames, poses, settings, folder)
 
-    def job(tile: Tile) -> Job:
+    def job(tile: Tile) -> TileJob:
         those = [i for i, boxes in found.boxes.items() if tile.reached(boxes, settings.voxel * BLOCK)]
-        return Job(tile, settings, tuple((i, found.cameras[i], poses[i]) for i in those), folder)
+        return TileJob(tile, settings, tuple((i, found.cameras[i], poses[i]) for i in those), folder)
 
     made: list[Filed] = []
     waiting = [job(tile) for tile in reversed(found.tiles)]
@@ -146,14 +146,14 @@ def pieces(frames: Frames, poses: Array, settings: VolumeSettings, folder: Path,
     return sorted(made)
 
 
-def one_by_one(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:
+def one_by_one(waiting: list[TileJob]) -> Iterator[tuple[TileJob, Outcome]]:
     """Jobs done here."""
     while waiting:
         job = waiting.pop()
         yield job, done(job)
 
 
-def done(job: Job) -> Outcome:
+def done(job: TileJob) -> Outcome:
     """Fuse a tile and write its piece."""
     own = job.tile.settings(job.settings)
     if own is None or not job.frames:

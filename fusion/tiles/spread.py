@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from fusion.tiles.fusing import Job, Outcome, Way, done
+from fusion.tiles.fusing import Outcome, TileJob, Way, done
 
 AHEAD = 2  # jobs handed out for each worker, so that none waits
 
@@ -12,8 +12,8 @@ def spread(client: Any) -> Way:
     """Jobs done by the workers of a Dask client (`distributed.Client`); they see the same files."""
     import distributed
 
-    def way(waiting: list[Job]) -> Iterator[tuple[Job, Outcome]]:
-        under_way: dict[Any, Job] = {}
+    def way(waiting: list[TileJob]) -> Iterator[tuple[TileJob, Outcome]]:
+        under_way: dict[Any, TileJob] = {}
         while waiting or under_way:
             room = AHEAD * max(len(client.scheduler_info()["workers"]), 1)
             while waiting and len(under_way) < room:

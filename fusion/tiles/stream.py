@@ -52,7 +52,7 @@ def stream(pieces: Sequence[Filed], path: Path, crumb: float) -> Streamed:
         raise VolumeError("the mesh is too large for one file", path, f"{vertices} vertices", f"at most {MOST}", do)
     wholes = np.unique(joined.whole[keep])
     low, high = joined.low[wholes].min(axis=0), joined.high[wholes].max(axis=0)
-    numbers = Numbers(pieces, joined.first, keep, np.cumsum(np.where(keep, joined.vertices, 0)))
+    numbers = VertexNumbers(pieces, joined.first, keep, np.cumsum(np.where(keep, joined.vertices, 0)))
     with path.open("wb") as file:
         for index, piece in enumerate(each(pieces, "vertices")):
             own = numbers.kept(index)
@@ -72,7 +72,7 @@ def stream(pieces: Sequence[Filed], path: Path, crumb: float) -> Streamed:
 
 
 @dataclass(frozen=True)
-class Numbers:
+class VertexNumbers:
     """Which number each vertex of each piece has in the whole mesh.
 
     Attributes:

@@ -45,7 +45,7 @@ class Points:
 
 
 @dataclass(frozen=True)
-class Limits:
+class PairLimits:
     """What makes a pair, and how it counts.
 
     Attributes:
@@ -118,7 +118,7 @@ def thinned(points: Points, most: int) -> Points:
 
 
 @either
-def equations(source: Points, T_model_source: Array, model: PointMap, limits: Limits) -> Equations:
+def equations(source: Points, T_model_source: Array, model: PointMap, limits: PairLimits) -> Equations:
     """Pair the source with the model at a pose (4, 4), and sum up the pairs' equations r = n . (moved - met).
 
     The model's depth is interpolated between four pixels, so that its pixels' raster leaves no mark in the residuals;

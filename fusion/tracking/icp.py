@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.geometry.depth import PointMap
-from fusion.tracking.equations import Equations, Limits, Points, equations, lay_out, thinned
+from fusion.tracking.equations import Equations, PairLimits, Points, equations, lay_out, thinned
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def align_points(source: Points, model: PointMap, T_model_source: Array, setting
         open_to = reach if n < len(passes) - 1 else 0.0
         some = thinned(source, points)
         for _ in range(iterations):
-            sums = equations(some, T, model, Limits(reach, settings.min_cosine, scale, open_to))
+            sums = equations(some, T, model, PairLimits(reach, settings.min_cosine, scale, open_to))
             if sums.pairs < FEWEST:
                 status = f"only {sums.pairs} points met the model"
                 return IcpResult(T, sums.information, 0.0, float("inf"), status)

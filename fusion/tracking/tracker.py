@@ -11,7 +11,7 @@ import numpy as np
 
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array, angle, inverse, pose
-from fusion.tracking.equations import Limits, Points, equations, lay_out, thinned
+from fusion.tracking.equations import PairLimits, Points, equations, lay_out, thinned
 from fusion.tracking.icp import IcpResult, IcpSettings, align_points
 
 Model = Callable[[Array], PointMap]  # T_world_camera (4, 4) -> what the model shows a camera there
@@ -171,7 +171,7 @@ class Tracker:
 
 def _misfit(points: Points, T_model_source: Array, seen: PointMap, reach: float) -> float:
     """Mean squared distance over the visible points, a point without a partner counting as far off [m^2]."""
-    sums = equations(points, T_model_source, seen, Limits(reach, 0.5, open_to=float("inf")))
+    sums = equations(points, T_model_source, seen, PairLimits(reach, 0.5, open_to=float("inf")))
     if sums.visible == 0:
         return reach**2
     return (sums.squares + (sums.visible - sums.pairs) * reach**2) / sums.visible

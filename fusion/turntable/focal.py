@@ -11,7 +11,7 @@ from fusion.turntable.all_views.together import fit_camera, together
 from fusion.turntable.guess.beginning import begin
 from fusion.turntable.motion import Motion
 from fusion.turntable.pairs.edges import stack
-from fusion.turntable.views import Region, View
+from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 SURE = 5.0  # standard deviations from which a scan contradicts a camera, or that nothing was pushed
@@ -55,7 +55,7 @@ def focal_of(motion: Motion) -> FocalCheck:
     return FocalCheck(float(np.expm1(motion.focal_check.values[0])), motion.focal_std, float(np.ptp(known)), len(known))
 
 
-def check_focal(views: Sequence[View], region: Region, commanded: Array | None = None) -> FocalCheck:
+def check_focal(views: Sequence[ObjectView], region: Region, commanded: Array | None = None) -> FocalCheck:
     """The beginning of `estimate_motion`, as far as the focal length: a few times as quick.
 
     Args:
@@ -73,7 +73,7 @@ def check_focal(views: Sequence[View], region: Region, commanded: Array | None =
     return FocalCheck(float(np.expm1(fit.check.values[0])), float(fit.check_std[0]), turned, len(used))
 
 
-def typical_step(views: Sequence[View], region: Region) -> float:
+def typical_step(views: Sequence[ObjectView], region: Region) -> float:
     """How far the object turns from view to view [rad], roughly and without sign.
 
     Raises:

@@ -28,7 +28,7 @@ from fusion.turntable.guess.beginning import begun_with
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck
 from fusion.turntable.table.plate import THICKEST, Plate, above, find_plate
-from fusion.turntable.views import Region, View
+from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
@@ -95,7 +95,7 @@ class Motion:
 
 
 def estimate_motion(
-    views: Sequence[View],
+    views: Sequence[ObjectView],
     region: Region,
     commanded: Array | None = None,
     known: DepthKnown | None = None,
@@ -160,7 +160,7 @@ def estimate_motion(
     )
 
 
-def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[View]], centre: Array) -> Motion:
+def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[ObjectView]], centre: Array) -> Motion:
     """The motion of an object that a hand turned and moved, or of which only print tells how far it turned.
 
     Args:
@@ -236,7 +236,7 @@ def _refuse_still(angles: Array) -> None:
 
 
 def _refine(
-    views: tuple[list[View], Callable[[], list[View]]],
+    views: tuple[list[ObjectView], Callable[[], list[ObjectView]]],
     guess: tuple[Axis, Array],
     commanded: Array | None,
     known: DepthKnown | None,

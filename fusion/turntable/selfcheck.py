@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 
@@ -131,7 +131,7 @@ class SelfCheck:
             cy=camera.cy + float(self.values[2]),
         )
 
-    def view(self, nominal: View) -> View:
+    def view(self, nominal: ObjectView) -> ObjectView:
         """A view as it looks with the errors taken out (normals are kept: the change is second order)."""
         camera = self.camera(nominal.map.camera)
 
@@ -146,7 +146,7 @@ class SelfCheck:
 
         old = nominal.map
         new = PointMap(camera, corrected(old.points), old.normals, old.sigma)
-        return View(new, corrected(nominal.points), nominal.normals, nominal.sigma)
+        return ObjectView(new, corrected(nominal.points), nominal.normals, nominal.sigma)
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ class Region:
 
 
 @dataclass(frozen=True)
-class View:
+class ObjectView:
     """One frame's share in the alignment.
 
     Attributes:
@@ -86,7 +86,7 @@ class View:
         """Points, normals and sigma as `find_pairs` takes them."""
         return self.points, self.normals, self.sigma
 
-    def of(self, chosen: NDArray) -> "View":
+    def of(self, chosen: NDArray) -> "ObjectView":
         """The view with some of its points: their places, or a bool for each."""
         return replace(
             self,
@@ -109,7 +109,7 @@ def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
     )
 
 
-def view(surface: PointMap, seen: NDArray[np.bool_], color: NDArray[np.uint8] | None = None) -> View:
+def view(surface: PointMap, seen: NDArray[np.bool_], color: NDArray[np.uint8] | None = None) -> ObjectView:
     """The view of one frame.
 
     Args:
@@ -119,9 +119,9 @@ def view(surface: PointMap, seen: NDArray[np.bool_], color: NDArray[np.uint8] | 
     """
     known = surface.points[seen], surface.normals[seen], surface.sigma[seen]
     if color is None:
-        return View(surface, *known)
+        return ObjectView(surface, *known)
     tones = contrast(color, seen)
-    return View(surface, *known, tones, tones[seen])
+    return ObjectView(surface, *known, tones, tones[seen])
 
 
 def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:

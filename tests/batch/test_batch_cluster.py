@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fusion.batch.job import Limits
+from fusion.batch.job import JobLimits
 from fusion.batch.listing import items_in
 from fusion.batch.run import Batch, BatchSettings, run_batch
 
@@ -70,7 +70,7 @@ def test_killed_workers_and_broken_recordings_leave_37_results_and_3_rows(scans,
 
 def test_limits_stop_a_job_and_not_the_batch(scans, tmp_path):
     made = scans("sleep", "good", "hog", "crash", "good")
-    batch = run(made, tmp_path / "out", limits=Limits(seconds=3.0, gigabytes=0.3))
+    batch = run(made, tmp_path / "out", limits=JobLimits(seconds=3.0, gigabytes=0.3))
     assert [row.status for row in batch.rows] == ["stopped", "done", "stopped", "stopped", "done"]
     told = [row.reason for row in batch.rows]
     assert "3 s" in told[0] and ("0.3 GB" in told[2] or "3 s" in told[2]) and "signal 11" in told[3]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fusion.batch.fingerprint import fingerprint, key_of
-from fusion.batch.job import Job, Limits, Row, filled, plain_name
+from fusion.batch.job import Job, JobLimits, JobRow, filled, plain_name
 from fusion.batch.listing import items_in
 from fusion.batch.numbers import light_of, numbers_in
 from fusion.batch.page import write_index
@@ -20,7 +20,7 @@ from fusion.errors import FusionError
 from fusion.files.claim import MARK
 
 RUNNER = "light_command:run"
-ROW = Row("a", "a", "done", "good", folder="a-0123", key="0123", numbers={"x.y": 1.5, "x.n": 3})
+ROW = JobRow("a", "a", "done", "good", folder="a-0123", key="0123", numbers={"x.y": 1.5, "x.n": 3})
 
 
 @pytest.fixture
@@ -97,14 +97,14 @@ def warm(monkeypatch, tmp_path):
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
     made = []
 
-    def run(habit: str, limits: Limits | None = None):
+    def run(habit: str, limits: JobLimits | None = None):
         if not made or not made[0].alive:
             made[:] = [Warm(RUNNER)]
         given = tmp_path / habit.split()[0]
         given.mkdir(exist_ok=True)
         (given / "habit.txt").write_text(habit)
         out = tmp_path / f"out{len(list(tmp_path.iterdir()))}"
-        return made[0], made[0].run(["do", str(given), out.name], str(tmp_path), limits or Limits())
+        return made[0], made[0].run(["do", str(given), out.name], str(tmp_path), limits or JobLimits())
 
     yield run
     made[0].stop()
@@ -120,14 +120,14 @@ def test_one_process_runs_one_command_after_another(warm):
 def test_what_dies_or_takes_too_long_is_told_and_its_process_gone(warm):
     process, crashed = warm("crash")
     assert crashed.status is None and "signal 11" in crashed.said and not process.alive
-    process, late = warm("sleep", Limits(seconds=0.5))
+    process, late = warm("sleep", JobLimits(seconds=0.5))
     assert late.status is None and "longer than 0.5 s" in late.said and not process.alive
     assert warm("good")[1].status == 0
 
 
 def test_what_takes_too_much_memory_is_stopped(warm):
     pytest.importorskip("psutil", reason="comes with the extra batch")
-    process, answer = warm("hog", Limits(gigabytes=0.2, seconds=50))
+    process, answer = warm("hog", JobLimits(gigabytes=0.2, seconds=50))
     assert answer.status is None and "0.2 GB" in answer.said and not process.alive
 
 

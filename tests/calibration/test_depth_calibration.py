@@ -12,9 +12,9 @@ from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings
 from fusion.calibration.depth.choice import choose, refused
 from fusion.calibration.depth.harmonics import ALIKE, harmonics
 from fusion.calibration.depth.known import start
-from fusion.calibration.depth.law_sensor import Numbers, with_law
+from fusion.calibration.depth.law_sensor import LawNumbers, with_law
 from fusion.calibration.depth.notes import beyond_laser
-from fusion.calibration.depth.plane import Plane, find_wall
+from fusion.calibration.depth.plane import WallPlane, find_wall
 from fusion.calibration.depth.radial_limit import radial_limit
 from fusion.calibration.depth.surface import _mean, _std_of_mean
 from fusion.calibration.depth.wall import Means, Wall, wall_of
@@ -44,7 +44,7 @@ NOISE = 2e-4  # [m] of the mean of many frames
 LASER = 2e-4  # [m]
 
 
-def seen(camera: Camera, effects: tuple[Effect, ...], plane: Plane, rng: np.random.Generator) -> np.ndarray:
+def seen(camera: Camera, effects: tuple[Effect, ...], plane: WallPlane, rng: np.random.Generator) -> np.ndarray:
     """(h, w) mean depth of a wall [m] as a sensor with these effects gives it."""
     depth = plane.depth(camera)
     measured = Sensor(principle=camera.principle, effects=effects).predict(depth, View(camera, depth))
@@ -57,7 +57,7 @@ def walls_of(camera: Camera, effects: tuple[Effect, ...], seed: int = 0, known: 
     ideal = Sensor(principle=camera.principle)
     walls = []
     for z in DISTANCES[:: 1 if camera is SL else 2]:
-        plane = Plane(float(z), *rng.normal(0, 0.03, 2))
+        plane = WallPlane(float(z), *rng.normal(0, 0.03, 2))
         measured = seen(camera, effects, plane, rng)
         means = Means(100, measured, np.full(camera.shape, 10 * NOISE), None)
         stated = z + rng.normal(0, LASER) if known else float("nan")
@@ -86,7 +86,7 @@ def left_over(found: DepthCalibration, camera: Camera, effects: tuple[Effect, ..
     rng = np.random.default_rng(5)
     worst = 0.0
     for z in (0.83, 1.31, 2.05):
-        plane = Plane(z, 0.05, -0.02)
+        plane = WallPlane(z, 0.05, -0.02)
         corrected = found.sensor.correct(seen(camera, effects, plane, rng), camera)
         # the noise of single pixels is not the law's: means over 8 x 8 px
         error = (corrected - plane.depth(camera)).reshape(9, 8, 12, 8).mean(axis=(1, 3))
@@ -95,7 +95,9 @@ def left_over(found: DepthCalibration, camera: Camera, effects: tuple[Effect, ..
 
 
 def test_a_tilted_wall_with_a_table_before_it_is_one_plane():
-    plane = Plane(1.5, 0.28, -0.1)  # 16 degrees: turned a true -1.2 % into +5.7 % where only a centre pixel was used
+    plane = WallPlane(
+        1.5, 0.28, -0.1
+    )  # 16 degrees: turned a true -1.2 % into +5.7 % where only a centre pixel was used
     depth = plane.depth(SL) + NOISE * np.random.default_rng(1).standard_normal(SL.shape)
     depth[45:, 20:80] = 1.1  # a table
     depth[5:15, 5:25] -= 0.02  # a poster board, 2 cm
@@ -219,7 +221,7 @@ def test_depth_along_stated_rays_is_taken_to_the_true_ones():
     rng = np.random.default_rng(3)
     walls = []
     for z in DISTANCES[::4]:
-        depth = Plane(float(z), 0.02, 0.01).depth(true)
+        depth = WallPlane(float(z), 0.02, 0.01).depth(true)
         # the range is right, and becomes a depth along the stated ray
         stated = depth * View(true).stretch / View(TOF).stretch + NOISE * rng.standard_normal(TOF.shape)
         means = Means(100, stated, np.full(TOF.shape, NOISE), None)
@@ -253,7 +255,7 @@ def test_the_command_writes_what_was_found(tmp_path, capsys):
     effects = (DepthScale(0.01),)
     rng = np.random.default_rng(4)
     for i, z in enumerate(DISTANCES[::3]):
-        depth = seen(SL, effects, Plane(float(z), 0.02, 0.0), rng).astype(np.float32)
+        depth = seen(SL, effects, WallPlane(float(z), 0.02, 0.0), rng).astype(np.float32)
         frames = [Frame(k, k / 30, depth) for k in range(2)]
         telemetry = {"timestamp": [0.0, 0.1], "distance_m": [z, z]}
         write_recording(tmp_path / f"wall_{i}", SL, frames, telemetry=telemetry)
@@ -275,7 +277,7 @@ def test_the_command_writes_what_was_found(tmp_path, capsys):
 
 
 def test_one_frame_of_one_wall_is_enough_to_run(tmp_path):
-    depth = Plane(1.0, 0.0, 0.0).depth(SL).astype(np.float32)
+    depth = WallPlane(1.0, 0.0, 0.0).depth(SL).astype(np.float32)
     write_recording(tmp_path / "wall", SL, [Frame(0, 0.0, depth)])
     found = calibrate_depth([open_recording(tmp_path / "wall")], DepthSettings())
     assert found.best.candidate.name == "nothing"
@@ -339,7 +341,7 @@ def _picture(board: Board, camera: Camera, effects: tuple[Effect, ...], pose: np
     picture = cv2.warpPerspective(texture, H, size, borderValue=120.0)
     picture = cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
     normal, at = pose[:3, 2], pose[:3, 3]
-    plane = Plane(float(normal @ at / normal[2]), normal[0] / normal[2], normal[1] / normal[2])
+    plane = WallPlane(float(normal @ at / normal[2]), normal[0] / normal[2], normal[1] / normal[2])
     depth = seen(camera, effects, plane, np.random.default_rng(index)).astype(np.float32)
     return Frame(index, index / 2, depth, ir=(picture * 50).astype(np.uint16))
 
@@ -396,7 +398,7 @@ def test_the_deviations_in_the_file_are_those_of_the_fit():
 
 
 def test_a_radial_limit_leaves_the_corners_out(tmp_path):
-    depth = Plane(1.0, 0.0, 0.0).depth(SL).astype(np.float32)
+    depth = WallPlane(1.0, 0.0, 0.0).depth(SL).astype(np.float32)
     write_recording(tmp_path / "wall", SL, [Frame(0, 0.0, depth)])
     found = calibrate_depth([open_recording(tmp_path / "wall")], DepthSettings(radial_limit=30.0))
     v, u = np.nonzero(found.walls[0].mask)
@@ -457,7 +459,7 @@ def test_no_law_says_what_to_record():
 def test_a_curve_whose_last_nodes_nobody_saw_is_a_table_of_the_others():
     """Corners that are left out take the longest ranges with them."""
     value = {"curve 0": 0.001, "curve 1": 0.002}
-    numbers = Numbers(value, dict.fromkeys(value, 1e-4), nodes=(0.5, 1.0, 1.5))
+    numbers = LawNumbers(value, dict.fromkeys(value, 1e-4), nodes=(0.5, 1.0, 1.5))
     table = with_law(Sensor(principle="itof"), TOF, numbers).effect("tabulated")
     assert table.grid == ((0.5, 1.0),)
 
@@ -465,7 +467,7 @@ def test_a_curve_whose_last_nodes_nobody_saw_is_a_table_of_the_others():
 def test_walls_one_after_the_other_in_one_recording_are_so_many_walls(tmp_path):
     rng = np.random.default_rng(0)
     far = np.repeat([0.8, 1.2, 1.6], 3)
-    depths = [seen(SL, (), Plane(float(z), 0.02, 0.01), rng).astype(np.float32) for z in far]
+    depths = [seen(SL, (), WallPlane(float(z), 0.02, 0.01), rng).astype(np.float32) for z in far]
     frames = (Frame(i, float(i), depth) for i, depth in enumerate(depths))
     stated = {"timestamp": list(map(float, range(len(far)))), "distance_m": list(map(float, far))}
     write_recording(tmp_path / "walls", SL, frames, telemetry=stated)
@@ -485,7 +487,7 @@ def test_walls_in_one_recording_without_a_log_are_told_apart_by_the_images(tmp_p
     """Averaged into one, they would be a wall that nobody recorded."""
     rng, frames = np.random.default_rng(1), []
     for z in (0.8, 1.2, 1.6):
-        depth = Plane(z, 0.02, 0.03).depth(SL)
+        depth = WallPlane(z, 0.02, 0.03).depth(SL)
         frames += [
             Frame(len(frames) + i, float(len(frames) + i), depth + 1e-3 * rng.standard_normal(SL.shape))
             for i in range(4)
@@ -497,7 +499,7 @@ def test_walls_in_one_recording_without_a_log_are_told_apart_by_the_images(tmp_p
 
 
 def test_a_frame_that_cannot_be_read_is_named_once(tmp_path, capsys):
-    depth = Plane(1.0, 0.02, 0.01).depth(SL)
+    depth = WallPlane(1.0, 0.02, 0.01).depth(SL)
     write_recording(tmp_path / "wall", SL, (Frame(i, float(i), depth) for i in range(4)))
     (tmp_path / "wall/depth/000002.png").write_bytes(b"no picture")
     with (tmp_path / "wall/telemetry.csv").open("w") as table:
@@ -511,7 +513,7 @@ def test_a_frame_that_cannot_be_read_is_named_once(tmp_path, capsys):
 def test_images_of_another_size_are_named(tmp_path):
     small = replace(SL, width=48, height=36)
     for name, camera in (("a", SL), ("b", small)):
-        write_recording(tmp_path / name, camera, iter([Frame(0, 0.0, Plane(1.0, 0, 0).depth(camera))]))
+        write_recording(tmp_path / name, camera, iter([Frame(0, 0.0, WallPlane(1.0, 0, 0).depth(camera))]))
     a, b = (open_recording(tmp_path / name) for name in "ab")
     with pytest.raises(FusionError, match="b; found 48 x 36 px; expected 96 x 72 px"):
         calibrate_depth([a, b])
@@ -520,7 +522,7 @@ def test_images_of_another_size_are_named(tmp_path):
 
 
 def test_a_single_wall_is_said_to_tell_no_law(tmp_path, capsys):
-    write_recording(tmp_path / "a", SL, iter([Frame(0, 0.0, Plane(1.0, 0, 0).depth(SL))]))
+    write_recording(tmp_path / "a", SL, iter([Frame(0, 0.0, WallPlane(1.0, 0, 0).depth(SL))]))
     main(["calibrate", "depth", str(tmp_path / "a"), "-o", str(tmp_path / "out")])
     assert "held out  one wall: nothing" in capsys.readouterr().out
     text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
@@ -529,6 +531,6 @@ def test_a_single_wall_is_said_to_tell_no_law(tmp_path, capsys):
 
 
 def test_both_slopes_of_a_delay_have_a_deviation():
-    numbers = Numbers({"delay u": 1e-5, "delay v": 2e-5}, {"delay u": 1e-6, "delay v": 3e-6})
+    numbers = LawNumbers({"delay u": 1e-5, "delay v": 2e-5}, {"delay u": 1e-6, "delay v": 3e-6})
     sensor = with_law(Sensor(principle="itof"), TOF, numbers)
     assert (sensor.std["column_delay", "slope"], sensor.std["column_delay", "slope_v"]) == (1e-6, 3e-6)

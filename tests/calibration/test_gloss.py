@@ -9,8 +9,8 @@ from fusion.calibration.depth.calibration import calibrate_walls
 from fusion.calibration.depth.choice import established
 from fusion.calibration.depth.gloss import LOBE, Surfaces, gloss_map, mirrored, surfaces
 from fusion.calibration.depth.known import Start
-from fusion.calibration.depth.plane import Plane
-from fusion.calibration.depth.selection import Law
+from fusion.calibration.depth.plane import WallPlane
+from fusion.calibration.depth.selection import FittedLaw
 from fusion.calibration.depth.wall import Means, wall_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
@@ -51,7 +51,7 @@ def test_light_behind_the_board_or_off_the_mirror_direction_adds_nothing():
 
 
 def test_surfaces_of_a_wall_have_its_place_normal_and_area():
-    plane = Plane(1.2, 0.1, -0.05)
+    plane = WallPlane(1.2, 0.1, -0.05)
     depth = plane.depth(CAMERA)
     depth[:, :10] = np.nan
     found = surfaces(depth, np.full(CAMERA.shape, 500.0), CAMERA)
@@ -81,7 +81,7 @@ def test_the_law_beside_a_glossy_board_is_not_bent():
     rng = np.random.default_rng(3)
     ideal, walls = Sensor(principle="itof"), []
     for i, z in enumerate(np.linspace(0.6, 1.6, 12)):
-        plane = Plane(float(z), 0.05 * (i % 3 - 1), 0.03)
+        plane = WallPlane(float(z), 0.05 * (i % 3 - 1), 0.03)
         gloss = np.zeros(CAMERA.shape)
         gloss[:, CAMERA.width // 2 :] = 0.2 * z**2 * (i % 2)
         measured = plane.depth(CAMERA) + (0.005 + 0.06 * gloss) / stretch(CAMERA) + rng.normal(0, 1e-4, CAMERA.shape)
@@ -100,6 +100,6 @@ def test_the_law_beside_a_glossy_board_is_not_bent():
 
 
 def test_a_board_mirrors_no_less_than_nothing():
-    law = Law(("offset", "gloss"), np.array([0.005, 0.06]), np.diag([1e-6, 1e-4]), 1.0)
+    law = FittedLaw(("offset", "gloss"), np.array([0.005, 0.06]), np.diag([1e-6, 1e-4]), 1.0)
     assert established(law)
     assert not established(replace(law, numbers=law.numbers * [1, -1]))

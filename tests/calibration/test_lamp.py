@@ -7,7 +7,7 @@ import numpy as np
 from fusion.calibration.depth.calibration import calibrate_walls
 from fusion.calibration.depth.known import Start
 from fusion.calibration.depth.lamp import WHITE, with_lamp
-from fusion.calibration.depth.plane import Plane
+from fusion.calibration.depth.plane import WallPlane
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.correction import undone
@@ -27,7 +27,7 @@ NOISE, LASER = 2e-4, 2e-4  # [m]
 IR_NOISE = 0.02  # of one image
 
 
-def view_of(plane: Plane, reflectance: float) -> View:
+def view_of(plane: WallPlane, reflectance: float) -> View:
     """What the sensor sees of a plane, its amplitude included."""
     depth = plane.depth(CAMERA)
     normal = -np.array([plane.a, plane.b, 1.0]) / np.sqrt(plane.a**2 + plane.b**2 + 1)
@@ -40,7 +40,7 @@ def walls() -> list[Wall]:
     """White walls from 0.7 to 2.3 m."""
     rng, known, found = np.random.default_rng(0), Sensor(principle="itof"), []
     for z in np.linspace(0.7, 2.3, 9):
-        plane = Plane(float(z), *rng.normal(0, 0.03, 2))
+        plane = WallPlane(float(z), *rng.normal(0, 0.03, 2))
         view = view_of(plane, WHITE)
         measured = TRUE.predict(view.depth, view) + NOISE * rng.standard_normal(CAMERA.shape)
         ir = view.ir * (1 + IR_NOISE * rng.standard_normal(CAMERA.shape))
@@ -61,7 +61,7 @@ def test_a_recording_without_infrared_is_corrected_as_of_usual_brightness():
     known = Sensor(principle="itof")
     found = calibrate_walls(walls(), Start(CAMERA, known, known, None, "", "", ()), surface=False)
     assert "amplitude" in found.best.law.keys
-    view = view_of(Plane(1.2, 0.5, 0.2), USUAL)
+    view = view_of(WallPlane(1.2, 0.5, 0.2), USUAL)
     measured = TRUE.predict(view.depth, view)
     corrected = undone(found.sensor, measured, CAMERA)
     inner = np.s_[1:-1, 1:-1]  # where neighbours tell the incidence

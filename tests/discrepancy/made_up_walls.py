@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.scatter import Loose, loose_of
@@ -44,12 +44,12 @@ def sensor_of(principle: str, *hidden: Effect) -> Sensor:
 
 def looks_at(
     sensor: Sensor, seed: int, walls: Sequence[tuple[float, float, float]] = WALLS, off: float = 1.0
-) -> list[Look]:
+) -> list[FrameBlock]:
     """What the sensor gives of the walls, one recording each."""
     return [look_at(sensor, place, wall, seed, off) for place, wall in enumerate(walls)]
 
 
-def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: int, off: float = 1.0) -> Look:
+def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: int, off: float = 1.0) -> FrameBlock:
     """One wall; its stated pose is off by `off` times a millimetre and a milliradian, as stated."""
     rng = np.random.default_rng([seed, place])
     stated = view_of(sensor.principle, wall, place)
@@ -59,10 +59,10 @@ def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: 
     frames = np.array([sensor.sample(true.depth, true, None, rng) for _ in range(FRAMES)])
     stage = SimpleNamespace(place=place, sigma_m=0.001 * off, sigma_rad=0.001 * off, mesh_sigma_m=0.0, caster=None)
     count = np.isfinite(frames).sum(axis=0).astype(np.int32)
-    return Look(stage, tuple(range(FRAMES)), stated, frames.mean(axis=0), frames.std(axis=0, ddof=1), count)
+    return FrameBlock(stage, tuple(range(FRAMES)), stated, frames.mean(axis=0), frames.std(axis=0, ddof=1), count)
 
 
-def loose_in(looks: Sequence[Look]) -> Loose:
+def loose_in(looks: Sequence[FrameBlock]) -> Loose:
     """What follows no law, as the engine tells it."""
     observations = observe(sensor_of("itof"), looks)
     gauge = gauge_of(observations)

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.naming.part import Part
+from fusion.discrepancy.naming.part import EffectPart
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.forms import Form
 
 
-def part(kind, weights, fixed=None) -> Part:
+def part(kind, weights, fixed=None) -> EffectPart:
     """A part whose single atoms are a millimetre high."""
     name = "amplitude" if kind is CyclicError else "offset"
     form = Form(kind, fixed or {}, ({name: 0.001},))
-    return Part(Candidate(form, np.zeros((1, 1)), np.zeros((1, 1))), np.array(weights, float))
+    return EffectPart(Candidate(form, np.zeros((1, 1)), np.zeros((1, 1))), np.array(weights, float))
 
 
 @pytest.mark.parametrize(

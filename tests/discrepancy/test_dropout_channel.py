@@ -8,7 +8,7 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.validity import FLOOR, validity_of
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.unknown.table import joined
 from fusion.sensor.effects.light.ambient_light import AmbientLight
@@ -20,7 +20,7 @@ from fusion.sensor.sensor import Sensor
 BAD = 400.0
 
 
-def looks_of(*hidden, seed=1) -> list[Look]:
+def looks_of(*hidden, seed=1) -> list[FrameBlock]:
     return looks_at(Sensor("made up", "itof", (*sensor_of("itof").effects, *hidden)), seed)
 
 
@@ -56,7 +56,9 @@ def test_without_recorded_amplitude_a_threshold_has_its_name_and_no_size():
         assert step.effect == AmplitudeDropout() and not step.std
 
 
-def lost(variable: str, nodes: tuple[float, ...], share: tuple[float, ...], principle="structured_light") -> list[Look]:
+def lost(
+    variable: str, nodes: tuple[float, ...], share: tuple[float, ...], principle="structured_light"
+) -> list[FrameBlock]:
     """What is seen of walls by a sensor that loses values, and does not tell its light."""
     table = Tabulated((variable,), (nodes,), missing=np.array(share))
     seen = looks_at(Sensor("made up", principle, (*sensor_of(principle).effects, table)), seed=3)

@@ -14,7 +14,7 @@ from fusion.discrepancy.naming.bounds import _beside_best
 from fusion.discrepancy.naming.candidates import candidate_of, candidates_of
 from fusion.discrepancy.naming.judged import _parted
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
-from fusion.discrepancy.naming.part import Part
+from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.space import Space
 from fusion.discrepancy.naming.standing import is_faint, weak_of
@@ -215,7 +215,7 @@ def test_waves_of_one_effect_share_one_region():
     wave = next(c for c in candidates_of(observations, gauge) if c.name == "cyclic_error")
     far = candidate_of(observations, gauge, wave.form, (Bound("depth", 1.5),))
     fit = refitted((), observations, gauge)
-    parts = [Part(far, np.ones(2)), Part(wave, np.ones(2))]
+    parts = [EffectPart(far, np.ones(2)), EffectPart(wave, np.ones(2))]
     assert [part.candidate.where for part in _of_one_region(parts, fit)] == [(), ()]
     assert [part.candidate.where for part in _of_one_region(parts[:1], fit)] == [far.where]
 

@@ -9,7 +9,7 @@ from made_up_walls import looks_at, sensor_of
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.observations import observe
-from fusion.discrepancy.stage import RECONSTRUCTED_M, Stage, stage_of
+from fusion.discrepancy.stage import RECONSTRUCTED_M, KnownScene, stage_of
 from fusion.discrepancy.verdict.reference import reference_of
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
@@ -23,7 +23,9 @@ def observed(reconstructed):
     sensor = sensor_of("itof")
     sigma = RECONSTRUCTED_M if reconstructed else 0.0
     looks = [
-        replace(look, stage=Stage(None, look.place, None, 0.001, 0.001, sigma, "wall", reconstructed=reconstructed))
+        replace(
+            look, stage=KnownScene(None, look.place, None, 0.001, 0.001, sigma, "wall", reconstructed=reconstructed)
+        )
         for look in looks_at(sensor, 1)[:4]
     ]
     observations = observe(sensor, looks)

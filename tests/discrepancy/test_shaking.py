@@ -9,7 +9,7 @@ from made_up_walls import WALLS, look_at, sensor_of
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.frames import FrameSeries
 from fusion.discrepancy.interior import interior
-from fusion.discrepancy.look import Course
+from fusion.discrepancy.look import TileCourse
 from fusion.discrepancy.shaking import shaking_of, steadied
 from fusion.discrepancy.tiles import tiling
 from fusion.geometry.pose import exp
@@ -32,7 +32,7 @@ def shaken(seed, place, wall, shift=SHIFT_M, turn=TURN, offset=0.0):
         depth = seen_along(still.view.depth, rays, still.view, T) + offset * rng.standard_normal()
         series.add(sensor.sample(depth, still.view, None, rng))
     pixels = series.pixels
-    course = Course(tiles, series.course)
+    course = TileCourse(tiles, series.course)
     return replace(
         still, mean=pixels.mean, std=pixels.std, count=pixels.count, succession=series.succession, alike=series.alike,
         frames=tuple(range(FRAMES)), course=course,

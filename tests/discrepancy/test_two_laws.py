@@ -6,8 +6,8 @@ from made_up_walls import looks_at, sensor_of
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of, candidates_of
-from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit, refitted
+from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.two import as_two, like_two
 from fusion.discrepancy.observations import observe
 from fusion.sensor.effect import Effect
@@ -17,16 +17,16 @@ from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.forms import forms_of
 
 
-def wave_of(period: float, *hidden: Effect) -> tuple[Fit, list[Candidate]]:
+def wave_of(period: float, *hidden: Effect) -> tuple[PartsFit, list[Candidate]]:
     """A wave that is named for what is hidden, and all candidates."""
     observations = observe(sensor_of("itof"), looks_at(sensor_of("itof", *hidden), 2))
     gauge = gauge_of(observations)
     form = next(f for f in forms_of(CyclicError, (80, 112)))
     wave = candidate_of(observations, gauge, type(form)(form.kind, {"period": period}, form.atoms, join=form.join))
-    return refitted([Part(wave, np.ones(2))], observations, gauge), candidates_of(observations, gauge)
+    return refitted([EffectPart(wave, np.ones(2))], observations, gauge), candidates_of(observations, gauge)
 
 
-def rivals(fit: Fit, candidates: list[Candidate]) -> tuple[str, ...]:
+def rivals(fit: PartsFit, candidates: list[Candidate]) -> tuple[str, ...]:
     space, _ = beside(fit, 0)
     return tuple(
         c.name for c in like_two(fit, fit.parts[0], [c for c in candidates if c.name != "cyclic_error"], space)

@@ -9,7 +9,7 @@ from made_up_walls import looks_at, sensor_of
 from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.naming.candidates import candidate_of
 from fusion.discrepancy.naming.intervals import spreads_of
-from fusion.discrepancy.naming.part import Part
+from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.uneven import unevenness
 from fusion.discrepancy.observations import observe
@@ -31,7 +31,7 @@ def fit_to(growth, seed):
     seen = observe(sensor_of("itof"), looks)
     gauge = gauge_of(seen)
     candidate = candidate_of(seen, gauge, Form(AmplitudeError, {}, ({"coefficient": 0.001},)))
-    return refitted([Part(candidate, np.ones(1))], seen, gauge)
+    return refitted([EffectPart(candidate, np.ones(1))], seen, gauge)
 
 
 def test_a_size_that_grows_over_the_image_is_known_no_better():

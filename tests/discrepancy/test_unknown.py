@@ -14,12 +14,12 @@ from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.tiles import tiling
-from fusion.discrepancy.unknown.families import Shape
+from fusion.discrepancy.unknown.families import ShapeFunction
 from fusion.discrepancy.unknown.in_place import explains_more
 from fusion.discrepancy.unknown.law import law_of
 from fusion.discrepancy.unknown.search import _plainest
 from fusion.discrepancy.unknown.table import joined, span_of
-from fusion.discrepancy.unknown.terms import Term
+from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
@@ -131,7 +131,10 @@ def test_two_tables_act_as_their_sum():
 
 
 def test_a_further_variable_must_bring_much():
-    one, two = Term((Shape("wave", "radius", 30.0),)), Term((Shape("wave", "radius", 30.0),), "u", 2)
+    one, two = (
+        UnknownTerm((ShapeFunction("wave", "radius", 30.0),)),
+        UnknownTerm((ShapeFunction("wave", "radius", 30.0),), "u", 2),
+    )
     assert _plainest([two, one], [100.0, 95.0]) == 1
     assert _plainest([two, one], [100.0, 80.0]) == 0
 

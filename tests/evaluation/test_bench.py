@@ -7,7 +7,7 @@ import pytest
 from made_stills import CAMERA, NOISE, frames, recording, stated
 
 from fusion.evaluation.evaluate import EvaluationSettings, evaluate
-from fusion.evaluation.near_limit import Seen, near_limits
+from fusion.evaluation.near_limit import SurfaceSeen, near_limits
 from fusion.evaluation.numbers import numbers
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.sensor import Sensor
@@ -61,13 +61,15 @@ def test_a_stated_distance_without_any_depth_counts_as_no_data():
 
 
 def test_the_shortest_distance_is_where_the_share_crosses():
-    dark = [Seen(z, valid, 300.0) for z, valid in ((0.2, 0.0), (0.3, 1.0), (1.0, 1.0))]
-    bright = [Seen(z, valid, 4000.0) for z, valid in ((0.5, 0.2), (0.6, 0.8), (0.7, 1.0), (1.0, 0.99), (4.0, 0.5))]
+    dark = [SurfaceSeen(z, valid, 300.0) for z, valid in ((0.2, 0.0), (0.3, 1.0), (1.0, 1.0))]
+    bright = [
+        SurfaceSeen(z, valid, 4000.0) for z, valid in ((0.5, 0.2), (0.6, 0.8), (0.7, 1.0), (1.0, 0.99), (4.0, 0.5))
+    ]
     limits = {near.surface: near for near in near_limits([*dark, *bright])}
     assert limits["bright"].distance == pytest.approx(0.65) and limits["bright"].interval == (0.6, 0.7)
     assert limits["dark"].distance == pytest.approx(0.29)
-    assert near_limits([Seen(0.5, 1.0, 1.0)]) == []
-    (never,) = near_limits([Seen(0.5, 0.1, 1.0), Seen(0.6, 0.2, 1.0)])
+    assert near_limits([SurfaceSeen(0.5, 1.0, 1.0)]) == []
+    (never,) = near_limits([SurfaceSeen(0.5, 0.1, 1.0), SurfaceSeen(0.6, 0.2, 1.0)])
     assert np.isnan(never.distance)
 
 

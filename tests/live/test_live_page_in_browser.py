@@ -217,7 +217,7 @@ def test_a_browser_that_does_not_answer_holds_nothing_up(turn, tmp_path):
 
 def test_a_page_that_hangs_holds_nothing_up(turn, tmp_path, monkeypatch):
     hangs = threading.Event()
-    monkeypatch.setattr(pages.Page, "show", lambda *_: hangs.wait())
+    monkeypatch.setattr(pages.LivePage, "show", lambda *_: hangs.wait())
     with Scan(Rounds(turn, RATE, 120), tmp_path) as scan:
         done = scan.ended(60)
     hangs.set()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.errors import DeviceError
-from fusion.live.page import SURE, UNSURE, Page, _motor, colors_of
+from fusion.live.page import SURE, UNSURE, LivePage, _motor, colors_of
 from fusion.live.panel import panel
 from fusion.live.state import LiveState
 
@@ -39,13 +39,13 @@ def test_a_taken_port_is_one_line():
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(DeviceError, match=rf"the page's port cannot be had; in port {port}"):
-            Page(port)
+            LivePage(port)
 
 
 def test_without_viser_it_is_told_how_to_get_it(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "viser", None)
     with pytest.raises(DeviceError, match=r"fusion-scan\[live\]"):
-        Page(8080)
+        LivePage(8080)
 
 
 def test_a_camera_whose_motor_does_not_answer_is_not_tilted_and_the_page_opens():

@@ -5,11 +5,11 @@ import pytest
 import trimesh
 
 from fusion.mesh.distances import surface_of
-from fusion.mesh.fit import Fit
+from fusion.mesh.fit import SurfaceFit
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.scale_interval import scale_interval
 from fusion.mesh.similarity import IDENTITY
-from fusion.mesh.surface_samples import Samples, sample_surface, smooth_normals, vertex_normals
+from fusion.mesh.surface_samples import SurfaceSamples, sample_surface, smooth_normals, vertex_normals
 
 ERROR = 5e-4  # [m] standard deviation along the normal
 
@@ -47,9 +47,11 @@ def _fitted(mesh: Mesh, truth: Mesh) -> tuple[float, tuple[float, float]]:
     """Scale and interval, as `align_meshes` ends."""
     size = float(np.linalg.norm(np.ptp(truth.vertices, axis=0)))
     samples = sample_surface(mesh, 4000)
-    samples = Samples(samples.points, smooth_normals(samples))
-    pose, matches = Fit(surface_of(truth), size, facing=True).run(samples, IDENTITY, True, 60)
-    again = Fit(surface_of(mesh), size, facing=True).run(sample_surface(truth, 3000), pose.inverse(), True, 15)[0]
+    samples = SurfaceSamples(samples.points, smooth_normals(samples))
+    pose, matches = SurfaceFit(surface_of(truth), size, facing=True).run(samples, IDENTITY, True, 60)
+    again = SurfaceFit(surface_of(mesh), size, facing=True).run(sample_surface(truth, 3000), pose.inverse(), True, 15)[
+        0
+    ]
     return pose.scale, scale_interval(pose.scale, 1 / again.scale, matches)
 
 

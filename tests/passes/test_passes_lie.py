@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
-from fusion.mesh.surface_samples import Samples
+from fusion.mesh.surface_samples import SurfaceSamples
 from fusion.passes.arranged import as_good, fits
 from fusion.passes.joint import loose, refined
 from fusion.passes.lying import Lying, judged, laid
 from fusion.passes.outlook import Outlook
 from fusion.passes.rotations import even_rotations
-from fusion.passes.sides import Side
+from fusion.passes.sides import PassSide
 
 NOISE = 0.002
 
@@ -22,9 +22,9 @@ NOISE = 0.002
 def side(points, normals, plate=False):
     """A pass that looked through nothing."""
     nowhere = Outlook([], np.zeros((0, 4, 4)), [], NOISE)
-    few = Samples(points[::4], normals[::4])
+    few = SurfaceSamples(points[::4], normals[::4])
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    return Side(points, normals, cKDTree(points), 0.0015, few, size, NOISE, nowhere, plate)
+    return PassSide(points, normals, cKDTree(points), 0.0015, few, size, NOISE, nowhere, plate)
 
 
 def boxes(extents, count=6000):

@@ -10,7 +10,7 @@ import scenes
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.geometry.pose import exp
-from fusion.tracking.equations import Limits, equations, lay_out
+from fusion.tracking.equations import PairLimits, equations, lay_out
 from fusion.turntable.model import cells
 from fusion.turntable.model.meeting import AXIS, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT
 from fusion.volume.blocks import by_voxel
@@ -78,7 +78,7 @@ def test_point_maps(monkeypatch, camera):
     assert np.isfinite(plain.normals[..., 0]).mean() > 0.5
 
 
-@pytest.mark.parametrize("limits", [Limits(0.05, scale=1.3), Limits(0.2, 0.5, open_to=0.2)])
+@pytest.mark.parametrize("limits", [PairLimits(0.05, scale=1.3), PairLimits(0.2, 0.5, open_to=0.2)])
 def test_sums_of_pairs(monkeypatch, camera, limits):
     one, other = (point_map(depth, camera, NOISE) for depth in images(camera)[0][:2])
     source, T = lay_out(one, 40_000), exp([0.01, -0.02, 0.005, 0.01, 0.004, -0.01])

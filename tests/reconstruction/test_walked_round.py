@@ -13,7 +13,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.planning import plan
 from fusion.reconstruction.settings import ReconstructSettings
-from fusion.reconstruction.walked_round import View, walked_round
+from fusion.reconstruction.walked_round import StandingView, walked_round
 from fusion.recording.recording import Frame, Recording
 from fusion.sensor.presets import default_sensor
 from fusion.simulation.course import looking_at
@@ -93,7 +93,7 @@ def outwards(count=36):
 
 def views(caster, poses, camera=CAMERA):
     depths = [caster.view(camera, T).depth.astype(np.float32) for T in poses]
-    return [View(T, point_map(depth, camera, 0.002)) for T, depth in zip(poses, depths, strict=True)]
+    return [StandingView(T, point_map(depth, camera, 0.002)) for T, depth in zip(poses, depths, strict=True)]
 
 
 def recording_of(caster, poses, stated=None):
@@ -144,14 +144,14 @@ def test_a_thing_as_large_as_a_room_is_none(caster):
     for view in small:
         T = view.T_world_camera.copy()
         T[:3, 3] *= 4
-        large.append(View(T, replace(view.surface, points=4 * view.surface.points)))
+        large.append(StandingView(T, replace(view.surface, points=4 * view.surface.points)))
     assert walked_round(small) is not None and walked_round(large) is None
 
 
 def test_it_does_not_matter_where_the_world_stands(caster):
     walk, moved = round_it(200, 0.8), exp([0.0, 1.5, 0.3, 5.0, -2.0, 9.0])
     here, there = (walked_round(views(caster, walk)), walked_round([
-        View(moved @ v.T_world_camera, v.surface) for v in views(caster, walk)
+        StandingView(moved @ v.T_world_camera, v.surface) for v in views(caster, walk)
     ]))  # fmt: skip
     # a median along other axes is another point of the table; the size is measured along the axes
     assert np.linalg.norm(moved[:3, :3] @ here.middle + moved[:3, 3] - there.middle) < 0.1
@@ -162,7 +162,7 @@ def test_it_does_not_matter_where_the_world_stands(caster):
 def test_nothing_seen_is_nothing_gone_round(caster):
     blank = point_map(np.full(CAMERA.shape, np.nan, np.float32), CAMERA, 0.002)
     assert walked_round([]) is None
-    assert walked_round([View(np.eye(4), blank)] * 3) is None
+    assert walked_round([StandingView(np.eye(4), blank)] * 3) is None
 
 
 def test_a_thing_on_a_table_is_scanned_as_an_object(caster):

@@ -11,7 +11,7 @@ from evo.tools import file_interface
 from fusion import convert_recording, open_recording, write_recording
 from fusion.commands.main import main
 from fusion.recording.convert import fill_conversion
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 from fusion.recording.trajectory_file import read_trajectory
 from fusion.recording.write import depth_counts
 from fusion.recording.write_folders import fill_open3d, fill_tum
@@ -99,7 +99,7 @@ def test_depth_that_is_no_counts_is_told_to_be_rounded(tmp_path, fill):
     for number, scale in enumerate((1000.0, None)):
         depths = [f.depth if scale is None else depth_counts(f.depth, scale) / np.float32(scale) for f in frames]
         stamps = np.array([frame.timestamp for frame in frames])
-        source = Source(tmp_path, synthetic.CAMERA, stamps, depths.__getitem__)
+        source = ImageSource(tmp_path, synthetic.CAMERA, stamps, depths.__getitem__)
         (tmp_path / str(number)).mkdir()
         notes: list[str] = []
         fill(tmp_path / str(number), source.recording("made", None, []), notes)

@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from fusion.mesh.shape import Shape
+from fusion.mesh.shape import MeshShape
 from fusion.results.facts import Gap, ScanFacts, TableFacts
 from fusion.results.words import closing_words, size_words, volume_words
 
 
-def shape(size=(0.134, 0.133, 0.169), volume=8.12e-4) -> Shape:
-    return Shape(100, 200, size, 0.1, volume, (), 1, 1.0)
+def shape(size=(0.134, 0.133, 0.169), volume=8.12e-4) -> MeshShape:
+    return MeshShape(100, 200, size, 0.1, volume, (), 1, 1.0)
 
 
 def table(before: tuple[float, float], after: tuple[float, float]) -> TableFacts:

@@ -21,7 +21,7 @@ from fusion.sensor.effects.triangulation.speckle_noise import SpeckleNoise
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATION_HZ
-from fusion.simulation.course import Course, turning
+from fusion.simulation.course import SimulatedCourse, turning
 from fusion.simulation.exposure import Exposures
 from fusion.simulation.render import render
 from fusion.simulation.scene import Part, Scene
@@ -111,7 +111,9 @@ def test_what_moves_has_its_velocity():
 
 def test_a_moving_camera_sees_everything_move():
     times = np.arange(5) * 0.05
-    course = Course(times, np.array([pose(np.eye(3), [0.4 * t, 0.0, 1.0 * t]) for t in times]), continuous=True)
+    course = SimulatedCourse(
+        times, np.array([pose(np.eye(3), [0.4 * t, 0.0, 1.0 * t]) for t in times]), continuous=True
+    )
     scene = Scene("wall", (Part(box((-4, -4, 2), (4, 4, 2.1), (90, 90, 90))),), course, CAMERA)
     simulation = simulate(scene, Sensor())
     exposures = Exposures(scene, simulation.sensor, CAMERA, simulation.turned_deg)

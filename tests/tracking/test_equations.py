@@ -7,7 +7,7 @@ from small_room import CAMERA, SIGMA
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap, point_map
 from fusion.geometry.pose import exp, inverse
-from fusion.tracking.equations import LATERAL, Limits, equations, lay_out, thinned
+from fusion.tracking.equations import LATERAL, PairLimits, equations, lay_out, thinned
 from fusion.tracking.icp import align
 
 
@@ -47,7 +47,7 @@ def twin(source, T, model, limits):
     return total, pairs, visible
 
 
-@pytest.mark.parametrize("limits", [Limits(0.05, scale=1.3), Limits(0.2, 0.5, open_to=0.2)])
+@pytest.mark.parametrize("limits", [PairLimits(0.05, scale=1.3), PairLimits(0.2, 0.5, open_to=0.2)])
 def test_the_kernel_sums_what_numpy_sums(room, limits):
     source, model = lay_out(room.frame(np.eye(4), 1), 400), room.model(np.eye(4))
     T = exp([0.01, -0.02, 0.005, 0.01, 0.004, -0.01])

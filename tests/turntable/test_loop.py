@@ -8,7 +8,7 @@ import pytest
 from fusion.turntable import motion
 from fusion.turntable.all_views.loop import LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.selfcheck import NAMES, DepthKnown
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 
 def few(views, most=1200):
@@ -16,7 +16,7 @@ def few(views, most=1200):
     thinned = []
     for v in views:
         kept = np.sort(np.random.default_rng(0).permutation(len(v.points))[:most])
-        thinned.append(View(v.map, v.points[kept], v.normals[kept], v.sigma[kept]))
+        thinned.append(ObjectView(v.map, v.points[kept], v.normals[kept], v.sigma[kept]))
     return thinned
 
 

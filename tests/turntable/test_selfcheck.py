@@ -8,7 +8,7 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.turntable.selfcheck import NAMES, PRIOR, DepthKnown, SelfCheck, prior_of
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 CAMERA = Camera(40, 30, 50.0, 52.0, 19.0, 15.0)
 
@@ -20,7 +20,7 @@ def a_view(seed=0):
     normals = np.tile(np.float32([0, 0, -1]), (*CAMERA.shape, 1))
     sigma = np.full(CAMERA.shape, 0.001, np.float32)
     flat = points.reshape(-1, 3)[::7]
-    return View(PointMap(CAMERA, points, normals, sigma), flat, normals.reshape(-1, 3)[::7], sigma.ravel()[::7])
+    return ObjectView(PointMap(CAMERA, points, normals, sigma), flat, normals.reshape(-1, 3)[::7], sigma.ravel()[::7])
 
 
 def test_no_errors_change_nothing():

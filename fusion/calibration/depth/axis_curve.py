@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.curve import (
     POINTS,
-    Curve,
+    DepthCurve,
     Rival,
     among_rivals,
     axis_terms,
@@ -16,10 +16,10 @@ from fusion.calibration.depth.curve import (
     measured_offsets,
     span,
 )
-from fusion.calibration.depth.fitted import Fitted, Setting
-from fusion.calibration.depth.law_sensor import Numbers, with_law
-from fusion.calibration.depth.selection import Judged
-from fusion.calibration.depth.terms import Term
+from fusion.calibration.depth.fitted import FitSetting, Fitted
+from fusion.calibration.depth.law_sensor import LawNumbers, with_law
+from fusion.calibration.depth.selection import JudgedLaw
+from fusion.calibration.depth.terms import LawTerm
 from fusion.calibration.depth.wall import Wall
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
@@ -28,8 +28,8 @@ UNLIKELY = 1e-3  # weight below which another law is not looked at
 
 
 def axis_curve(
-    walls: list[Wall], choice: tuple[list[Judged], int, list[Term]], fitted: Fitted, setting: Setting
-) -> tuple[Curve | None, NDArray, NDArray]:
+    walls: list[Wall], choice: tuple[list[JudgedLaw], int, list[LawTerm]], fitted: Fitted, setting: FitSetting
+) -> tuple[DepthCurve | None, NDArray, NDArray]:
     """The curve (None when no distance is known), and the walls' own errors (w,) [m] with their deviations.
 
     Args:
@@ -50,11 +50,11 @@ def axis_curve(
     std = among_rivals(straight, deviation_of(rows, fitted.covariance), rivals)
     light = light_of(walls)
     at = np.array([w.distance if np.isfinite(w.distance) else w.true_plane.distance for w in walls])
-    curve = Curve(distance, axis_bias(fitted.numbers, distance, setting, light), std)
+    curve = DepthCurve(distance, axis_bias(fitted.numbers, distance, setting, light), std)
     return curve, *measured_offsets(fitted.evidence, axis_bias(fitted.numbers, at, setting, light))
 
 
-def axis_bias(numbers: Numbers, distance: NDArray, setting: Setting, light: float) -> NDArray[np.floating]:
+def axis_bias(numbers: LawNumbers, distance: NDArray, setting: FitSetting, light: float) -> NDArray[np.floating]:
     """(n,) error [m] of the law's effects at depths (n,) [m] on the optical axis; `light`: IR times squared depth."""
     pixel = replace(setting.camera, width=1, height=1, cx=0.0, cy=0.0, distortion=(), color=None)
     ideal = Sensor(principle=setting.known.principle, baseline=setting.known.baseline)
@@ -67,7 +67,7 @@ def axis_bias(numbers: Numbers, distance: NDArray, setting: Setting, light: floa
     return np.array(found)
 
 
-def _laws(judged: list[Judged], chosen: int, terms: list[Term]) -> list[Rival]:
+def _laws(judged: list[JudgedLaw], chosen: int, terms: list[LawTerm]) -> list[Rival]:
     """The law in use, then those that did nearly as well on the walls left out; surfaces are no part of a curve."""
     by_key = {term.key: term for term in terms}
     own = judged[chosen].law

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.tiles import Tiles, side_of
+from fusion.calibration.depth.tiles import TileGrid, side_of
 from fusion.calibration.lens.board import Board
 from fusion.geometry.camera import Camera
 
@@ -45,7 +45,7 @@ def patches(board: Board, pose: Array, camera: Camera) -> NDArray[np.intp] | Non
     return label.astype(np.intp)
 
 
-def tiles_of_patches(label: NDArray[np.intp], mask: NDArray[np.bool_]) -> Tiles:
+def tiles_of_patches(label: NDArray[np.intp], mask: NDArray[np.bool_]) -> TileGrid:
     """The patches as tiles; `mask` (h, w) says which of their pixels have a depth."""
     inside = (label >= 0) & mask
     most = int(np.max(label)) + 1
@@ -60,6 +60,6 @@ def tiles_of_patches(label: NDArray[np.intp], mask: NDArray[np.bool_]) -> Tiles:
     height, width = label.shape
     side = side_of(width)
     middle = [np.bincount(own, x, len(kept)) / counts[kept] // side for x in (rows, columns)]
-    return Tiles(
+    return TileGrid(
         label, counts[kept], np.column_stack(middle).astype(np.intp), (-(-height // side), -(-width // side)), side
     )

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.board_patches import patches, square_centres
 from fusion.calibration.depth.gloss import gloss_map, surfaces
-from fusion.calibration.depth.plane import Plane
+from fusion.calibration.depth.plane import WallPlane
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.charuco import find_charuco
-from fusion.calibration.lens.detect import ATTEMPTS, Attempt, Found, find_checkerboard
+from fusion.calibration.lens.detect import ATTEMPTS, DetectorTry, FoundCorners, find_checkerboard
 from fusion.calibration.lens.solve import placed
-from fusion.calibration.lens.views import View, view_of
+from fusion.calibration.lens.views import BoardView, view_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
@@ -54,14 +54,14 @@ def _shows(recording: Recording, board: Board) -> bool:
     return _corners(some[len(some) // 2], board, ATTEMPTS) is not None
 
 
-def _corners(frame: Frame, board: Board, attempts: tuple[Attempt, ...] = ATTEMPTS) -> Found | None:
+def _corners(frame: Frame, board: Board, attempts: tuple[DetectorTry, ...] = ATTEMPTS) -> FoundCorners | None:
     picture = frame.ir if frame.ir is not None else frame.color
     if picture is None:
         return None
     return find_charuco(picture, board) if board.is_charuco else find_checkerboard(picture, board, attempts)
 
 
-def seen_board(frame: Frame, camera: Camera, board: Board) -> tuple[View, Array] | None:
+def seen_board(frame: Frame, camera: Camera, board: Board) -> tuple[BoardView, Array] | None:
     """Corners of the board in the frame's IR (or colour) image, and the board's pose (6,); None when it is not seen."""
     found = _corners(frame, board)
     if found is None:
@@ -130,7 +130,7 @@ def _with_gloss(
     return replace(wall, gloss=gloss_map(wall.squares, (middles, normal), wall.ir, seen, frequencies))
 
 
-def centre_depth(view: View, pose: Array, camera: Camera) -> tuple[tuple[float, float], float, float]:
+def centre_depth(view: BoardView, pose: Array, camera: Camera) -> tuple[tuple[float, float], float, float]:
     """Ray (x, y) to the middle of the corners seen, the depth of the board there, and its standard deviation [m]."""
     middle = view.points.mean(axis=0)
     gradient = np.array([(_at(pose + step, middle)[2] - _at(pose - step, middle)[2]) / 2e-6 for step in STEPS])
@@ -139,7 +139,7 @@ def centre_depth(view: View, pose: Array, camera: Camera) -> tuple[tuple[float, 
     return (float(x / z), float(y / z)), float(z), float(np.sqrt(variance))
 
 
-def pose_covariance(view: View, pose: Array, camera: Camera) -> Array:
+def pose_covariance(view: BoardView, pose: Array, camera: Camera) -> Array:
     """(6, 6) of a board's pose, from what its corners leave over."""
     K, lens = camera.matrix, np.array(camera.distortion)
     pixels, jacobian = cv2.projectPoints(view.points, pose[:3], pose[3:], K, lens)
@@ -155,7 +155,7 @@ def _as_the_board_stands(wall: Wall, pose: Array, covariance: Array) -> Wall:
     slopes = np.array([(_tilts(pose + step) - _tilts(pose - step)) / 2e-6 for step in STEPS])
     std = float(np.sqrt(np.diag(slopes.T @ covariance @ slopes).max()))
     seen = wall.plane.distance / wall.plane.inverse_at(*wall.centre)
-    upright = Plane(1.0, float(a), float(b))
+    upright = WallPlane(1.0, float(a), float(b))
     plane = replace(upright, distance=seen * upright.inverse_at(*wall.centre))
     return replace(wall, plane=plane, tilt_std=float(np.hypot(std, WARPED)))
 

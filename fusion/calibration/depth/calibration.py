@@ -8,22 +8,22 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.axis_curve import axis_curve
 from fusion.calibration.depth.board_walls import board_walls
-from fusion.calibration.depth.candidates import Candidate, candidates_for, richer, richest, terms_for
+from fusion.calibration.depth.candidates import CandidateLaw, candidates_for, richer, richest, terms_for
 from fusion.calibration.depth.choice import choose, promising, refused
-from fusion.calibration.depth.curve import Curve, span
-from fusion.calibration.depth.fitted import Fitted, Setting, finish
+from fusion.calibration.depth.curve import DepthCurve, span
+from fusion.calibration.depth.fitted import FitSetting, Fitted, finish
 from fusion.calibration.depth.harmonics import harmonics
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
 from fusion.calibration.depth.lamp import with_lamp
 from fusion.calibration.depth.notes import notes_on
 from fusion.calibration.depth.radial_limit import radial_limit, within
-from fusion.calibration.depth.selection import Judged, Problem, fit, judge, judge_all, level
-from fusion.calibration.depth.surface import LEAST_WALLS, Stack, judge_surface, native, stack_of
+from fusion.calibration.depth.selection import JudgedLaw, Problem, fit, judge, judge_all, level
+from fusion.calibration.depth.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.surface_sensor import with_surface
-from fusion.calibration.depth.terms import Term, gloss_term
+from fusion.calibration.depth.terms import LawTerm, gloss_term
 from fusion.calibration.depth.variance import spread_of, with_variance
-from fusion.calibration.depth.visibility import Visibility, visibilities
+from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.wall import Wall, read_walls
 from fusion.calibration.lens.board import Board
 from fusion.errors import FusionError
@@ -91,14 +91,14 @@ class DepthCalibration:
     sensor: Sensor
     camera: Camera
     walls: list[Wall]
-    judged: list[Judged]
+    judged: list[JudgedLaw]
     chosen: int
     fitted: Fitted
-    stack: Stack | None
-    curve: Curve | None
+    stack: MapStack | None
+    curve: DepthCurve | None
     offset: NDArray[np.floating]
     offset_std: NDArray[np.floating]
-    visibility: list[Visibility]
+    visibility: list[TermVisibility]
     notes: tuple[tuple[str, str], ...]
     fitted_from: Sensor
 
@@ -107,7 +107,7 @@ class DepthCalibration:
         return f"<DepthCalibration by {len(self.walls)} walls: {gain};\n {self.sensor!r}>"
 
     @property
-    def before(self) -> Judged:
+    def before(self) -> JudgedLaw:
         """The errors without any correction."""
         return self.judged[0]
 
@@ -117,7 +117,7 @@ class DepthCalibration:
         return radial_limit(self.fitted.evidence, self.best, self.camera)
 
     @property
-    def best(self) -> Judged:
+    def best(self) -> JudgedLaw:
         """The candidate in use."""
         return self.judged[self.chosen]
 
@@ -162,7 +162,7 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
         bent = [j.candidate for j in promising(judged) if "radius^2" in j.candidate.keys]
         judged += [judge(problem, richer(candidate)) for candidate in bent]
     chosen = choose(judged)
-    setting = Setting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
+    setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
         base = judged[chosen]
@@ -203,7 +203,7 @@ def walls_of(recording: Recording, begin: Start, settings: DepthSettings) -> lis
     return [replace(wall, mask=wall.mask & inside) for wall in found if (wall.mask & inside).any()]
 
 
-def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Problem, list[Visibility]]:
+def _problem(walls: list[Wall], begin: Start, terms: list[LawTerm]) -> tuple[Problem, list[TermVisibility]]:
     """The linear problems with their variances, and what can be seen."""
     first = [evidence_of(wall, begin.camera, begin.known, terms) for wall in walls]
     keys = tuple(term.key for term in terms)
@@ -222,8 +222,8 @@ def _problem(walls: list[Wall], begin: Start, terms: list[Term]) -> tuple[Proble
 
 
 def _candidates(
-    principle: str, seen: list[Visibility], walls: list[Wall], periods: tuple[float, ...]
-) -> list[Candidate]:
+    principle: str, seen: list[TermVisibility], walls: list[Wall], periods: tuple[float, ...]
+) -> list[CandidateLaw]:
     """Those made of terms that can be seen, and not richer than the walls: half as many numbers over distance."""
     left = [v.term for v in seen if v.seen]
     enough = max(len(walls) // 2, 1)
@@ -256,7 +256,7 @@ def _ir_span(walls: list[Wall]) -> tuple[float, float]:
     return low, max(high, 1.01 * low)
 
 
-def _named(sensor: Sensor, begin: Start, walls: list[Wall], best: Judged) -> Sensor:
+def _named(sensor: Sensor, begin: Start, walls: list[Wall], best: JudgedLaw) -> Sensor:
     """The sensor bound to its camera, with the source of every new effect."""
     low, high = span(walls)
     said = f"fusion calibrate depth: {len(walls)} walls, {low:.2f} to {high:.2f} m, {best.candidate.name}; "

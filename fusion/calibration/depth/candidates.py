@@ -7,7 +7,7 @@ import numpy as np
 
 from fusion.calibration.depth.harmonics import LEAST, MOST
 from fusion.calibration.depth.terms import (
-    Term,
+    LawTerm,
     common_terms,
     curve_terms,
     flight_terms,
@@ -27,7 +27,7 @@ BRIGHTNESS = (("amplitude",), ("amplitude^2",), ("amplitude^2", "amplitude log")
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CandidateLaw:
     """A law that may be chosen.
 
     Attributes:
@@ -62,7 +62,7 @@ class Candidate:
 
 def terms_for(
     principle: str, nodes: tuple[float, ...], ir_reference: float | None, periods: tuple[float, ...] = ()
-) -> list[Term]:
+) -> list[LawTerm]:
     """All terms that a sensor of this principle can have.
 
     Args:
@@ -79,14 +79,16 @@ def terms_for(
     return terms + curve_terms(nodes)
 
 
-def candidates_for(principle: str, terms: list[Term], periods: tuple[float, ...] = ()) -> list[Candidate]:
+def candidates_for(principle: str, terms: list[LawTerm], periods: tuple[float, ...] = ()) -> list[CandidateLaw]:
     """Candidates made of the terms at hand, from simple to rich; "nothing" is the first. `periods` [m] as above."""
     keys = {term.key for term in terms}
     curves = [c for c in _curves(principle, terms, periods) if set(c.keys) <= keys]
     shapes: list[tuple[str, tuple[str, ...]]] = [("", ())]
     shapes += [("radius^2", ("radius^2",))] if "radius^2" in keys else []
     found = [
-        Candidate(" + ".join(filter(None, (c.name, name))) or "nothing", (*c.keys, *shape), c.waves, periods=c.periods)
+        CandidateLaw(
+            " + ".join(filter(None, (c.name, name))) or "nothing", (*c.keys, *shape), c.waves, periods=c.periods
+        )
         for name, shape in shapes
         for c in curves
     ]
@@ -94,63 +96,63 @@ def candidates_for(principle: str, terms: list[Term], periods: tuple[float, ...]
     return found + ([_glossy(c) for c in found if not c.waves] if "gloss" in keys else [])
 
 
-def _glossy(candidate: Candidate) -> Candidate:
+def _glossy(candidate: CandidateLaw) -> CandidateLaw:
     """The same before a board that mirrors."""
     return replace(candidate, name=f"{candidate.name} + the board's gloss", keys=(*candidate.keys, "gloss"))
 
 
-def _delayed(candidate: Candidate) -> Candidate:
+def _delayed(candidate: CandidateLaw) -> CandidateLaw:
     """The same with a delay over the chip."""
     name = "delay" if candidate.name == "nothing" else f"{candidate.name} + delay"
-    return Candidate(name, (*candidate.keys, *DELAYS))
+    return CandidateLaw(name, (*candidate.keys, *DELAYS))
 
 
-def richer(candidate: Candidate) -> Candidate:
+def richer(candidate: CandidateLaw) -> CandidateLaw:
     """The same with a radial term of the fourth power."""
     return replace(candidate, name=f"{candidate.name}, ^4", keys=(*candidate.keys, "radius^4"))
 
 
-def richest(candidates: list[Candidate], keys: tuple[str, ...]) -> Candidate:
+def richest(candidates: list[CandidateLaw], keys: tuple[str, ...]) -> CandidateLaw:
     """A law that leaves over little but noise: the longest, with the brightness in it where that is known."""
     longest = max(candidates, key=lambda c: ("radius^2" in c.keys, c.numbers))
     more = tuple(key for key in (*BRIGHTNESS[-1], "gloss") if key in keys and key not in longest.keys)
     return replace(longest, keys=(*longest.keys, *more))
 
 
-def _curves(principle: str, terms: list[Term], periods: tuple[float, ...]) -> list[Candidate]:
+def _curves(principle: str, terms: list[LawTerm], periods: tuple[float, ...]) -> list[CandidateLaw]:
     """Laws over the distance."""
     keys = {term.key for term in terms}
     simple = ("offset", "scale", *(["disparity"] if principle in TRIANGULATING else []))
-    found = [Candidate(" + ".join(some), some) for n in range(len(simple) + 1) for some in combinations(simple, n)]
+    found = [CandidateLaw(" + ".join(some), some) for n in range(len(simple) + 1) for some in combinations(simple, n)]
     if any(term.effect == "cyclic_error" for term in terms):
         base: tuple[str, ...] = ("offset",) if "offset" in keys else ()
         found += _wavy(base, periods)
     found += _by_brightness(keys, periods)
     pieces = tuple(term.key for term in terms if term.key.startswith("curve"))
     if len(pieces) > 1:
-        found.append(Candidate("curve", pieces))
+        found.append(CandidateLaw("curve", pieces))
     return found
 
 
-def _by_brightness(keys: set[str], periods: tuple[float, ...]) -> list[Candidate]:
+def _by_brightness(keys: set[str], periods: tuple[float, ...]) -> list[CandidateLaw]:
     """Laws with the brightness in them; the first power beside waves too."""
     found = []
     straight = [base for base in ((), ("offset",), ("offset", "scale")) if keys.issuperset(base)]
     for shape in BRIGHTNESS:
         if keys.issuperset(shape):
             name = "brightness curve" if len(shape) > 1 else shape[0]
-            found += [Candidate(" + ".join((*base, name)), (*base, *shape)) for base in straight]
+            found += [CandidateLaw(" + ".join((*base, name)), (*base, *shape)) for base in straight]
     if "amplitude" in keys and any(key.startswith("sin ") for key in keys):
         base = ("offset", "amplitude") if "offset" in keys else ("amplitude",)
         found += _wavy(base, periods)
     return found
 
 
-def _wavy(base: tuple[str, ...], periods: tuple[float, ...]) -> list[Candidate]:
+def _wavy(base: tuple[str, ...], periods: tuple[float, ...]) -> list[CandidateLaw]:
     """Waves of any period beside these terms, and of the periods that the modulation gives."""
     found = []
     for word, allowed in (("wave", ()), ("harmonic", periods)):
         for n in range(1, MOST_WAVES + 1) if allowed or word == "wave" else ():
             name = " + ".join((*base, f"{n} {word}" + "s" * (n > 1)))
-            found.append(Candidate(name, base, n, periods=allowed))
+            found.append(CandidateLaw(name, base, n, periods=allowed))
     return found

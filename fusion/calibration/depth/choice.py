@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.selection import Judged, Law
+from fusion.calibration.depth.selection import FittedLaw, JudgedLaw
 
 NEGLIGIBLE = 4.0  # of chi2: what one number that means nothing is expected to gain is 1; two standard deviations, 4
 PROMISING = 12  # laws that are tried with one more radial term: the first ten differ by less than that term does
 
 
-def choose(judged: Sequence[Judged]) -> int:
+def choose(judged: Sequence[JudgedLaw]) -> int:
     """The candidate to use: index among `judged`, of which the first is no law at all.
 
     Every wall is left out once, and laws are compared wall by wall; a difference counts where it is more than its
@@ -44,7 +44,7 @@ def _less(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:
     return bool(difference.mean() > difference.std(ddof=1) / np.sqrt(len(difference)))
 
 
-def promising(judged: Sequence[Judged]) -> list[Judged]:
+def promising(judged: Sequence[JudgedLaw]) -> list[JudgedLaw]:
     """The established laws that err least on walls left out, in either measure."""
     some = [j for j in judged if established(j.law)]
     by_weight = sorted(some, key=lambda j: float(j.chi2.sum()))[: PROMISING // 2]
@@ -52,7 +52,7 @@ def promising(judged: Sequence[Judged]) -> list[Judged]:
     return by_weight + rest[: PROMISING - len(by_weight)]
 
 
-def refused(judged: Sequence[Judged], chosen: int) -> Judged | None:
+def refused(judged: Sequence[JudgedLaw], chosen: int) -> JudgedLaw | None:
     """The law of least chi2, where it was left for what it costs in millimetres; None where the chosen one is it."""
     if len(judged[0].rms) < 2:
         return None
@@ -61,12 +61,12 @@ def refused(judged: Sequence[Judged], chosen: int) -> Judged | None:
     return best if best is not mine and _less(best.chi2, mine.chi2) and best.error > mine.error else None
 
 
-def complexity(judged: Judged) -> int:
+def complexity(judged: JudgedLaw) -> int:
     """Numbers of the law; a surface is richer than any."""
     return judged.candidate.numbers + 100 * bool(judged.candidate.surface)
 
 
-def established(law: Law) -> bool:
+def established(law: FittedLaw) -> bool:
     """True when every number exceeds its deviation: a wave by its amplitude, a curve, a delay, radial terms as a whole.
 
     The offset beside waves is the middle of their curve: it may be 0. The share that a board mirrors is above 0.

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from fusion.calibration.depth.information import Evidence
+from fusion.calibration.depth.information import WallEvidence
 from fusion.calibration.depth.samples import samples_on_axis
-from fusion.calibration.depth.terms import Term
+from fusion.calibration.depth.terms import LawTerm
 from fusion.calibration.depth.wall import Wall
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
@@ -19,7 +19,7 @@ Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Curve:
+class DepthCurve:
     """The mean error of a depth on the optical axis.
 
     Attributes:
@@ -42,7 +42,7 @@ class Curve:
 class Rival:
     """Another law that the walls do not rule out: terms (k,), numbers (k,), covariance, weight to the chosen's 1."""
 
-    terms: tuple[Term, ...]
+    terms: tuple[LawTerm, ...]
     numbers: Array
     covariance: Array
     weight: float
@@ -68,7 +68,7 @@ def among_rivals(bias: Array, std: Array, rivals: list[tuple[Rival, Array]]) -> 
     return total / weights
 
 
-def axis_terms(terms: tuple[Term, ...], distance: Array, camera: Camera, sensor: Sensor, light: float) -> Array:
+def axis_terms(terms: tuple[LawTerm, ...], distance: Array, camera: Camera, sensor: Sensor, light: float) -> Array:
     """(n, k) change of the depth per unit of each term at depths (n,) [m] on the axis; `light`: IR times z^2."""
     samples = samples_on_axis(distance, camera, sensor, light)
     return np.column_stack([np.zeros((len(distance), 0)), *(term.change(samples) for term in terms)])
@@ -93,7 +93,7 @@ def span(walls: list[Wall]) -> tuple[float, float]:
     return min(distances), max(distances)
 
 
-def measured_offsets(evidence: list[Evidence], bias: Array) -> tuple[Array, Array]:
+def measured_offsets(evidence: list[WallEvidence], bias: Array) -> tuple[Array, Array]:
     """(w,) error of each wall on the axis [m] and its standard deviation; NaN where the distance is not known.
 
     Args:

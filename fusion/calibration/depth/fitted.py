@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.information import Evidence, Information, evidence_of, information_of
-from fusion.calibration.depth.law_sensor import Numbers, with_law
-from fusion.calibration.depth.samples import Samples
+from fusion.calibration.depth.information import Information, WallEvidence, evidence_of, information_of
+from fusion.calibration.depth.law_sensor import LawNumbers, with_law
+from fusion.calibration.depth.samples import WallSamples
 from fusion.calibration.depth.scatter import excess
-from fusion.calibration.depth.selection import Law, Problem
-from fusion.calibration.depth.terms import Term, length, wave_terms
+from fusion.calibration.depth.selection import FittedLaw, Problem
+from fusion.calibration.depth.terms import LawTerm, length, wave_terms
 from fusion.calibration.depth.wall import Wall
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
@@ -32,17 +32,17 @@ class Fitted:
         evidence: per wall, `rest` being what the law leaves over [m].
     """
 
-    terms: tuple[Term, ...]
-    numbers: Numbers
+    terms: tuple[LawTerm, ...]
+    numbers: LawNumbers
     covariance: NDArray[np.floating]
     scatter: float
     sensor: Sensor
-    evidence: list[Evidence]
+    evidence: list[WallEvidence]
 
 
 @dataclass(frozen=True)
-class Setting:
-    """What the final fit needs beside the law: camera, known sensor, and what `Numbers` holds that is not fitted."""
+class FitSetting:
+    """What the final fit needs beside the law: camera, known sensor, and what `LawNumbers` holds that is not fitted."""
 
     camera: Camera
     known: Sensor
@@ -52,7 +52,7 @@ class Setting:
     ir_span: tuple[float, float] = (100.0, 65535.0)
 
 
-def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> Fitted:
+def finish(problem: Problem, law: FittedLaw, terms: list[LawTerm], setting: FitSetting) -> Fitted:
     """Fit a law to all walls, with its periods and at its own values."""
     by_key = {term.key: term for term in terms}
     chosen = [by_key[key] for key in law.keys]
@@ -75,7 +75,7 @@ def finish(problem: Problem, law: Law, terms: list[Term], setting: Setting) -> F
     return Fitted(tuple(every), numbers, covariance, scatter, sensor, left)
 
 
-def _covariance(total: Information, evidence: list[Evidence], scatter: float) -> NDArray[np.floating]:
+def _covariance(total: Information, evidence: list[WallEvidence], scatter: float) -> NDArray[np.floating]:
     """(n, n) of numbers fitted as the walls' stated deviations weigh them, as candidates are judged: scatter widens it.
 
     Weighing by the scatter too would leave the law to single tiles within a wall, and err more on walls left out.
@@ -85,7 +85,7 @@ def _covariance(total: Information, evidence: list[Evidence], scatter: float) ->
     return covariance + sum((scatter**2 * np.outer(p, p) for p in (covariance @ q for q in pulls)), 0 * covariance)
 
 
-def _without_each(evidence: list[Evidence], terms: list[Term], key: str) -> float:
+def _without_each(evidence: list[WallEvidence], terms: list[LawTerm], key: str) -> float:
     """Standard deviation of a number by leaving out every wall once: a few boards may decide what is mirrored."""
     parts = [information_of(e, terms) for e in evidence]
     which, every = [term.key for term in terms].index(key), list(range(len(terms)))
@@ -95,8 +95,8 @@ def _without_each(evidence: list[Evidence], terms: list[Term], key: str) -> floa
 
 
 def _system(
-    walls: list[Wall], variances: list[NDArray], chosen: list[Term], now: tuple[dict, bool], setting: Setting
-) -> tuple[list[Term], list[Evidence], Information]:
+    walls: list[Wall], variances: list[NDArray], chosen: list[LawTerm], now: tuple[dict, bool], setting: FitSetting
+) -> tuple[list[LawTerm], list[WallEvidence], Information]:
     """Terms at the present numbers, what these leave over on every wall, and the sums of that.
 
     `now`: the numbers, and True when periods stay as they are.
@@ -112,12 +112,12 @@ def _system(
     return every, evidence, sum(parts[1:], parts[0])
 
 
-def _numbers(value: dict[str, float], std: dict[str, float], setting: Setting) -> Numbers:
+def _numbers(value: dict[str, float], std: dict[str, float], setting: FitSetting) -> LawNumbers:
     std = {key: std.get(key, 0.0) for key in value} | {k: s for k, s in std.items() if k.startswith("period")}
-    return Numbers(value, std, setting.nodes, setting.ir_reference, setting.ratio, setting.ir_span)
+    return LawNumbers(value, std, setting.nodes, setting.ir_reference, setting.ratio, setting.ir_span)
 
 
-def _at(wall: Wall, terms: list[Term], sensor: Sensor, setting: Setting, variance: NDArray) -> Evidence:
+def _at(wall: Wall, terms: list[LawTerm], sensor: Sensor, setting: FitSetting, variance: NDArray) -> WallEvidence:
     """The wall's evidence with `rest` = measured less what the whole sensor model predicts."""
     evidence = evidence_of(wall, setting.camera, setting.known, terms)
     depth = wall.true_plane.depth(setting.camera)
@@ -126,7 +126,7 @@ def _at(wall: Wall, terms: list[Term], sensor: Sensor, setting: Setting, varianc
     return replace(evidence, rest=rest, variance=variance)
 
 
-def _with_periods(chosen: list[Term], value: dict[str, float]) -> list[Term]:
+def _with_periods(chosen: list[LawTerm], value: dict[str, float]) -> list[LawTerm]:
     """The terms at the present periods, and those of the periods themselves."""
     sines = [key for key in value if key.startswith("sin ")]
     others = [term for term in chosen if term.effect != "cyclic_error"]
@@ -134,19 +134,19 @@ def _with_periods(chosen: list[Term], value: dict[str, float]) -> list[Term]:
     return others + wave_terms(tuple(float(key[4:]) for key in sines)) + derivatives
 
 
-def _period_term(name: str, s: float, c: float) -> Term:
+def _period_term(name: str, s: float, c: float) -> LawTerm:
     """Change of the length per metre of period."""
     period = float(name)
 
-    def law(at: Samples) -> NDArray:
+    def law(at: WallSamples) -> NDArray:
         r = at.depth * at.stretch
         k = 2 * np.pi / period
         return -(k / period) * r * (s * np.cos(k * r) - c * np.sin(k * r))
 
-    return Term(f"period {name}", "cyclic_error", "period", "m", length(law), 0.05, highest=LONGEST * period)
+    return LawTerm(f"period {name}", "cyclic_error", "period", "m", length(law), 0.05, highest=LONGEST * period)
 
 
-def _step(total: Information, terms: list[Term], value: dict[str, float]) -> NDArray[np.floating]:
+def _step(total: Information, terms: list[LawTerm], value: dict[str, float]) -> NDArray[np.floating]:
     """(n,) change of the numbers; the prior draws the numbers themselves to 0, not their changes."""
     if not terms:
         return np.zeros(0)
@@ -155,7 +155,7 @@ def _step(total: Information, terms: list[Term], value: dict[str, float]) -> NDA
     return drawn.fit(list(range(len(terms))))
 
 
-def _stepped(value: dict[str, float], terms: list[Term], step: NDArray) -> dict[str, float]:
+def _stepped(value: dict[str, float], terms: list[LawTerm], step: NDArray) -> dict[str, float]:
     """The numbers after a step; a wave whose period moves gets another name."""
     new = dict(value)
     moved = {}

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.depth.board_patches import tiles_of_patches
-from fusion.calibration.depth.samples import Samples, samples_of
-from fusion.calibration.depth.terms import Term
-from fusion.calibration.depth.tiles import Tiles, tiles_of
+from fusion.calibration.depth.samples import WallSamples, samples_of
+from fusion.calibration.depth.terms import LawTerm
+from fusion.calibration.depth.tiles import TileGrid, tiles_of
 from fusion.calibration.depth.wall import Wall
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
@@ -18,7 +18,7 @@ Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Evidence:
+class WallEvidence:
     """A wall as a linear problem: rest = terms @ numbers + nuisances + noise, a row per tile (t).
 
     Attributes:
@@ -32,8 +32,8 @@ class Evidence:
     """
 
     wall: Wall
-    tiles: Tiles
-    samples: Samples
+    tiles: TileGrid
+    samples: WallSamples
     rest: Array
     terms: Array
     nuisances: Array
@@ -97,13 +97,13 @@ class Information:
         return M / np.outer(scale, scale), scale
 
 
-def evidence_of(wall: Wall, camera: Camera, sensor: Sensor, terms: list[Term]) -> Evidence:
+def evidence_of(wall: Wall, camera: Camera, sensor: Sensor, terms: list[LawTerm]) -> WallEvidence:
     """The linear problem of a wall; the variance is a first one, from the noise of the frames."""
     mask = wall.mask & np.isfinite(wall.depth)
     tiles = tiles_of(mask) if wall.squares is None else tiles_of_patches(wall.squares, mask)
     samples = samples_of(wall, camera, sensor, tiles)
     noise = np.nan_to_num(wall.std, nan=0.0) ** 2 / wall.frames
-    return Evidence(
+    return WallEvidence(
         wall,
         tiles,
         samples,
@@ -115,13 +115,13 @@ def evidence_of(wall: Wall, camera: Camera, sensor: Sensor, terms: list[Term]) -
     )
 
 
-def terms_of(samples: Samples, terms: list[Term]) -> Array:
+def terms_of(samples: WallSamples, terms: list[LawTerm]) -> Array:
     """(t, k) change of the depth per unit of each term, as means over the tiles."""
     columns = [samples.tile_means(term.change(samples)) for term in terms]
     return np.column_stack(columns) if columns else np.zeros((len(np.unique(samples.label)), 0))
 
 
-def _nuisances(wall: Wall, camera: Camera, tiles: Tiles) -> Array:
+def _nuisances(wall: Wall, camera: Camera, tiles: TileGrid) -> Array:
     """(t, 3) change of z = D (1 + a x0 + b y0) / (1 + a x + b y) with a, b and D, the depth at the centre (x0, y0)."""
     plane, rays = wall.true_plane, camera.rays().astype(float)
     depth = plane.depth(camera)
@@ -136,7 +136,7 @@ def _nuisances(wall: Wall, camera: Camera, tiles: Tiles) -> Array:
     return np.column_stack([tiles.mean(np.nan_to_num(column)) for column in columns])
 
 
-def information_of(evidence: Evidence, terms: list[Term]) -> Information:
+def information_of(evidence: WallEvidence, terms: list[LawTerm]) -> Information:
     """The sums of one wall."""
     A, y = evidence.terms, evidence.rest
     PA, Py = evidence.projected(A), evidence.projected(y)

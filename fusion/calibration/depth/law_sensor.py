@@ -37,7 +37,7 @@ Values = dict[str, float]
 
 
 @dataclass(frozen=True)
-class Numbers:
+class LawNumbers:
     """Numbers of a law by term, their standard deviations, and what the terms need to become effects.
 
     Attributes:
@@ -56,7 +56,7 @@ class Numbers:
     ir_span: tuple[float, float] = (100.0, 65535.0)
 
 
-def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
+def with_law(known: Sensor, camera: Camera, numbers: LawNumbers) -> Sensor:
     """The sensor with the law's effects added to what is known of it."""
     effects: dict[str, Effect] = {}
     std: dict[tuple[str, str], float | tuple[float, ...]] = {}
@@ -93,7 +93,7 @@ def with_law(known: Sensor, camera: Camera, numbers: Numbers) -> Sensor:
     )
 
 
-def waves(numbers: Numbers) -> list[tuple[float, float, float, float, float]]:
+def waves(numbers: LawNumbers) -> list[tuple[float, float, float, float, float]]:
     """(amplitude [m], period [m], phase [rad], std of amplitude, std of phase) of each wave."""
     found = []
     for key in numbers.value:
@@ -107,7 +107,7 @@ def waves(numbers: Numbers) -> list[tuple[float, float, float, float, float]]:
     return found
 
 
-def _add_waves(numbers: Numbers, effects: dict, std: dict) -> None:
+def _add_waves(numbers: LawNumbers, effects: dict, std: dict) -> None:
     found = waves(numbers)
     if found:
         size, period, phase, size_std, phase_std = (tuple(column) for column in zip(*found, strict=True))
@@ -118,7 +118,7 @@ def _add_waves(numbers: Numbers, effects: dict, std: dict) -> None:
         std["cyclic_error", "period"] = periods
 
 
-def _add_brightness(numbers: Numbers, effects: dict, std: dict) -> None:
+def _add_brightness(numbers: LawNumbers, effects: dict, std: dict) -> None:
     """One power of the darkness is an amplitude error; a curve of two shapes is a table over the amplitude."""
     value, deviation = numbers.value, numbers.std
     if "amplitude log" in value:
@@ -137,7 +137,7 @@ def _add_brightness(numbers: Numbers, effects: dict, std: dict) -> None:
             std["amplitude_error", "coefficient"] = deviation[key]
 
 
-def _add_table(numbers: Numbers, camera: Camera, known: Sensor, effects: dict, std: dict) -> None:
+def _add_table(numbers: LawNumbers, camera: Camera, known: Sensor, effects: dict, std: dict) -> None:
     """Radial terms, or the curve of straight pieces, as a table; a sensor has one, so beside a curve they are a map."""
     value = numbers.value
     radial = [key for key in value if key.startswith("radius")]
@@ -164,7 +164,7 @@ def _add_table(numbers: Numbers, camera: Camera, known: Sensor, effects: dict, s
 
 
 def _radial_table(
-    numbers: Numbers, camera: Camera, radial: list[str]
+    numbers: LawNumbers, camera: Camera, radial: list[str]
 ) -> tuple[tuple[float, ...], NDArray[np.floating], tuple[float, ...]]:
     """Radii [px], values and standard deviations of the radial terms together."""
     corners = np.array([[0, 0], [camera.width - 1, 0], [0, camera.height - 1], [camera.width - 1, camera.height - 1]])

@@ -5,8 +5,8 @@ from scipy.special import chdtri
 
 from fusion.calibration.depth.fitted import Fitted
 from fusion.calibration.depth.gloss import FRESNEL
-from fusion.calibration.depth.selection import Judged
-from fusion.calibration.depth.visibility import Visibility
+from fusion.calibration.depth.selection import JudgedLaw
+from fusion.calibration.depth.visibility import TermVisibility
 from fusion.calibration.depth.wall import Wall
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import unread_text
@@ -23,12 +23,12 @@ OF_BOARDS = (
 
 
 def notes_on(
-    seen: list[Visibility], walls: list[Wall], judged: tuple[Judged, Judged, Judged | None], fitted: Fitted
+    seen: list[TermVisibility], walls: list[Wall], judged: tuple[JudgedLaw, JudgedLaw, JudgedLaw | None], fitted: Fitted
 ) -> list[tuple[str, str]]:
     """("ok", "warning" or "bad", sentence) of each; `judged`: no correction, the law in use, one refused."""
     before, best, left = judged
     notes = []
-    hidden: dict[tuple[str, str], list[Visibility]] = {}
+    hidden: dict[tuple[str, str], list[TermVisibility]] = {}
     for one in seen:
         if not one.seen:
             hidden.setdefault((f"{one.term.effect}.{one.term.parameter}", one.record), []).append(one)
@@ -71,7 +71,7 @@ def notes_on(
     return notes
 
 
-def beyond_laser(best: Judged, walls: list[Wall]) -> float:
+def beyond_laser(best: JudgedLaw, walls: list[Wall]) -> float:
     """Error on the axis of walls left out [m] where the stated distances' own would be as large in 1 of 100; else 0.
 
     What a wall left out is off by holds its own distance's error and those of the fit to the others: as many numbers as

@@ -20,7 +20,7 @@ SAMPLE = 8000  # pixels that vote
 
 
 @dataclass(frozen=True)
-class Plane:
+class WallPlane:
     """1 / z = (1 + a x + b y) / distance along the ray (x, y, 1); distance on the optical axis [m]."""
 
     distance: float
@@ -43,7 +43,7 @@ class Plane:
         return float(np.arctan(np.hypot(self.a, self.b)))
 
 
-def find_wall(depth: Image, camera: Camera) -> tuple[Plane, NDArray[np.bool_]]:
+def find_wall(depth: Image, camera: Camera) -> tuple[WallPlane, NDArray[np.bool_]]:
     """The plane that most pixels of a depth image (h, w) [m] agree on, and the mask (h, w) of its pixels.
 
     Rotation is free, so a tilted wall is no scale error; what stands before it is left out. FusionError when less than
@@ -64,7 +64,7 @@ def find_wall(depth: Image, camera: Camera) -> tuple[Plane, NDArray[np.bool_]]:
         raise FusionError("no wall found", found=share, expected="20 % or more", do="let the wall fill the view")
     mask = _smooth_part(depth, c, basis, near)
     c = _least_squares(basis[mask], depth[mask].astype(float))
-    return Plane(1 / c[0], c[1] / c[0], c[2] / c[0]), mask
+    return WallPlane(1 / c[0], c[1] / c[0], c[2] / c[0]), mask
 
 
 def _consensus(basis: NDArray, z: NDArray) -> NDArray[np.floating]:

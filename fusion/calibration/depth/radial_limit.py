@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.information import Evidence
-from fusion.calibration.depth.selection import Judged, level
+from fusion.calibration.depth.information import WallEvidence
+from fusion.calibration.depth.selection import JudgedLaw, level
 from fusion.geometry.camera import Camera
 
 RINGS = 10
@@ -17,7 +17,7 @@ def within(camera: Camera, limit: float) -> NDArray[np.bool_]:
     return np.hypot(u - camera.cx, v - camera.cy) <= limit
 
 
-def radial_limit(evidence: list[Evidence], judged: Judged, camera: Camera) -> float | None:
+def radial_limit(evidence: list[WallEvidence], judged: JudgedLaw, camera: Camera) -> float | None:
     """Radius [px] beyond which a law leaves twice as much over on walls left out; None when it never does.
 
     Args:

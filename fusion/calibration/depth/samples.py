@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.tiles import Tiles
+from fusion.calibration.depth.tiles import TileGrid
 from fusion.calibration.depth.wall import Wall
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
@@ -16,7 +16,7 @@ Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Samples:
+class WallSamples:
     """Pixels (n,) of one wall, as far as terms ask for them.
 
     Attributes:
@@ -59,7 +59,7 @@ class Samples:
         return np.bincount(self.label, values) / np.bincount(self.label)
 
 
-def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: Tiles) -> Samples:
+def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: TileGrid) -> WallSamples:
     """Samples of a wall: a grid of pixels, and all of them in tiles that the grid misses."""
     step = max(1, tiles.side // PER_TILE)
     on_grid = np.zeros(camera.shape, bool)
@@ -68,7 +68,7 @@ def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: Tiles) -> Samp
     missed = np.bincount(tiles.label[taken], minlength=len(tiles.count)) == 0
     taken |= (tiles.label >= 0) & missed[tiles.label]
     v, u = np.nonzero(taken)
-    return Samples(
+    return WallSamples(
         wall.true_plane.depth(camera)[taken],
         wall.plane.depth(camera)[taken],
         stretch(camera).astype(float)[taken],
@@ -83,13 +83,13 @@ def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: Tiles) -> Samp
     )
 
 
-def samples_on_axis(depth: Array, camera: Camera, sensor: Sensor, light: float) -> Samples:
+def samples_on_axis(depth: Array, camera: Camera, sensor: Sensor, light: float) -> WallSamples:
     """Depths (n,) [m] on the optical axis, where a wall sends back `light` / depth^2 counts (0: no IR)."""
     zero = np.zeros(len(depth))
     ir = light / depth**2 if light > 0 else None
     baseline = camera.fx * abs(sensor.baseline)
     flight = sensor.principle == "itof"
-    return Samples(depth, depth, zero + 1, zero, zero, ir, baseline, reach(camera), flight, np.arange(len(depth)))
+    return WallSamples(depth, depth, zero + 1, zero, zero, ir, baseline, reach(camera), flight, np.arange(len(depth)))
 
 
 def reach(camera: Camera) -> float:

@@ -5,14 +5,14 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import chdtrc
 
-from fusion.calibration.depth.information import Evidence
+from fusion.calibration.depth.information import WallEvidence
 
 UNLIKELY = 0.05
 MOST = 1.0  # [m]
 Array = NDArray[np.floating]
 
 
-def excess(evidence: list[Evidence], rests: list[Array], numbers: int) -> float:
+def excess(evidence: list[WallEvidence], rests: list[Array], numbers: int) -> float:
     """Standard deviation [m] that every wall's distance has beyond the stated one; 0 when there may be none.
 
     It is added to the stated ones in squares: what spoils distances (a board of another size or bent, a phase that is

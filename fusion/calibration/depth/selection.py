@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.candidates import Candidate
-from fusion.calibration.depth.information import Evidence, Information
+from fusion.calibration.depth.candidates import CandidateLaw
+from fusion.calibration.depth.information import Information, WallEvidence
 from fusion.calibration.depth.terms import sine
 from fusion.calibration.depth.waves import search_waves
 
@@ -23,7 +23,7 @@ class Problem:
     """
 
     keys: tuple[str, ...]
-    evidence: list[Evidence]
+    evidence: list[WallEvidence]
     information: list[Information]
     waves: dict[tuple[int, tuple[str, ...], tuple[float, ...]], list[list[int]]] = field(default_factory=dict)
 
@@ -54,7 +54,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Law:
+class FittedLaw:
     """A candidate with its numbers.
 
     Attributes:
@@ -73,7 +73,7 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedLaw:
     """A candidate's errors on walls that were left out of its fit.
 
     Attributes:
@@ -85,8 +85,8 @@ class Judged:
         residual: per wall (t,) the same, tile by tile [m].
     """
 
-    candidate: Candidate
-    law: Law
+    candidate: CandidateLaw
+    law: FittedLaw
     chi2: Array
     offset: Array
     rms: Array
@@ -104,7 +104,7 @@ class Judged:
         return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
 
 
-def fit(problem: Problem, information: Information, candidate: Candidate, fold: int = -1) -> Law:
+def fit(problem: Problem, information: Information, candidate: CandidateLaw, fold: int = -1) -> FittedLaw:
     """The numbers of a candidate on the walls of `information`; `fold` names them, so that waves are searched once."""
     keys = candidate.keys
     if candidate.waves:
@@ -120,10 +120,10 @@ def fit(problem: Problem, information: Information, candidate: Candidate, fold: 
     chosen = problem.columns(keys)
     numbers = information.fit(chosen)
     covariance, chi2 = information.covariance(chosen), information.chi2(chosen, numbers)
-    return Law(keys, numbers, covariance, chi2, bool(candidate.periods))
+    return FittedLaw(keys, numbers, covariance, chi2, bool(candidate.periods))
 
 
-def judge(problem: Problem, candidate: Candidate) -> Judged:
+def judge(problem: Problem, candidate: CandidateLaw) -> JudgedLaw:
     """Leave every wall out once."""
     total = problem.total
     chi2, offset, rms, left = [], [], [], []
@@ -137,14 +137,14 @@ def judge(problem: Problem, candidate: Candidate) -> Judged:
         offset.append(on_axis(evidence, rest))
         rms.append(float(np.sqrt(np.average(rest**2, weights=evidence.tiles.count))))
         left.append(rest)
-    return Judged(
+    return JudgedLaw(
         candidate, fit(problem, total, candidate), np.array(chi2), np.array(offset), np.array(rms), tuple(left)
     )
 
 
-def judge_all(problem: Problem, candidates: list[Candidate]) -> list[Judged]:
+def judge_all(problem: Problem, candidates: list[CandidateLaw]) -> list[JudgedLaw]:
     """Judge the candidates; of laws that differ in waves, no more once two more waves have not helped."""
-    judged: list[Judged] = []
+    judged: list[JudgedLaw] = []
     best: dict[tuple[tuple[str, ...], tuple[float, ...]], tuple[float, int]] = {}
     for candidate in candidates:
         family = candidate.keys, candidate.periods
@@ -158,23 +158,23 @@ def judge_all(problem: Problem, candidates: list[Candidate]) -> list[Judged]:
     return judged
 
 
-def upright(evidence: Evidence, rest: Array) -> Array:
+def upright(evidence: WallEvidence, rest: Array) -> Array:
     """(t,) [m] what is left of `rest` without tilt and distance, each taken out only where it is not known."""
     free = ~np.isfinite([evidence.wall.tilt_std] * 2 + [evidence.distance_std])
     return rest - evidence.nuisances[:, free] @ _nuisances(evidence, rest)[free]
 
 
-def level(evidence: Evidence, rest: Array) -> Array:
+def level(evidence: WallEvidence, rest: Array) -> Array:
     """(t,) [m] what is left of `rest` without tilt and distance."""
     return rest - evidence.nuisances @ _nuisances(evidence, rest)
 
 
-def on_axis(evidence: Evidence, rest: Array) -> float:
+def on_axis(evidence: WallEvidence, rest: Array) -> float:
     """Error on the optical axis [m]; NaN where the distance is not known."""
     return float(_nuisances(evidence, rest)[2]) if np.isfinite(evidence.distance_std) else float("nan")
 
 
-def _nuisances(evidence: Evidence, rest: Array) -> Array:
+def _nuisances(evidence: WallEvidence, rest: Array) -> Array:
     """Tilts and distance (3,) that explain `rest` best."""
     w = 1 / np.sqrt(evidence.variance)
     return np.linalg.lstsq(evidence.nuisances * w[:, None], rest * w, rcond=None)[0]

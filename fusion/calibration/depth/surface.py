@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from fusion.calibration.depth.candidates import TRIANGULATING
-from fusion.calibration.depth.information import Evidence
-from fusion.calibration.depth.selection import Judged, Problem, level, on_axis, upright
+from fusion.calibration.depth.information import WallEvidence
+from fusion.calibration.depth.selection import JudgedLaw, Problem, level, on_axis, upright
 from fusion.calibration.depth.terms import length, pixels
-from fusion.calibration.depth.tiles import Tiles
+from fusion.calibration.depth.tiles import TileGrid
 from fusion.sensor.sensor import Sensor
 
 SMOOTH = 1.0  # standard width of the smoothing [tiles]
@@ -19,7 +19,7 @@ Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Stack:
+class MapStack:
     """Maps of the error in the sensor's own unit, pixels of disparity or metres along the ray, over a grid of tiles.
 
     Attributes:
@@ -36,14 +36,14 @@ class Stack:
     std: float = 0.0
 
 
-def native(evidence: Evidence, sensor: Sensor) -> Array:
+def native(evidence: WallEvidence, sensor: Sensor) -> Array:
     """(t,) change of the depth [m] per unit of error in the sensor's own unit."""
     unit = pixels if sensor.principle in TRIANGULATING else length
     at = evidence.samples
     return at.tile_means(unit(lambda samples: np.ones(len(samples.depth)))(at))
 
 
-def judge_surface(problem: Problem, base: Judged, units: list[Array], kind: str) -> Judged:
+def judge_surface(problem: Problem, base: JudgedLaw, units: list[Array], kind: str) -> JudgedLaw:
     """The base law with a map or stack of what it leaves over, each wall left out once."""
     distances = np.array([e.wall.true_plane.distance for e in problem.evidence])
     maps = [_map(e, r, unit) for e, r, unit in zip(problem.evidence, base.residual, units, strict=True)]
@@ -58,20 +58,20 @@ def judge_surface(problem: Problem, base: Judged, units: list[Array], kind: str)
         rms.append(float(np.sqrt(np.average(rest**2, weights=e.tiles.count))))
         left.append(rest)
     candidate = replace(base.candidate, name=f"{base.candidate.name} + {kind}", surface=kind)
-    return Judged(candidate, base.law, np.array(chi2), np.array(offset), np.array(rms), tuple(left))
+    return JudgedLaw(candidate, base.law, np.array(chi2), np.array(offset), np.array(rms), tuple(left))
 
 
-def stack_of(evidence: list[Evidence], units: list[Array], kind: str) -> Stack:
+def stack_of(evidence: list[WallEvidence], units: list[Array], kind: str) -> MapStack:
     """The maps of what is left on each wall (`rest` of the evidence); one of all walls for the kind "map"."""
     order = np.argsort([e.wall.true_plane.distance for e in evidence])
     maps = [_map(evidence[i], evidence[i].rest, units[i]) for i in order]
     distances = np.array([evidence[i].wall.true_plane.distance for i in order])
     centres = _centres(evidence[0].tiles)
     if kind == "map":
-        return Stack(distances[:1], _filled(_mean(maps)[0])[None], *centres, _std_of_mean(maps))
+        return MapStack(distances[:1], _filled(_mean(maps)[0])[None], *centres, _std_of_mean(maps))
     weight = np.concatenate([w[w > 0] for _, w in maps])
     std = 1 / np.sqrt(4 * np.pi * SMOOTH**2 * np.median(weight))  # a bell counts that many tiles
-    return Stack(distances, np.array([_filled(values) for values, _ in maps]), *centres, float(std))
+    return MapStack(distances, np.array([_filled(values) for values, _ in maps]), *centres, float(std))
 
 
 def _std_of_mean(maps: list[tuple[Array, Array]]) -> float:
@@ -85,14 +85,14 @@ def _std_of_mean(maps: list[tuple[Array, Array]]) -> float:
     return float(np.median(np.sqrt(squares[often] * seen[often] / (seen[often] - 1)) / total[often]))
 
 
-def _centres(tiles: Tiles) -> tuple[Array, Array]:
+def _centres(tiles: TileGrid) -> tuple[Array, Array]:
     """Columns and rows [px] of the middles of the tiles."""
     rows, columns = tiles.grid
     middle = (tiles.side - 1) / 2
     return middle + tiles.side * np.arange(columns), middle + tiles.side * np.arange(rows)
 
 
-def _map(evidence: Evidence, rest: Array, unit: Array) -> tuple[Array, Array]:
+def _map(evidence: WallEvidence, rest: Array, unit: Array) -> tuple[Array, Array]:
     """Smooth error (rows, columns) in the sensor's unit, NaN where nothing is known, and its weight."""
     rest = level(evidence, rest)  # tilt and distance belong to the wall and not to the pixels
     value, weight = evidence.tiles.image(rest / unit), evidence.tiles.image(unit**2 / evidence.variance)

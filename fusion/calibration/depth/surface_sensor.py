@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from fusion.calibration.depth.candidates import TRIANGULATING
-from fusion.calibration.depth.surface import Stack
+from fusion.calibration.depth.surface import MapStack
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.fixed_pattern import FixedPattern
@@ -17,7 +17,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.table import interpolated
 
 
-def with_surface(sensor: Sensor, camera: Camera, stack: Stack) -> Sensor:
+def with_surface(sensor: Sensor, camera: Camera, stack: MapStack) -> Sensor:
     """The sensor with a map (one distance) or a stack added; a radial table that it has goes into the stack's."""
     triangulating = sensor.principle in TRIANGULATING
     if len(stack.distance) == 1:
@@ -45,14 +45,14 @@ def _with(sensor: Sensor, effect: Effect, parameter: str, std: float) -> Sensor:
     return replace(found, fitted=found.fitted | {effect.name}, std=known)
 
 
-def _full(stack: Stack, camera: Camera) -> NDArray[np.floating]:
+def _full(stack: MapStack, camera: Camera) -> NDArray[np.floating]:
     """(h, w) the first map read at every pixel."""
     v = np.interp(np.arange(camera.height), stack.v, np.arange(len(stack.v)))
     u = np.interp(np.arange(camera.width), stack.u, np.arange(len(stack.u)))
     return map_coordinates(stack.maps[0], np.meshgrid(v, u, indexing="ij"), order=1, mode="nearest")
 
 
-def _radial(table: Tabulated, camera: Camera, stack: Stack, triangulating: bool) -> NDArray[np.floating]:
+def _radial(table: Tabulated, camera: Camera, stack: MapStack, triangulating: bool) -> NDArray[np.floating]:
     """(rows, columns) a table over the radius, read at the middle of each tile."""
     if table.variables != ("radius",):
         raise ValueError(f"a table over {table.variables} cannot go into a stack")

@@ -7,18 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.depth.gloss import FRESNEL
-from fusion.calibration.depth.samples import Samples
+from fusion.calibration.depth.samples import WallSamples
 
 # [m] usual height of the wiggling (Fankhauser 2015: 6 mm), and of a curve about its straight line: both generous
 WAVE, CURVE = 0.01, 0.03
 BOARD = "board"  # stands for an effect where a number is the board's, not the sensor's
 DARKEST = 1e4  # reference over amplitude is held here, as the effect does
 Array = NDArray[np.floating]
-Law = Callable[[Samples], Array]
+Law = Callable[[WallSamples], Array]
 
 
 @dataclass(frozen=True)
-class Term:
+class LawTerm:
     """One number of a law.
 
     Attributes:
@@ -73,53 +73,53 @@ def wave(period: float, function: Callable[[Array], Array]) -> Law:
     return lambda at: function(2 * np.pi / period * at.depth * at.stretch)
 
 
-def common_terms() -> list[Term]:
+def common_terms() -> list[LawTerm]:
     """Offset and scale, which every sensor can have."""
     return [
-        Term("offset", "depth_offset", "offset", "m", length(_flat), 0.005),
-        Term("scale", "depth_scale", "scale", "1", lambda at: at.depth, 0.005),
+        LawTerm("offset", "depth_offset", "offset", "m", length(_flat), 0.005),
+        LawTerm("scale", "depth_scale", "scale", "1", lambda at: at.depth, 0.005),
     ]
 
 
-def triangulation_terms() -> list[Term]:
+def triangulation_terms() -> list[LawTerm]:
     """Of sensors that measure a disparity."""
     return [
-        Term("disparity", "disparity_offset", "offset", "px", pixels(_flat), 0.1),
-        *(Term(f"radius^{n}", "tabulated", "values_px", "px", pixels(radial(n)), 0.1, True) for n in (2, 4)),
+        LawTerm("disparity", "disparity_offset", "offset", "px", pixels(_flat), 0.1),
+        *(LawTerm(f"radius^{n}", "tabulated", "values_px", "px", pixels(radial(n)), 0.1, True) for n in (2, 4)),
     ]
 
 
-def radial_terms() -> list[Term]:
+def radial_terms() -> list[LawTerm]:
     """An error of length that grows towards the image's corners."""
-    return [Term(f"radius^{n}", "tabulated", "values", "m", length(radial(n)), 0.005, True) for n in (2, 4)]
+    return [LawTerm(f"radius^{n}", "tabulated", "values", "m", length(radial(n)), 0.005, True) for n in (2, 4)]
 
 
-def flight_terms(ir_reference: float | None) -> list[Term]:
+def flight_terms(ir_reference: float | None) -> list[LawTerm]:
     """Of time-of-flight sensors: delays over the chip, and the amplitude where IR tells it."""
     terms = [
         *radial_terms(),
-        Term("delay u", "column_delay", "slope", "m/px", length(lambda at: at.u), 3e-5, True),
-        Term("delay v", "column_delay", "slope_v", "m/px", length(lambda at: at.v), 3e-5, True),
+        LawTerm("delay u", "column_delay", "slope", "m/px", length(lambda at: at.u), 3e-5, True),
+        LawTerm("delay v", "column_delay", "slope_v", "m/px", length(lambda at: at.v), 3e-5, True),
     ]
     if ir_reference is not None:
         dark = _dark(ir_reference)
         terms += [
-            Term("amplitude", "amplitude_error", "coefficient", "m", length(dark), 0.002),
-            Term("amplitude^2", "amplitude_error", "coefficient", "m", length(lambda at: dark(at) ** 2), 0.002),
-            Term("amplitude log", "tabulated", "values", "m", length(_logarithm(dark)), 0.002),
+            LawTerm("amplitude", "amplitude_error", "coefficient", "m", length(dark), 0.002),
+            LawTerm("amplitude^2", "amplitude_error", "coefficient", "m", length(lambda at: dark(at) ** 2), 0.002),
+            LawTerm("amplitude log", "tabulated", "values", "m", length(_logarithm(dark)), 0.002),
         ]
     return terms
 
 
-def gloss_term() -> Term:
+def gloss_term() -> LawTerm:
     """What the board mirrors into the camera."""
-    return Term("gloss", BOARD, "gloss", "1", length(_gloss), FRESNEL, True)
+    return LawTerm("gloss", BOARD, "gloss", "1", length(_gloss), FRESNEL, True)
 
 
-def wave_terms(periods: tuple[float, ...]) -> list[Term]:
+def wave_terms(periods: tuple[float, ...]) -> list[LawTerm]:
     """Sine and cosine of the range for each period [m]."""
     return [
-        Term(
+        LawTerm(
             sine(period) if function is np.sin else f"cos {period:.6f}",
             "cyclic_error",
             "amplitude",
@@ -138,24 +138,24 @@ def sine(period: float) -> str:
     return f"sin {period:.6f}"
 
 
-def curve_terms(nodes: tuple[float, ...]) -> list[Term]:
+def curve_terms(nodes: tuple[float, ...]) -> list[LawTerm]:
     """A curve of straight pieces over the distance."""
     return [
-        Term(f"curve {i}", "tabulated", "values", "m", length(hat(nodes, i)), 0.005, highest=CURVE)
+        LawTerm(f"curve {i}", "tabulated", "values", "m", length(hat(nodes, i)), 0.005, highest=CURVE)
         for i in range(len(nodes))
     ]
 
 
-def _flat(at: Samples) -> Array:
+def _flat(at: WallSamples) -> Array:
     return np.ones(len(at.depth))
 
 
-def _gloss(at: Samples) -> Array:
+def _gloss(at: WallSamples) -> Array:
     return np.zeros(len(at.depth)) if at.gloss is None else at.gloss
 
 
 def _dark(reference: float) -> Law:
-    def law(at: Samples) -> Array:
+    def law(at: WallSamples) -> Array:
         ir = np.zeros(len(at.depth)) if at.ir is None else at.ir
         return np.where(ir > 0, np.minimum(reference / np.where(ir > 0, ir, 1.0), DARKEST), 0.0)
 
@@ -165,7 +165,7 @@ def _dark(reference: float) -> Law:
 def _logarithm(dark: Law) -> Law:
     """Of the darkness; 0 where the amplitude is not known."""
 
-    def law(at: Samples) -> Array:
+    def law(at: WallSamples) -> Array:
         values = dark(at)
         return np.log(np.where(values > 0, values, 1.0))
 

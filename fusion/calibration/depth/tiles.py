@@ -10,7 +10,7 @@ FULL = 0.25  # share of a tile's pixels that must be wall
 
 
 @dataclass(frozen=True)
-class Tiles:
+class TileGrid:
     """Which tile each pixel belongs to.
 
     Attributes:
@@ -41,7 +41,7 @@ class Tiles:
         return np.where(number > 0, total / np.maximum(number, 1), np.nan).reshape(self.grid)
 
 
-def tiles_of(mask: NDArray[np.bool_]) -> Tiles:
+def tiles_of(mask: NDArray[np.bool_]) -> TileGrid:
     """Square tiles over the pixels of a mask (h, w); those that hold few of them are left out."""
     height, width = mask.shape
     side = side_of(width)
@@ -53,7 +53,7 @@ def tiles_of(mask: NDArray[np.bool_]) -> Tiles:
     number = np.full(grid[0] * grid[1], -1)
     number[kept] = np.arange(len(kept))
     label = np.where(mask, number[flat], -1)
-    return Tiles(label, counts[kept], np.column_stack([kept // grid[1], kept % grid[1]]), grid, side)
+    return TileGrid(label, counts[kept], np.column_stack([kept // grid[1], kept % grid[1]]), grid, side)
 
 
 def side_of(width: int) -> int:

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.information import Evidence
-from fusion.calibration.depth.tiles import Tiles
+from fusion.calibration.depth.information import WallEvidence
+from fusion.calibration.depth.tiles import TileGrid
 
 FLAT = 2e-4  # [m] how far a tile of a good wall may stand off its plane (guess)
 FEW = 24  # tiles whose spread is known to a fifth: as good as what all walls together say (guess)
 BLOCK = 4  # tiles across a block, over which errors are no longer alike (guess)
 
 
-def with_variance(evidence: Evidence, rest: NDArray[np.floating], usual: float) -> Evidence:
+def with_variance(evidence: WallEvidence, rest: NDArray[np.floating], usual: float) -> WallEvidence:
     """The evidence with the variance that `rest` (t,) [m], after a rich law and the nuisances, shows.
 
     Neighbouring tiles that err alike count for fewer: the variance grows by how much slower their means settle.
@@ -32,7 +32,7 @@ def spread_of(rest: NDArray[np.floating]) -> float:
     return 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
 
 
-def alike(tiles: Tiles, rest: NDArray[np.floating]) -> float:
+def alike(tiles: TileGrid, rest: NDArray[np.floating]) -> float:
     """Factor by which the mean over a block of tiles varies more than if the tiles were independent, 1 to 16."""
     image = tiles.image(rest)
     rows, columns = (n // BLOCK * BLOCK for n in image.shape)

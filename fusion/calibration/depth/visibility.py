@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fusion.calibration.depth.information import Information
-from fusion.calibration.depth.terms import BOARD, Term
+from fusion.calibration.depth.terms import BOARD, LawTerm
 
 LEAST = 0.02  # share of a term that must survive tilts and distances: below, rounding and lens errors decide
 # the same of a term that is 0 at the middle, where distances do not help: what else the walls hold that no law does
@@ -15,7 +15,7 @@ SURE = 5.0  # standard deviations from which an effect counts as found
 
 
 @dataclass(frozen=True)
-class Visibility:
+class TermVisibility:
     """What becomes of one term when every wall's tilt and distance are free as far as they are.
 
     Attributes:
@@ -26,14 +26,14 @@ class Visibility:
         record: what to record to see it; empty when it is seen.
     """
 
-    term: Term
+    term: LawTerm
     share: float
     smallest: float
     seen: bool
     record: str
 
 
-def visibilities(terms: list[Term], total: Information, measured: int, walls: int) -> list[Visibility]:
+def visibilities(terms: list[LawTerm], total: Information, measured: int, walls: int) -> list[TermVisibility]:
     """For every term; `measured`: how many of the walls have a known distance."""
     found = []
     for i, term in enumerate(terms):
@@ -45,11 +45,11 @@ def visibilities(terms: list[Term], total: Information, measured: int, walls: in
         seen = smallest < 20 * term.typical and left
         if term.effect == BOARD and not seen:
             continue  # a board that mirrors nothing: nobody misses that
-        found.append(Visibility(term, share, float(smallest), seen, "" if seen else _advice(term, measured, walls)))
+        found.append(TermVisibility(term, share, float(smallest), seen, "" if seen else _advice(term, measured, walls)))
     return found
 
 
-def _advice(term: Term, measured: int, walls: int) -> str:
+def _advice(term: LawTerm, measured: int, walls: int) -> str:
     if term.effect == "amplitude_error":
         return "walls with dark and bright patches, with IR images"
     if term.effect == "column_delay":

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.plane import Plane, find_wall
+from fusion.calibration.depth.plane import WallPlane, find_wall
 from fusion.calibration.series import PixelSeries
 from fusion.calibration.stretches import still_stretches
 from fusion.errors import FusionError, RecordingError
@@ -50,7 +50,7 @@ class Wall:
     depth: NDArray[np.floating]
     std: NDArray[np.floating]
     mask: NDArray[np.bool_]
-    plane: Plane
+    plane: WallPlane
     distance: float
     distance_std: float
     ir: NDArray[np.floating] | None = None
@@ -62,7 +62,7 @@ class Wall:
     unread: dict[int, str] = field(default_factory=dict)
 
     @property
-    def true_plane(self) -> Plane:
+    def true_plane(self) -> WallPlane:
         """The fitted tilt at the stated distance, or the fitted plane where none is stated."""
         if not np.isfinite(self.distance):
             return self.plane

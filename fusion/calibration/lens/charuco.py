@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.lens.board import Board
-from fusion.calibration.lens.detect import Found, stretched
+from fusion.calibration.lens.detect import FoundCorners, stretched
 from fusion.calibration.lens.refine import board_contrast, move
 from fusion.calibration.lens.saddle import REACH, saddles
 from fusion.geometry.pose import Array
@@ -21,7 +21,7 @@ ENOUGH = 0.8  # of the corners: no further attempt
 NARROWEST, WIDEST = 2, 8  # [px] half windows
 
 
-def find_charuco(image: NDArray, board: Board) -> Found | None:
+def find_charuco(image: NDArray, board: Board) -> FoundCorners | None:
     """The corners of the board that are seen, or None; both layouts of boards with even rows are tried.
 
     Args:
@@ -29,7 +29,7 @@ def find_charuco(image: NDArray, board: Board) -> Found | None:
         board: with markers.
     """
     grey = stretched(image)
-    best: Found | None = None
+    best: FoundCorners | None = None
     for scale, blur in ATTEMPTS:
         if scale > 1 and scale * max(grey.shape) > LARGEST_SEARCH:
             continue
@@ -45,7 +45,7 @@ def find_charuco(image: NDArray, board: Board) -> Found | None:
     return None if best is None else replace(best, pixels=_refined(image, best, board))
 
 
-def _refined(image: NDArray, found: Found, board: Board) -> Array:
+def _refined(image: NDArray, found: FoundCorners, board: Board) -> Array:
     """Corners (n, 2) [px] refined at the picture's own size, in windows that no marker reaches into."""
     pixels = found.pixels
     distance = np.linalg.norm(pixels[:, None] - pixels, axis=2)
@@ -58,7 +58,7 @@ def _refined(image: NDArray, found: Found, board: Board) -> Array:
     return saddles(values, moved, plane, min(REACH, 0.9 * share))
 
 
-def _find(grey: NDArray[np.uint8], board: Board, legacy: bool, scale: int) -> Found | None:
+def _find(grey: NDArray[np.uint8], board: Board, legacy: bool, scale: int) -> FoundCorners | None:
     """The corners in an enlarged picture, in pixels of the picture itself."""
     markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))
     squares = (board.columns + 1, board.rows + 1)
@@ -77,4 +77,4 @@ def _find(grey: NDArray[np.uint8], board: Board, legacy: bool, scale: int) -> Fo
     if len(across) < 2 or len(down) < 2:  # on one line: no plane
         return None
     pixels = (np.asarray(corners, float).reshape(-1, 2) + 0.5) / scale - 0.5
-    return Found(index, pixels, "markers" + (" (legacy layout)" if legacy else ""))
+    return FoundCorners(index, pixels, "markers" + (" (legacy layout)" if legacy else ""))

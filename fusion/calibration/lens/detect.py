@@ -28,7 +28,7 @@ Grey = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
-class Attempt:
+class DetectorTry:
     """One way to look for the board: enlarged by `scale`, smoothed by `blur` [px], with one of OpenCV's detectors."""
 
     detector: str
@@ -43,16 +43,16 @@ class Attempt:
 
 # in the order of their time; each finds boards that those before miss
 ATTEMPTS = (
-    Attempt("equalised"),
-    Attempt("classic", 2),
-    Attempt("classic", 3, 0.6),
-    Attempt("equalised", 2, 1.0),
-    Attempt("sectors"),
+    DetectorTry("equalised"),
+    DetectorTry("classic", 2),
+    DetectorTry("classic", 3, 0.6),
+    DetectorTry("equalised", 2, 1.0),
+    DetectorTry("sectors"),
 )
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundCorners:
     """The corners found in a picture.
 
     Attributes:
@@ -77,7 +77,9 @@ def stretched(image: NDArray) -> Grey:
     return (np.clip((values - low) / (high - low), 0, 1) * 255).astype(np.uint8)
 
 
-def find_checkerboard(image: NDArray, board: Board, attempts: tuple[Attempt, ...] = ATTEMPTS) -> Found | None:
+def find_checkerboard(
+    image: NDArray, board: Board, attempts: tuple[DetectorTry, ...] = ATTEMPTS
+) -> FoundCorners | None:
     """All corners of the board in a picture of any depth of grey (or colour), or None.
 
     Args:
@@ -94,11 +96,11 @@ def find_checkerboard(image: NDArray, board: Board, attempts: tuple[Attempt, ...
             continue
         pixels = upright(refined(image, pixels, board), board)
         if not implausible(pixels, board, grey.shape):
-            return Found(np.arange(board.corners), pixels, attempt.name)
+            return FoundCorners(np.arange(board.corners), pixels, attempt.name)
     return None
 
 
-def _attempt(grey: Grey, board: Board, attempt: Attempt) -> Array | None:
+def _attempt(grey: Grey, board: Board, attempt: DetectorTry) -> Array | None:
     """(n, 2) corners [px] of the picture at its own size, before refinement."""
     scale = attempt.scale * min(1.0, LARGEST_SEARCH / max(grey.shape))
     if attempt.scale > 1 and max(grey.shape) * scale > 2 * LARGEST_SEARCH:

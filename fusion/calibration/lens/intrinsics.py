@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from fusion.calibration.lens.board import Board
-from fusion.calibration.lens.outliers import Judged, judge
-from fusion.calibration.lens.pair import Pair, place_color
-from fusion.calibration.lens.pictures import Pictures, find_pictures, thinned
+from fusion.calibration.lens.outliers import JudgedViews, judge
+from fusion.calibration.lens.pair import CameraPair, place_color
+from fusion.calibration.lens.pictures import BoardPictures, find_pictures, thinned
 from fusion.calibration.lens.pitch import check_pitch, row_pitch
 from fusion.calibration.lens.search import Search, search
 from fusion.calibration.lens.size import size_warnings
 from fusion.calibration.lens.solve import NAMES, solve
-from fusion.calibration.lens.spread import Spread, spread
+from fusion.calibration.lens.spread import LensSpread, spread
 from fusion.calibration.lens.terms import is_rational
 from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projection_uncertainty
-from fusion.calibration.lens.views import View, covered
+from fusion.calibration.lens.views import BoardView, covered
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import stage
@@ -57,8 +57,8 @@ class CameraFit:
     """
 
     camera: Camera
-    judged: Judged
-    spread: Spread
+    judged: JudgedViews
+    spread: LensSpread
     uncertainty: ProjectionUncertainty
     coverage: float
     pitch: tuple[float, float]
@@ -89,7 +89,7 @@ class Intrinsics:
     board: Board
     searches: dict[str, Search]
     fits: dict[str, CameraFit]
-    pair: Pair | None = None
+    pair: CameraPair | None = None
     warnings: list[str] = field(default_factory=list)
 
     def __repr__(self) -> str:
@@ -141,7 +141,7 @@ def calibrate_intrinsics(
     return Intrinsics(camera, board, searches, fits, pair, warnings)
 
 
-def fit_camera(views: Sequence[View], size: tuple[int, int], settings: LensSettings | None = None) -> CameraFit:
+def fit_camera(views: Sequence[BoardView], size: tuple[int, int], settings: LensSettings | None = None) -> CameraFit:
     """One camera from views of a board; size is (width, height) [px].
 
     Where views left out say that the lens is wider than three radial terms follow, all eight of OpenCV's are fitted.
@@ -171,7 +171,7 @@ def fit_camera(views: Sequence[View], size: tuple[int, int], settings: LensSetti
     return CameraFit(camera, judged, known, uncertainty, covered(judged.views, size), pitch, held)
 
 
-def _check_open(judged: Judged, known: Spread) -> None:
+def _check_open(judged: JudgedViews, known: LensSpread) -> None:
     """Refuse a camera whose focal length the views do not tell. Raises RecordingError."""
     share = float(np.max(known.std[:2] / np.abs(judged.solution.parameters[:2])))
     if not share < OPEN:
@@ -180,7 +180,9 @@ def _check_open(judged: Judged, known: Spread) -> None:
         raise RecordingError("the views leave the focal length open", found=found, expected=f"below {OPEN:.0%}", do=do)
 
 
-def _joined(pictures: Pictures, fits: dict[str, CameraFit], pair: Pair | None, warnings: list[str]) -> Camera:
+def _joined(
+    pictures: BoardPictures, fits: dict[str, CameraFit], pair: CameraPair | None, warnings: list[str]
+) -> Camera:
     """The camera with what `camera.json` already said about the sensor, and the colour camera inside."""
     main, *_ = fits.values()
     camera, before = main.camera, pictures.camera

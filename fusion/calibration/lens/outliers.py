@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fusion.calibration.lens.grid import plane_misfit
-from fusion.calibration.lens.solve import Solution, placed, residual, solve
+from fusion.calibration.lens.solve import LensSolution, placed, residual, solve
 from fusion.calibration.lens.spread import spread
-from fusion.calibration.lens.views import View
+from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 
@@ -34,7 +34,7 @@ class Outlier:
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedViews:
     """What is left after judging.
 
     Attributes:
@@ -44,13 +44,13 @@ class Judged:
         wild: view name to number of single corners left out.
     """
 
-    views: list[View]
+    views: list[BoardView]
     outliers: list[Outlier]
-    solution: Solution
+    solution: LensSolution
     wild: dict[str, int]
 
 
-def judge(views: Sequence[View], size: tuple[int, int], keep: bool = False, rational: bool = False) -> Judged:
+def judge(views: Sequence[BoardView], size: tuple[int, int], keep: bool = False, rational: bool = False) -> JudgedViews:
     """Solve, leave out what does not fit, and solve again until nothing changes; `keep` names but does not leave out.
 
     Args:
@@ -76,12 +76,12 @@ def judge(views: Sequence[View], size: tuple[int, int], keep: bool = False, rati
         solution, rms = _solved(views, bad, size, rational)
     outliers = [Outlier(views[i].name, float(rms[i]), reason) for i, reason in sorted(bad.items())]
     if keep:
-        return Judged(views, outliers, solve(views, size, rational=rational), {})
+        return JudgedViews(views, outliers, solve(views, size, rational=rational), {})
     kept, wild = _without_wild([v for i, v in enumerate(views) if i not in bad], solution)
-    return Judged(kept, outliers, solve(kept, size, solution.parameters) if wild else solution, wild)
+    return JudgedViews(kept, outliers, solve(kept, size, solution.parameters) if wild else solution, wild)
 
 
-def _not_plane(views: list[View]) -> dict[int, str]:
+def _not_plane(views: list[BoardView]) -> dict[int, str]:
     """Views whose corners lie on no plane, while those of the others do."""
     if not views:  # told when they are solved
         return {}
@@ -91,7 +91,9 @@ def _not_plane(views: list[View]) -> dict[int, str]:
     return {int(i): f"no plane board: {misfit[i]:.1f} px, the others {usual:.2f} px" for i in bad}
 
 
-def _solved(views: list[View], bad: dict[int, str], size: tuple[int, int], rational: bool) -> tuple[Solution, Array]:
+def _solved(
+    views: list[BoardView], bad: dict[int, str], size: tuple[int, int], rational: bool
+) -> tuple[LensSolution, Array]:
     """The camera of the good views, and the error [px] of every view under it."""
     solution = solve([view for i, view in enumerate(views) if i not in bad], size, rational=rational)
     rms = np.zeros(len(views))
@@ -108,7 +110,7 @@ def _usual_error(residuals: Array) -> float:
     return float(np.sqrt(squares[: int(np.ceil((1 - MOST_WILD) * len(squares)))].mean()))
 
 
-def _standing_out(rms: Array, views: list[View], bad: dict[int, str], solution: Solution) -> dict[int, str]:
+def _standing_out(rms: Array, views: list[BoardView], bad: dict[int, str], solution: LensSolution) -> dict[int, str]:
     good = [i for i in range(len(views)) if i not in bad]
     usual = float(np.median(rms[good]))
     scatter = 1.4826 * float(np.median(np.abs(np.log(np.maximum(rms[good], 1e-9) / max(usual, 1e-9)))))
@@ -125,7 +127,7 @@ def _standing_out(rms: Array, views: list[View], bad: dict[int, str], solution: 
     }
 
 
-def _without_wild(views: list[View], solution: Solution) -> tuple[list[View], dict[str, int]]:
+def _without_wild(views: list[BoardView], solution: LensSolution) -> tuple[list[BoardView], dict[str, int]]:
     """The views without single corners far beyond the others."""
     length = [np.linalg.norm(r, axis=1) for r in solution.residuals]
     usual = float(np.median(np.concatenate(length)))

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fusion.calibration.lens.solve import placed
-from fusion.calibration.lens.views import View, common
+from fusion.calibration.lens.views import BoardView, common
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
@@ -21,7 +21,7 @@ LEAST = (0.5, 0.01)  # [deg], [m]: differences below are no reason to drop a pai
 
 
 @dataclass(frozen=True)
-class Pair:
+class CameraPair:
     """Two cameras side by side.
 
     Attributes:
@@ -41,7 +41,9 @@ class Pair:
     left_out: list[str]
 
 
-def place_color(ir: Sequence[View], color: Sequence[View], ir_camera: Camera, color_camera: Camera) -> Pair:
+def place_color(
+    ir: Sequence[BoardView], color: Sequence[BoardView], ir_camera: Camera, color_camera: Camera
+) -> CameraPair:
     """Relative pose with both cameras' intrinsics held.
 
     Args:
@@ -77,14 +79,14 @@ def place_color(ir: Sequence[View], color: Sequence[View], ir_camera: Camera, co
     T[:3, :3], T[:3, 3] = R, np.ravel(t)
     scatter = poses[near].std(axis=0, ddof=1) / np.sqrt(near.sum())
     names = [pairs[i][0].name for i in known]
-    return Pair(
+    return CameraPair(
         T, scatter[:3], scatter[3:], float(rms),
         [n for n, good in zip(names, near, strict=True) if good],
         [n for n, good in zip(names, near, strict=True) if not good],
     )  # fmt: skip
 
 
-def _relative(ir: View, color: View, ir_camera: Camera, color_camera: Camera) -> Array | None:
+def _relative(ir: BoardView, color: BoardView, ir_camera: Camera, color_camera: Camera) -> Array | None:
     """(6,) rotation vector and translation of the colour camera as one pair tells it."""
     poses: Any = [
         placed(view, np.array([c.fx, c.fy, c.cx, c.cy, *c.distortion]))

@@ -52,7 +52,7 @@ Picture = Path | FramePicture
 
 
 @dataclass(frozen=True)
-class Pictures:
+class BoardPictures:
     """The pictures of a folder or recording.
 
     Attributes:
@@ -68,7 +68,7 @@ class Pictures:
     camera: Camera | None = None
 
 
-def find_pictures(path: Path | str, topic: str | None = None) -> Pictures:
+def find_pictures(path: Path | str, topic: str | None = None) -> BoardPictures:
     """The pictures in a recording of any format or in a plain folder.
 
     In a plain folder a name with `ir` or `infrared` between its separators is an IR picture, one with `rgb` or `color`
@@ -97,7 +97,7 @@ def find_pictures(path: Path | str, topic: str | None = None) -> Pictures:
     if not ir and not color:
         expected = "ir.txt or rgb.txt with their pictures, or a folder of PNG or JPEG files"
         raise RecordingError("there are no pictures of a board", folder, "none", expected)
-    return Pictures(folder, ir, color, camera)
+    return BoardPictures(folder, ir, color, camera)
 
 
 def read_picture(picture: Picture) -> NDArray:
@@ -125,7 +125,7 @@ def thinned(pictures: dict[str, Picture], most: int) -> dict[str, Picture]:
     return {keys[i]: pictures[keys[i]] for i in np.unique(np.linspace(0, len(keys) - 1, most).astype(int))}
 
 
-def _of_frames(recording: Recording) -> Pictures:
+def _of_frames(recording: Recording) -> BoardPictures:
     """Infrared and colour of all frames that have them, by their stamps. Raises RecordingError."""
     found: dict[bool, dict[str, Picture]] = {}
     for color, has in ((False, recording.has_ir), (True, recording.has_color)):
@@ -134,7 +134,7 @@ def _of_frames(recording: Recording) -> Pictures:
     if not found[False] and not found[True]:
         expected = "infrared or colour images"
         raise RecordingError("there are no pictures of a board", recording.path, "depth alone", expected)
-    return Pictures(recording.path, found[False], found[True], recording.camera)
+    return BoardPictures(recording.path, found[False], found[True], recording.camera)
 
 
 def _listed(folder: Path) -> tuple[dict[str, Picture], dict[str, Picture]]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from fusion.calibration.lens.solve import jacobian, residual, solve
 from fusion.calibration.lens.spread import eliminated
-from fusion.calibration.lens.views import View
+from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 
@@ -16,7 +16,7 @@ TOLERATED, SIGNIFICANT = 0.015, 6.0  # share, and standard deviations: beyond bo
 ROUNDS = 5
 
 
-def row_pitch(views: Sequence[View], size: tuple[int, int], begin: Array | None = None) -> tuple[float, float]:
+def row_pitch(views: Sequence[BoardView], size: tuple[int, int], begin: Array | None = None) -> tuple[float, float]:
     """(ratio, std): distance of the rows over that of the columns as the views themselves tell it.
 
     Seen flat from the front it hides behind the focal lengths; boards tilted and turned in the picture show it. The
@@ -61,7 +61,7 @@ def check_pitch(ratio: float, std: float, where: object = "board.json") -> None:
         raise RecordingError("the board's squares are not square", where, found, "the same pitch both ways", do)
 
 
-def _block(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
+def _block(view: BoardView, pose: Array, parameters: Array) -> tuple[Array, Array]:
     """Information and gradient of a view about (the parameters, relative change of the rows' pitch)."""
     J, r = jacobian(view, pose, parameters)
     more = replace(view, points=view.points * [1, 1 + STEP, 1])

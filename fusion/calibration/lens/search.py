@@ -8,7 +8,7 @@ from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.charuco import find_charuco
 from fusion.calibration.lens.detect import find_checkerboard, largest_board
 from fusion.calibration.lens.pictures import Picture, place_of, read_picture, usual_size
-from fusion.calibration.lens.views import View, view_of
+from fusion.calibration.lens.views import BoardView, view_of
 from fusion.errors import RecordingError
 from fusion.progress import each
 
@@ -29,7 +29,7 @@ class Search:
         pictures: key to picture, of all.
     """
 
-    views: list[View]
+    views: list[BoardView]
     size: tuple[int, int]
     missed: list[str] = field(default_factory=list)
     unread: dict[str, str] = field(default_factory=dict)
@@ -47,7 +47,7 @@ def search(pictures: dict[str, Picture], board: Board) -> Search:
         RecordingError: none can be read, or another board than the stated one is in them.
     """
     find = find_charuco if board.is_charuco else find_checkerboard
-    views: list[View] = []
+    views: list[BoardView] = []
     sizes, missed, unread = {}, [], {}
     for key in each(pictures, "looking for the board"):
         try:

@@ -5,9 +5,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fusion.calibration.lens.outliers import Judged
-from fusion.calibration.lens.solve import Solution
-from fusion.calibration.lens.views import View
+from fusion.calibration.lens.outliers import JudgedViews
+from fusion.calibration.lens.solve import LensSolution
+from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.recording.open import open_recording
@@ -18,7 +18,7 @@ APART = 0.08  # share: an uncalibrated depth camera is wrong by 2 to 4 %, a wron
 SAME_TIME = 0.02  # [s]
 
 
-def size_warnings(path: Path, judged: Judged) -> list[str]:
+def size_warnings(path: Path, judged: JudgedViews) -> list[str]:
     """A sentence when the board's distance by its squares is not the depth that was measured; else nothing."""
     if path.is_dir() and not (path / "depth.txt").is_file():
         return []
@@ -39,7 +39,7 @@ def size_warnings(path: Path, judged: Judged) -> list[str]:
     ]
 
 
-def _ratio(recording: Recording, view: View, solution: Solution, place: int) -> float:
+def _ratio(recording: Recording, view: BoardView, solution: LensSolution, place: int) -> float:
     """Measured over predicted depth at the corners of a view; NaN where there is no depth of the same moment."""
     try:
         stamp = float(view.name)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from fusion.calibration.lens.adjust import adjusted
-from fusion.calibration.lens.views import View
+from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
@@ -18,7 +18,7 @@ RATIONAL = (*NAMES, "k4", "k5", "k6")
 
 
 @dataclass(frozen=True)
-class Solution:
+class LensSolution:
     """Least squares over all corners of some views.
 
     Attributes:
@@ -64,12 +64,12 @@ def matrix(parameters: Array) -> Array:
 
 
 def solve(
-    views: Sequence[View],
+    views: Sequence[BoardView],
     size: tuple[int, int],
     start: Array | None = None,
     hold_k3: bool = False,
     rational: bool = False,
-) -> Solution:
+) -> LensSolution:
     """Fit one camera and a pose per view.
 
     Args:
@@ -101,10 +101,10 @@ def solve(
         raise RecordingError(
             "no camera explains the views", found="a solution that is not finite", do="check the pictures"
         )
-    return Solution(parameters, poses, [residual(v, p, parameters) for v, p in zip(views, poses, strict=True)])
+    return LensSolution(parameters, poses, [residual(v, p, parameters) for v, p in zip(views, poses, strict=True)])
 
 
-def _guess(views: Sequence[View], size: tuple[int, int]) -> Array:
+def _guess(views: Sequence[BoardView], size: tuple[int, int]) -> Array:
     """Parameters (9,) of a camera without distortion, from what the board's squares look like."""
     points = [np.ascontiguousarray(view.points, np.float32) for view in views]
     pixels = [np.ascontiguousarray(view.pixels.reshape(-1, 1, 2), np.float32) for view in views]
@@ -112,20 +112,20 @@ def _guess(views: Sequence[View], size: tuple[int, int]) -> Array:
     return np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], 0, 0, 0, 0, 0], float)
 
 
-def residual(view: View, pose: Array, parameters: Array) -> Array:
+def residual(view: BoardView, pose: Array, parameters: Array) -> Array:
     """(n, 2) seen minus predicted [px] of a view with its pose (6,)."""
     predicted, _ = cv2.projectPoints(view.points, pose[:3], pose[3:], matrix(parameters), parameters[4:])
     return view.pixels - predicted.reshape(-1, 2)
 
 
-def jacobian(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
+def jacobian(view: BoardView, pose: Array, parameters: Array) -> tuple[Array, Array]:
     """(2n, parameters + 6) derivative of the predicted pixels in camera and pose, (2n,) predicted minus seen [px]."""
     predicted, J = cv2.projectPoints(view.points, pose[:3], pose[3:], matrix(parameters), parameters[4:])
     # OpenCV's columns: rotation, translation, focal length, principal point, distortion
     return np.hstack([J[:, 6 : 6 + len(parameters)], J[:, :6]]), (predicted.reshape(-1, 2) - view.pixels).ravel()
 
 
-def placed(view: View, parameters: Array) -> Array | None:
+def placed(view: BoardView, parameters: Array) -> Array | None:
     """Pose (6,) of the board in a view for a known camera, or None."""
     try:
         ok, turn, shift = cv2.solvePnP(view.points, view.pixels, matrix(parameters), parameters[4:])

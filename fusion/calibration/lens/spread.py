@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fusion.calibration.lens.solve import Solution, jacobian
-from fusion.calibration.lens.views import View
+from fusion.calibration.lens.solve import LensSolution, jacobian
+from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 
 
 @dataclass(frozen=True)
-class Spread:
+class LensSpread:
     """How well the parameters are known.
 
     Attributes:
@@ -48,7 +48,7 @@ class Spread:
         return self.covariance / np.outer(std, std)
 
 
-def spread(views: Sequence[View], solution: Solution) -> Spread:
+def spread(views: Sequence[BoardView], solution: LensSolution) -> LensSpread:
     """How well a solution is known.
 
     The corners of one view share errors (a bent board, blur), so the scatter alone promises too much; the jackknife
@@ -75,10 +75,10 @@ def spread(views: Sequence[View], solution: Solution) -> Spread:
     wider = float(np.clip(np.sqrt(np.mean((jackknife / scatter) ** 2)), 1, 10))
     covariance = sigma2 * inverse * wider**2
     influence = np.einsum("vi,ij,vj->v", shifts, total / sigma2 if sigma2 else total, shifts) / len(unit)
-    return Spread(covariance, scatter, jackknife, shifts, influence, float(np.sqrt(sigma2)))
+    return LensSpread(covariance, scatter, jackknife, shifts, influence, float(np.sqrt(sigma2)))
 
 
-def reduced(view: View, pose: Array, parameters: Array) -> tuple[Array, Array]:
+def reduced(view: BoardView, pose: Array, parameters: Array) -> tuple[Array, Array]:
     """(k, k) information and (k,) gradient of a view about the camera, without its own pose; weight 1/px^2."""
     J, r = jacobian(view, pose, parameters)
     return eliminated(J, r, len(parameters))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.calibration.lens.solve import placed, residual, solve
-from fusion.calibration.lens.views import View
+from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 
@@ -15,7 +15,7 @@ BETTER = 0.9  # of the misfit on views left out
 SURE = 3.0  # standard errors over the views
 
 
-def is_rational(views: Sequence[View], size: tuple[int, int]) -> bool:
+def is_rational(views: Sequence[BoardView], size: tuple[int, int]) -> bool:
     """True where twelve parameters predict views left out clearly better than nine.
 
     Args:
@@ -37,7 +37,7 @@ def is_rational(views: Sequence[View], size: tuple[int, int]) -> bool:
     return middle < np.log(BETTER) and middle < -SURE * spread
 
 
-def _left_out(views: Sequence[View], size: tuple[int, int], rational: bool) -> Array:
+def _left_out(views: Sequence[BoardView], size: tuple[int, int], rational: bool) -> Array:
     """(views,) misfit [px] of each under a camera that was fitted without it; NaN where it has no pose."""
     misfit = np.full(len(views), np.nan)
     for fold in range(FOLDS):

@@ -11,7 +11,7 @@ from fusion.geometry.pose import Array
 
 
 @dataclass(frozen=True)
-class View:
+class BoardView:
     """The corners of a board in one picture.
 
     Attributes:
@@ -31,24 +31,24 @@ class View:
     def __len__(self) -> int:
         return len(self.ids)
 
-    def only(self, keep: NDArray) -> "View":
+    def only(self, keep: NDArray) -> "BoardView":
         """The view with some of its corners: a mask or indices (m,)."""
         return replace(self, ids=self.ids[keep], points=self.points[keep], pixels=self.pixels[keep])
 
 
-def view_of(name: str, pixels: Array, board: Board, ids: NDArray[np.intp] | None = None, how: str = "") -> View:
+def view_of(name: str, pixels: Array, board: Board, ids: NDArray[np.intp] | None = None, how: str = "") -> BoardView:
     """A view of a board from its corners (n, 2) [px]; without ids, of all corners row by row."""
     ids = np.arange(board.corners) if ids is None else np.asarray(ids, np.intp)
-    return View(name, ids, board.points()[ids], np.asarray(pixels, float).reshape(-1, 2), how)
+    return BoardView(name, ids, board.points()[ids], np.asarray(pixels, float).reshape(-1, 2), how)
 
 
-def common(first: View, second: View) -> tuple[View, View]:
+def common(first: BoardView, second: BoardView) -> tuple[BoardView, BoardView]:
     """The corners that two views (of two cameras) share, in the same order."""
     _, one, two = np.intersect1d(first.ids, second.ids, return_indices=True)
     return first.only(one), second.only(two)
 
 
-def covered(views: Sequence[View], size: tuple[int, int], cells: int = 8) -> float:
+def covered(views: Sequence[BoardView], size: tuple[int, int], cells: int = 8) -> float:
     """Share of the picture's cells (cells x cells) in which at least one corner was seen; size is (width, height)."""
     pixels = np.concatenate([view.pixels for view in views]) if views else np.zeros((0, 2))
     cell = np.floor((pixels + 0.5) / np.array(size) * cells).astype(int).clip(0, cells - 1)

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.axial_forms import POLYNOMIAL, AxialForm, Places, candidates, places_of
-from fusion.calibration.noise.fit import Data, Fit, choose, fit_law
+from fusion.calibration.noise.fit import Data, NoiseFit, choose, fit_law
 from fusion.calibration.noise.poses import Pose
-from fusion.calibration.noise.visible import Visible, visible
+from fusion.calibration.noise.visible import VisibleParameters, visible
 from fusion.errors import FusionError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.sensor import Sensor
@@ -35,13 +35,13 @@ class AxialLaw:
     sigma: Array
     sigma_std: Array
     places: Places
-    fits: list[Fit]
+    fits: list[NoiseFit]
     chosen: int
-    visible: Visible
+    visible: VisibleParameters
     kept: dict[str, float]
 
     @property
-    def best(self) -> Fit:
+    def best(self) -> NoiseFit:
         """The form in use."""
         return self.fits[self.chosen]
 
@@ -102,7 +102,7 @@ def axial_law(poses: list[Pose], principle: str, known: Sensor, focal_baseline: 
     return AxialLaw(some, sigma, deviation, places, fits, choose(fits), can, kept)
 
 
-def _kept(known: Sensor, can: Visible) -> dict[str, float]:
+def _kept(known: Sensor, can: VisibleParameters) -> dict[str, float]:
     """Hidden parameters of the model's own polynomial law."""
     effect = known.effect("axial_noise")
     if not isinstance(effect, AxialNoise) or np.any(effect.ir_reference):

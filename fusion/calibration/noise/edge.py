@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.repeats import batch_error
-from fusion.calibration.noise.target import Target
+from fusion.calibration.noise.target import FlatTarget
 
 Image = NDArray[np.floating]
 
@@ -13,13 +13,13 @@ OUTER = 4  # [px] at the outer end of the strip that show what is behind
 NEAR = 0.03  # [m] with nothing behind, nearer to the plane than this is target
 
 
-def strip_width(target: Target) -> int:
+def strip_width(target: FlatTarget) -> int:
     """Pixels on both sides of an edge that belong to it: a third of the target, so that its two edges stay apart."""
     width = int(np.median(target.mask[slice(*target.rows)].sum(axis=1)))
     return int(np.clip(width // 3, *STRIP))
 
 
-def edge_positions(depth: Image, target: Target, plane: Image, side: int) -> NDArray[np.float64]:
+def edge_positions(depth: Image, target: FlatTarget, plane: Image, side: int) -> NDArray[np.float64]:
     """(rows,) column [px] at which the target ends in every row of its inside; NaN where that cannot be said.
 
     Args:
@@ -41,13 +41,13 @@ def edge_positions(depth: Image, target: Target, plane: Image, side: int) -> NDA
     return np.where(whole, position, np.nan)
 
 
-def edge_depth(target: Target, plane: Image, side: int) -> float:
+def edge_depth(target: FlatTarget, plane: Image, side: int) -> float:
     """Depth [m] of the target's plane at its left (0) or right (1) edge."""
     rows, ends, _ = _ends(target, side)
     return float(np.median(plane[rows[ends >= 0], ends[ends >= 0]])) if (ends >= 0).any() else float("nan")
 
 
-def nothing_behind(valid: Image, target: Target, side: int) -> bool:
+def nothing_behind(valid: Image, target: FlatTarget, side: int) -> bool:
     """Whether most of the pixels just outside an edge have no depth in most frames; `valid`: (h, w) shares."""
     rows, ends, width = _ends(target, side)
     away = np.arange(2, width + 1) * (1 if side else -1)
@@ -86,7 +86,7 @@ def spread_with_error(positions: Image) -> tuple[float, float]:
     return spread, error / (2 * max(spread, np.sqrt(error) if error > 0 else 1e-6))
 
 
-def _ends(target: Target, side: int) -> tuple[NDArray[np.intp], NDArray[np.intp], int]:
+def _ends(target: FlatTarget, side: int) -> tuple[NDArray[np.intp], NDArray[np.intp], int]:
     """Rows of the inside, the column where the target ends in each (-1 without target), and the strip's width."""
     rows = np.arange(*target.rows)
     held = target.mask[rows]

@@ -21,7 +21,7 @@ WITHOUT_SLOPE = 2.0  # times as far as its reach, a number's slope alone would l
 SMALLEST = 1e-12  # laws stay positive where they are compared
 
 
-class Form(Protocol):
+class NoiseForm(Protocol):
     """A law with free numbers."""
 
     @property
@@ -68,7 +68,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Fit:
+class NoiseFit:
     """A law with its numbers.
 
     Attributes:
@@ -82,7 +82,7 @@ class Fit:
             not possible.
     """
 
-    form: Form
+    form: NoiseForm
     numbers: Array
     covariance: Array
     freedom: int
@@ -105,7 +105,7 @@ class Fit:
         """Standard deviations that an interval of this level reaches to either side."""
         return float(student.ppf(0.5 + level / 2, max(self.freedom, 1)))
 
-    def predict_with_std(self, form: Form) -> tuple[Array, Array]:
+    def predict_with_std(self, form: NoiseForm) -> tuple[Array, Array]:
         """The law at other places (a form of the same names) and its standard deviation."""
         slopes = _slopes(form.predict, self.numbers, self.std)
         return form.predict(self.numbers), np.sqrt(np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes))
@@ -117,17 +117,19 @@ class Fit:
         return float(np.sqrt(np.mean(known**2))) if len(known) else float("inf")
 
 
-def fit_law(form: Form, data: Data) -> Fit:
+def fit_law(form: NoiseForm, data: Data) -> NoiseFit:
     """Fit a law to measured values, and judge it on held-out poses."""
     numbers, scatter = _solve(form, data)
     value = np.maximum(form.predict(numbers), SMALLEST)
     weight = 1.0 / (data.error(value) ** 2 + (scatter * value) ** 2)
     covariance = _covariance(form, numbers, weight)
     rms = float(np.sqrt(np.mean((data.value - form.predict(numbers)) ** 2)))
-    return Fit(form, numbers, covariance, len(data.value) - len(numbers), scatter, rms, _held_out(form, data, scatter))
+    return NoiseFit(
+        form, numbers, covariance, len(data.value) - len(numbers), scatter, rms, _held_out(form, data, scatter)
+    )
 
 
-def choose(fits: Sequence[Fit]) -> int:
+def choose(fits: Sequence[NoiseFit]) -> int:
     """Index of the simplest law that is as good on held-out poses as the best, within one standard error."""
     best = min(range(len(fits)), key=lambda i: fits[i].score)
     order = sorted(range(len(fits)), key=lambda i: (len(fits[i].numbers), fits[i].score))
@@ -139,7 +141,7 @@ def choose(fits: Sequence[Fit]) -> int:
     return best
 
 
-def _solve(form: Form, data: Data, scatter: float | None = None) -> tuple[Array, float]:
+def _solve(form: NoiseForm, data: Data, scatter: float | None = None) -> tuple[Array, float]:
     """Numbers, and the scatter (share) between poses, found unless it is given."""
     extra, about = scatter or 0.0, np.maximum(data.value, SMALLEST)
     low, high = form.bounds()
@@ -153,7 +155,7 @@ def _solve(form: Form, data: Data, scatter: float | None = None) -> tuple[Array,
     return numbers, extra
 
 
-def _misfit(numbers: Array, form: Form, data: Data, error: Array) -> Array:
+def _misfit(numbers: Array, form: NoiseForm, data: Data, error: Array) -> Array:
     return np.asarray((form.predict(numbers) - data.value) / error)
 
 
@@ -168,7 +170,7 @@ def _scatter(off: Array, share: Array, freedom: int) -> float:
     return high
 
 
-def _held_out(form: Form, data: Data, scatter: float) -> Array:
+def _held_out(form: NoiseForm, data: Data, scatter: float) -> Array:
     """(n,) measured less predicted by fits to the other folds, over the expected error."""
     n = len(data.value)
     out = np.full(n, np.nan)
@@ -185,7 +187,7 @@ def _held_out(form: Form, data: Data, scatter: float) -> Array:
     return out
 
 
-def _covariance(form: Form, numbers: Array, weight: Array) -> Array:
+def _covariance(form: NoiseForm, numbers: Array, weight: Array) -> Array:
     """(k, k); numbers at their lowest are held, and may be as far from it as the measurements allow.
 
     So are numbers without a slope: the square of one that is 0 has none, nor has one that has no part in the law.
@@ -204,7 +206,7 @@ def _covariance(form: Form, numbers: Array, weight: Array) -> Array:
     return covariance
 
 
-def _reach(form: Form, numbers: Array, which: int, weight: Array) -> float:
+def _reach(form: NoiseForm, numbers: Array, which: int, weight: Array) -> float:
     """How far a number moves until chi2 has grown by 1, or it is at its highest."""
     value, moved = form.predict(numbers), numbers.copy()
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.fit import Data, Fit, choose, fit_law
+from fusion.calibration.noise.fit import Data, NoiseFit, choose, fit_law
 from fusion.calibration.noise.poses import Pose
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 
@@ -17,7 +17,7 @@ Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Edges:
+class TargetEdges:
     """Edges of targets, all (n,).
 
     Attributes:
@@ -35,9 +35,9 @@ class Edges:
     shadowed: NDArray[np.bool_]
     side: NDArray[np.intp]
 
-    def part(self, which: NDArray[np.bool_]) -> "Edges":
+    def part(self, which: NDArray[np.bool_]) -> "TargetEdges":
         """Some of them."""
-        return Edges(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+        return TargetEdges(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class LateralForm:
 
     title: str
     names: tuple[str, ...]
-    edges: Edges
+    edges: TargetEdges
     fx: float
 
     def part(self, which: NDArray[np.bool_]) -> "LateralForm":
@@ -89,20 +89,20 @@ class LateralLaw:
         percentile, percentile_shadow: 90th percentile [m] over edges without and beside a shadow, NaN without such.
     """
 
-    edges: Edges
-    fits: list[Fit]
+    edges: TargetEdges
+    fits: list[NoiseFit]
     chosen: int
-    shadow: Fit | None
+    shadow: NoiseFit | None
     percentile: float
     percentile_shadow: float
 
     @property
-    def best(self) -> Fit:
+    def best(self) -> NoiseFit:
         """The form in use."""
         return self.fits[self.chosen]
 
     @property
-    def held(self) -> Fit:
+    def held(self) -> NoiseFit:
         """The fit that the effect can hold: it knows no growth with the tilt."""
         return self.best if len(self.best.numbers) == 1 else self.fits[1]
 
@@ -118,7 +118,7 @@ class LateralLaw:
         return dict(zip(self.held.form.names, map(float, self.held.std), strict=True))
 
 
-def edges_of(poses: list[Pose]) -> Edges:
+def edges_of(poses: list[Pose]) -> TargetEdges:
     """The edges whose jitter was measured."""
     rows = [
         (
@@ -134,7 +134,7 @@ def edges_of(poses: list[Pose]) -> Edges:
         if np.isfinite(pose.seen.lateral[side]) and pose.seen.lateral_std[side] > 0
     ]
     depth, tilt, sigma, deviation, shadowed, sides = np.array(rows, float).reshape(-1, 6).T
-    return Edges(depth, tilt, sigma, deviation, shadowed.astype(bool), sides.astype(np.intp))
+    return TargetEdges(depth, tilt, sigma, deviation, shadowed.astype(bool), sides.astype(np.intp))
 
 
 def lateral_law(poses: list[Pose], fx: float) -> LateralLaw | None:
@@ -153,7 +153,7 @@ def lateral_law(poses: list[Pose], fx: float) -> LateralLaw | None:
     return LateralLaw(edges, fits, chosen, shadow, *(_percentile(e.sigma) for e in (edges.part(~edges.shadowed), dark)))
 
 
-def _variances(edges: Edges) -> Data:
+def _variances(edges: TargetEdges) -> Data:
     """Measured variances [m^2]; where a jitter is below the pixel grid's own, half its deviation is the variance's."""
     error = 2 * edges.sigma_std * np.maximum(edges.sigma, 2 * edges.sigma_std)
     return Data(edges.sigma**2, error, relative=False)

@@ -17,7 +17,7 @@ MARGIN = 0.12  # of width and height of the target that the inside keeps away fr
 
 
 @dataclass(frozen=True)
-class Target:
+class FlatTarget:
     """Where a flat target is, and how it stands.
 
     Attributes:
@@ -48,7 +48,7 @@ class Target:
         return np.arccos(np.clip(-(rays @ self.normal) / np.linalg.norm(rays, axis=2), -1, 1))
 
 
-def find_target(depth: Image, camera: Camera, smallest: int = SMALLEST) -> Target:
+def find_target(depth: Image, camera: Camera, smallest: int = SMALLEST) -> FlatTarget:
     """The flat thing in the middle of a depth image (h, w) [m], better a mean of many frames.
 
     Its pixels hang together without a step; the piece nearest the middle of the image is taken.
@@ -57,10 +57,10 @@ def find_target(depth: Image, camera: Camera, smallest: int = SMALLEST) -> Targe
     mask = _middle_piece(depth, smallest)
     box = _inside(mask)
     normal, distance = _plane(camera.points(np.where(mask, depth, np.nan))[box])
-    return Target(mask, (box[0].start, box[0].stop), (box[1].start, box[1].stop), normal, distance)
+    return FlatTarget(mask, (box[0].start, box[0].stop), (box[1].start, box[1].stop), normal, distance)
 
 
-def fit_plane(depth: Image, camera: Camera, target: Target) -> Target:
+def fit_plane(depth: Image, camera: Camera, target: FlatTarget) -> FlatTarget:
     """The same pixels with the plane of another depth image (h, w) [m], for instance a corrected one."""
     normal, distance = _plane(camera.points(np.where(target.mask, depth, np.nan))[target.inside])
     return replace(target, normal=normal, distance=distance)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.noise.edge import edge_depth, edge_positions, nothing_behind, spread_with_error
 from fusion.calibration.noise.repeats import repeats_of
-from fusion.calibration.noise.target import Target, find_target, fit_plane
+from fusion.calibration.noise.target import FlatTarget, find_target, fit_plane
 from fusion.calibration.series import PixelSeries
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
@@ -65,7 +65,7 @@ class TargetNoise:
 def measure_target(
     depths: Iterable[Image],
     camera: Camera,
-    target: Target | None = None,
+    target: FlatTarget | None = None,
     sigma: float | None = None,
     correct: Callable[[Image], Image] | None = None,
 ) -> TargetNoise:
@@ -117,7 +117,7 @@ def measure_target(
     )
 
 
-def _found(series: PixelSeries, camera: Camera, target: Target | None) -> tuple[Target, Image]:
+def _found(series: PixelSeries, camera: Camera, target: FlatTarget | None) -> tuple[FlatTarget, Image]:
     """The target and the mean depth (h, w) [m] that shows it."""
     # a pixel with few values would bring its outliers into the search
     mean = np.where(series.valid > 0.5, series.mean, np.nan)
@@ -144,7 +144,7 @@ class _Look:
 
 def _look(
     depths: Iterable[Image],
-    target: tuple[Target, Image],
+    target: tuple[FlatTarget, Image],
     limits: tuple[float, int],
     where: tuple[NDArray[np.intp], ...],
 ) -> _Look:
@@ -173,7 +173,7 @@ def mean_tilt(tilts: Image) -> float:
     return np.pi / 2 * root / (1.0 + root)
 
 
-def _middle(target: Target, shape: tuple[int, int]) -> NDArray[np.bool_]:
+def _middle(target: FlatTarget, shape: tuple[int, int]) -> NDArray[np.bool_]:
     """(h, w) the pixels inside nearest to the middle of the target."""
     v, u = np.mgrid[0 : shape[0], 0 : shape[1]]
     high, wide = np.ptp(target.rows), np.ptp(target.columns)

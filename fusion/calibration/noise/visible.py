@@ -14,14 +14,16 @@ SUNNY_LUX, SUNNY = 15_000.0, 0.006  # [lux]; [1/m] noise over z^2 that no room m
 
 
 @dataclass(frozen=True)
-class Visible:
+class VisibleParameters:
     """Parameters of axial_noise that can be seen, and for those that cannot what to record."""
 
     seen: frozenset[str]
     hidden: dict[str, str]
 
 
-def visible(places: Places, sigma: NDArray[np.floating], lux: NDArray[np.floating], principle: str) -> Visible:
+def visible(
+    places: Places, sigma: NDArray[np.floating], lux: NDArray[np.floating], principle: str
+) -> VisibleParameters:
     """Judge the places (n,) with their noise [m] and the stated light [lux], NaN where it is not stated."""
     distances, seen, hidden = count_apart(places.depth), {"c0"}, {}
     ways = "a target at six or more distances from the nearest to the farthest in use"
@@ -52,7 +54,7 @@ def visible(places: Places, sigma: NDArray[np.floating], lux: NDArray[np.floatin
             seen.add("sunlight")
         else:
             hidden["sunlight"] = "the target in the sun at three or more angles from 0 to 75 deg"
-    return Visible(frozenset(seen), hidden)
+    return VisibleParameters(frozenset(seen), hidden)
 
 
 def count_apart(values: NDArray[np.floating]) -> int:

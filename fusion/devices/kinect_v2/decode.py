@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fusion.compute.arrays import F32_2, F32_3, I32, I32_2
 from fusion.compute.language import func, kernel, ti
 from fusion.compute.start import start
-from fusion.devices.kinect_v2.tables import HEIGHT, WIDTH, Tables
+from fusion.devices.kinect_v2.tables import HEIGHT, WIDTH, KinectTables
 from fusion.errors import DeviceError
 
 ROW = WIDTH * 11 // 8  # bytes
@@ -37,7 +37,7 @@ class Decoded:
     infrared: NDArray[np.float32]
 
 
-def decode(images: list[bytes], tables: Tables) -> Decoded:
+def decode(images: list[bytes], tables: KinectTables) -> Decoded:
     """Depth and infrared of the ten raw images of one frame, the first pixel the top left one of the picture.
 
     Raises:

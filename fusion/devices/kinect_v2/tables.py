@@ -19,7 +19,7 @@ CLOSE, MOST = 16 * np.finfo(float).eps, 100  # of Newton's steps
 
 
 @dataclass(frozen=True)
-class Lens:
+class KinectLens:
     """The depth camera [px], distortion in OpenCV's terms."""
 
     fx: float
@@ -34,7 +34,7 @@ class Lens:
 
 
 @dataclass(frozen=True)
-class Tables:
+class KinectTables:
     """For each pixel of the sub-images (424, 512).
 
     Attributes:
@@ -48,13 +48,13 @@ class Tables:
     per_phase: NDArray[np.float32]
 
 
-def read_lens(data: bytes) -> Lens:
+def read_lens(data: bytes) -> KinectLens:
     """Reply 0x03. Raises DeviceError: too short, or no camera."""
     values = np.frombuffer(data[:CAMERA_BYTES], "<f4") if len(data) >= CAMERA_BYTES else np.zeros(0, np.float32)
     if not len(values) or not np.isfinite(values[:10]).all() or values[0] <= 0 or values[1] <= 0:
         raise DeviceError("the depth camera's parameters are none", "Kinect v2", f"{len(data)} bytes", "92, fx > 0")
     fx, fy, _, cx, cy, *bent = (float(value) for value in values[:10])
-    return Lens(fx, fy, cx, cy, *bent)
+    return KinectLens(fx, fy, cx, cy, *bent)
 
 
 def read_phases(data: bytes) -> NDArray[np.float32]:
@@ -66,15 +66,15 @@ def read_phases(data: bytes) -> NDArray[np.float32]:
     return (-0.000031 * np.pi * stored).astype(np.float32)
 
 
-def made_tables(lens: Lens, phases: NDArray[np.float32]) -> Tables:
+def made_tables(lens: KinectLens, phases: NDArray[np.float32]) -> KinectTables:
     """What is needed of each pixel."""
     v, u = np.mgrid[:HEIGHT, :WIDTH]
     x, y = undistorted(lens, (u + 0.5 - lens.cx) / lens.fx, (v + 0.5 - lens.cy) / lens.fy)
     per_phase = PER_CYCLE / np.sqrt(x**2 + y**2 + 1)
-    return Tables(np.ascontiguousarray(phases), x.astype(np.float32), per_phase.astype(np.float32))
+    return KinectTables(np.ascontiguousarray(phases), x.astype(np.float32), per_phase.astype(np.float32))
 
 
-def undistorted(lens: Lens, xd: NDArray, yd: NDArray) -> tuple[NDArray, NDArray]:
+def undistorted(lens: KinectLens, xd: NDArray, yd: NDArray) -> tuple[NDArray, NDArray]:
     """Normalised coordinates without the lens's distortion, by Newton's method."""
     x, y = xd.copy(), yd.copy()
     for _ in range(MOST):

@@ -7,13 +7,13 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.channels.noise import noise_steps
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.sensor import Sensor
 
 
 @dataclass(frozen=True)
-class Channels:
+class ChannelFindings:
     """What was found.
 
     Attributes:
@@ -29,7 +29,7 @@ class Channels:
         return tuple(step for step in self.steps if step.channel == channel)
 
 
-def channels_of(observations: Observations, looks: Sequence[Look]) -> Channels:
+def channels_of(observations: Observations, looks: Sequence[FrameBlock]) -> ChannelFindings:
     """What the channels beside the mean show of observations whose mean is explained.
 
     Args:
@@ -40,4 +40,4 @@ def channels_of(observations: Observations, looks: Sequence[Look]) -> Channels:
     sensor, noise = noise_steps(observations.under(stepped) if lattice else observations, held)
     # what adds noise may take values away too: the missing ones are asked about under the better noise
     better, dropout = dropout_steps(replace(observations, sensor=sensor))
-    return Channels(better, (*lattice, *noise, *dropout))
+    return ChannelFindings(better, (*lattice, *noise, *dropout))

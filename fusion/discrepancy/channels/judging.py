@@ -9,8 +9,8 @@ from scipy.stats import chi2
 
 from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
-from fusion.discrepancy.channels.turning import COMMON, Ruler, Turned, changes, turn
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.channels.turning import COMMON, Ruler, TunedKnobs, changes, turn
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.observations import observe
 from fusion.sensor.sensor import Sensor
 
@@ -33,7 +33,7 @@ class Tried:
 
     name: str
     free: tuple[Knob, ...]
-    turned: Turned
+    turned: TunedKnobs
     gain: float
     corrected: bool
 
@@ -52,13 +52,13 @@ def improbable(best: Tried, names: int) -> bool:
     return probability(best, names) <= (BEYOND if best.corrected else FALSE_ALARM)
 
 
-def large(best: Tried, before: Turned) -> bool:
+def large(best: Tried, before: TunedKnobs) -> bool:
     excess = np.abs(best.turned.excess() - before.excess())
     difference = np.maximum(excess, np.abs(best.turned.renewal() - before.renewal()))
     return bool(np.quantile(difference, 0.9) > LEAST_CHANGE)
 
 
-def explains(best: Tried, before: Turned) -> bool:
+def explains(best: Tried, before: TunedKnobs) -> bool:
     """True when it brings a good part of what is too much: less, and the name is not the right one."""
     excess = before.chi2 - 2 * len(before.excess())
     return before.chi2 - best.turned.chi2 > EXPLAINED * excess
@@ -88,7 +88,7 @@ def _unlike(knob: Knob, value: float, scatter: Scatter) -> bool:
     return bool(lacking and np.any(np.average(lacking, axis=0, weights=weights)[APART:] > UNLIKE))
 
 
-def replicated(best: Tried, before: Turned, scatter: Scatter, ruler: Ruler) -> bool:
+def replicated(best: Tried, before: TunedKnobs, scatter: Scatter, ruler: Ruler) -> bool:
     """True when recordings that took no part in the fit show it too, and not one alone."""
     places = np.unique(scatter.place)
     if len(places) < 3:
@@ -106,7 +106,7 @@ def replicated(best: Tried, before: Turned, scatter: Scatter, ruler: Ruler) -> b
     return total > REPLICATED * best.gain and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
 
 
-def confirmed(best: Tried, before: Turned, sensor: Sensor, held: Sequence[Look], ruler: Ruler) -> bool:
+def confirmed(best: Tried, before: TunedKnobs, sensor: Sensor, held: Sequence[FrameBlock], ruler: Ruler) -> bool:
     """True unless frames that took no part in the fit deny it."""
     some = [look for look in held if len(look.frames) >= 2]
     if not some:

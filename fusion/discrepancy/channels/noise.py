@@ -20,8 +20,8 @@ from fusion.discrepancy.channels.judging import (
 )
 from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
-from fusion.discrepancy.channels.turning import COMMON, Ruler, Turned, as_stated, changes, ruler_of, turn
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.channels.turning import COMMON, Ruler, TunedKnobs, as_stated, changes, ruler_of, turn
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.observations import Observations, Patch, predicted
 from fusion.sensor.sensor import Sensor
 
@@ -34,7 +34,7 @@ SILENT = float(np.log(100.0))  # of the measured over the predicted variance: th
 COMPARABLE = 0.8  # of the gain: a name that explains less is no look-alike
 
 
-def noise_steps(observations: Observations, held: Sequence[Look] = ()) -> tuple[Sensor, tuple[ChannelStep, ...]]:
+def noise_steps(observations: Observations, held: Sequence[FrameBlock] = ()) -> tuple[Sensor, tuple[ChannelStep, ...]]:
     """The model with what its noise lacks, and every step towards it.
 
     Args:
@@ -76,7 +76,7 @@ def merged(steps: Sequence[ChannelStep]) -> tuple[ChannelStep, ...]:
 
 
 def _step(
-    sensor: Sensor, patches: Sequence[Patch], free: frozenset[str], held: Sequence[Look]
+    sensor: Sensor, patches: Sequence[Patch], free: frozenset[str], held: Sequence[FrameBlock]
 ) -> tuple[Sensor, ChannelStep] | None:
     scatter = scatter_of(patches)
     known, fresh = known_knobs(sensor, scatter, free), list(new_knobs(sensor, scatter))
@@ -167,7 +167,7 @@ def _applied(sensor: Sensor, best: Tried) -> tuple[Sensor, dict[str, float]]:
     return replace(sensor.having(effect), std=kept | {(best.name, name): s for name, s in std.items()}), std
 
 
-def _alike(best: Tried, tried: Sequence[Tried], nothing: Turned, scatter: Scatter, ruler: Ruler) -> tuple[str, ...]:
+def _alike(best: Tried, tried: Sequence[Tried], nothing: TunedKnobs, scatter: Scatter, ruler: Ruler) -> tuple[str, ...]:
     """Names whose own best fit changes the tiles in the same way."""
     own = _footprint(best, nothing, scatter, ruler)
     out: dict[str, None] = {}
@@ -179,7 +179,7 @@ def _alike(best: Tried, tried: Sequence[Tried], nothing: Turned, scatter: Scatte
     return tuple(out)
 
 
-def _footprint(one: Tried, nothing: Turned, scatter: Scatter, ruler: Ruler) -> Vector:
+def _footprint(one: Tried, nothing: TunedKnobs, scatter: Scatter, ruler: Ruler) -> Vector:
     """(2 n,) what an explanation changes beyond what known values may, whitened."""
     zero = np.zeros(len(scatter))
     excess, renewal = one.turned.excess() - nothing.excess(), one.turned.renewal() - nothing.renewal()

@@ -21,7 +21,7 @@ LEAST_GROWTH = -0.95  # of a variance: noise does not vanish
 
 
 @dataclass(frozen=True)
-class Turned:
+class TunedKnobs:
     """Knobs at their best values.
 
     Attributes:
@@ -83,10 +83,10 @@ def changes(knobs: Sequence[Knob], values: Sequence[float] | Vector) -> tuple[Ve
     return np.log1p(np.maximum(growth, LEAST_GROWTH)) + factor, renewal
 
 
-def turn(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], start: Sequence[float] | Vector) -> Turned:
+def turn(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], start: Sequence[float] | Vector) -> TunedKnobs:
     """The best values of knobs; those that are known cost what they leave of it."""
     if not knobs:
-        return Turned((), np.zeros(0), np.zeros(0), _chi2(ruler.white(scatter, scatter.excess, scatter.renewal)))
+        return TunedKnobs((), np.zeros(0), np.zeros(0), _chi2(ruler.white(scatter, scatter.excess, scatter.renewal)))
     scale = np.array([_scale(k, s) for k, s in zip(knobs, start, strict=True)])
     prior = np.array([0.0 if k.new else _scale(k, s) / k.sigma for k, s in zip(knobs, start, strict=True)])
     centre = np.array([k.value for k in knobs]) / scale
@@ -102,7 +102,7 @@ def turn(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], start: Sequence[
     found = least_squares(misfit, inside, bounds=(low, high), x_scale=1.0, max_nfev=40)
     room = np.maximum(high - found.x, 0.0)
     std = _deviations(misfit, found.x, found.jac, room) * scale
-    return Turned(tuple(knobs), found.x * scale, std, float(2 * found.cost))
+    return TunedKnobs(tuple(knobs), found.x * scale, std, float(2 * found.cost))
 
 
 def _deviations(misfit: Callable[[Vector], Vector], at: Vector, jac: NDArray[np.float64], room: Vector) -> Vector:
@@ -124,9 +124,9 @@ def _deviations(misfit: Callable[[Vector], Vector], at: Vector, jac: NDArray[np.
     return out
 
 
-def as_stated(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob]) -> Turned:
+def as_stated(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob]) -> TunedKnobs:
     """Knobs that nobody turned."""
-    return Turned(
+    return TunedKnobs(
         tuple(knobs),
         np.array([knob.value for knob in knobs]),
         np.array([knob.sigma for knob in knobs]),
@@ -134,7 +134,7 @@ def as_stated(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob]) -> Turned:
     )
 
 
-def ruler_of(scatter: Scatter, best: Turned | None) -> Ruler:
+def ruler_of(scatter: Scatter, best: TunedKnobs | None) -> Ruler:
     """The ruler under which what the best explanation leaves is noise: whole recordings first, then tiles."""
     excess = scatter.excess - (best.excess() if best and best.knobs else 0.0)
     offsets, noise, spread = [], [], []

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.interior import interior
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.tiles import tiling
 from fusion.sensor.effect import Effect
@@ -78,7 +78,7 @@ def validity_of(sensor: Sensor, patches: Sequence[Patch]) -> Validity | None:
     return Validity(tuple(kept), np.concatenate(missing), tuple(predicted), np.concatenate(place))
 
 
-def _predicted(sensor: Sensor, look: Look) -> Image:
+def _predicted(sensor: Sensor, look: FrameBlock) -> Image:
     """(h, w) chance that a value is missing; a simulation knows it for all that its own model holds."""
     assert look.view.depth is not None
     if look.given is None:
@@ -88,7 +88,7 @@ def _predicted(sensor: Sensor, look: Look) -> Image:
     return 1.0 - (1.0 - look.given.lost) * (1.0 - more)
 
 
-def _lost(look: Look) -> Image:
+def _lost(look: FrameBlock) -> Image:
     return 1.0 - look.count / max(len(look.frames), 1)
 
 

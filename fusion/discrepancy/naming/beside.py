@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.naming.space import Space, space_beside
 
 Vector = NDArray[np.float64]
 
 
-def beside(fit: Fit, k: int | None) -> tuple[Space, Vector]:
+def beside(fit: PartsFit, k: int | None) -> tuple[Space, Vector]:
     """What stays to be explained beside the parts (without part k), and the residual there (with part k's share)."""
     parts, shapes = fit.others(k)
     space = space_beside(parts, shapes, len(fit.white))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.evidence import left_out_gain
-from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.observations import Observations
 
 Vector = NDArray[np.float64]
@@ -50,7 +50,7 @@ def held_back(observations: Observations) -> tuple[int, ...]:
     return tuple(sorted({farthest, steepest}))
 
 
-def extrapolated(fit: Fit) -> Extrapolation:
+def extrapolated(fit: PartsFit) -> Extrapolation:
     """How the fit to all other recordings predicts those held back."""
     places = held_back(fit.observations)
     if not places or not fit.parts:
@@ -71,7 +71,7 @@ def extrapolated(fit: Fit) -> Extrapolation:
     return Extrapolation(places, float(white @ white / len(white)), float(after @ after / len(after)), tuple(gains))
 
 
-def _gain(fit: Fit, k: int, rows: NDArray[np.bool_]) -> float:
+def _gain(fit: PartsFit, k: int, rows: NDArray[np.bool_]) -> float:
     space, target = beside(fit, k)
     part = fit.parts[k]
     group = np.where(rows, 0, -1)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.naming.uneven import unevenness
 
 Vector = NDArray[np.float64]
@@ -13,7 +13,7 @@ FEWEST = 5  # recordings from which on their disagreement says something
 ALONE = 4.0  # a recording without which the variance grows by more than this is the only one that tells
 
 
-def spreads_of(fit: Fit) -> Vector:
+def spreads_of(fit: PartsFit) -> Vector:
     """Standard deviations (p,) of all weights and logarithms of shapes.
 
     The larger of the gauge's and the jackknife's; a size that differs over the data is no better known than it differs.
@@ -26,7 +26,7 @@ def spreads_of(fit: Fit) -> Vector:
     return np.asarray(np.sqrt(variance))
 
 
-def _by_chance(fit: Fit) -> Vector:
+def _by_chance(fit: PartsFit) -> Vector:
     """Variances (p,) of what one draw of the noise, of the poses and of the recordings does.
 
     The gauge's is scaled by how much the bulk of the residuals exceeds it; the jackknife leaves out each recording.

@@ -10,11 +10,11 @@ from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.evidence import REPLICATED, by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.intervals import spreads_of
-from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit, shapes_of
+from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.refit import PartsFit, shapes_of
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import Found, of_time
+from fusion.discrepancy.naming.step import NextPart, of_time
 from fusion.discrepancy.naming.two import like_two
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
@@ -66,14 +66,14 @@ class Step:
         return np.asarray(self.candidate.white @ self.weights)
 
 
-def judged(fit: Fit, candidates: Sequence[Candidate]) -> list[Step]:
+def judged(fit: PartsFit, candidates: Sequence[Candidate]) -> list[Step]:
     """Every part of a fit, the most telling first."""
     spreads = spreads_of(fit)
     steps = [_step(fit, k, candidates, spreads) for k in range(len(fit.parts))]
     return sorted(steps, key=lambda step: -step.held_out)
 
 
-def judged_next(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Step:
+def judged_next(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate]) -> Step:
     """A further part that is not added, as it would be judged beside the parts as they are."""
     part = found.part
     space, _ = beside(fit, None)
@@ -95,7 +95,9 @@ def judged_next(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Step
     )
 
 
-def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, probability: float | None = None) -> Step:
+def _step(
+    fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vector, probability: float | None = None
+) -> Step:
     part = fit.parts[k]
     space, target = beside(fit, k)
     seen = space.of(part.candidate.white)
@@ -128,7 +130,7 @@ def _step(fit: Fit, k: int, candidates: Sequence[Candidate], spreads: Vector, pr
     )
 
 
-def _held_out(fit: Fit, part: Part, seen: Matrix, target: Vector, gain: float) -> float:
+def _held_out(fit: PartsFit, part: EffectPart, seen: Matrix, target: Vector, gain: float) -> float:
     if fit.observations.sensor.effect(part.name) is not None:
         return gain * replicated_share(part.candidate, fit.observations.place, fit.gauge, target)
     share = left_out_gain(seen, target, fit.observations.replicate, part.size)
@@ -137,7 +139,7 @@ def _held_out(fit: Fit, part: Part, seen: Matrix, target: Vector, gain: float) -
     return share
 
 
-def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:
+def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:
     """Names that can make nearly the same change of the tiles, beside the other parts."""
     out: dict[str, None] = {}
     fitted = space.of(part.footprint)
@@ -158,7 +160,7 @@ def _alike(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) 
     return tuple(out)
 
 
-def _together(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:
+def _together(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:
     """Two plain laws that are one look-alike of a part with a searched shape."""
     if not part.candidate.form.fixed or part.candidate.where or part.size:
         return ()
@@ -166,7 +168,7 @@ def _together(fit: Fit, part: Part, candidates: Sequence[Candidate], space: Spac
     return tuple(c.name for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space))
 
 
-def _parted(fit: Fit, fitted: Vector, rival: Vector) -> bool:
+def _parted(fit: PartsFit, fitted: Vector, rival: Vector) -> bool:
     """True when one recording alone tells two footprints (n,) apart, however alike they are in all others."""
     place = fit.observations.place
     own = np.sqrt(np.bincount(place, fitted**2))
@@ -174,7 +176,7 @@ def _parted(fit: Fit, fitted: Vector, rival: Vector) -> bool:
     return bool(np.any((missed > CLEAR) & (missed > APART * own)))
 
 
-def _whole(fit: Fit, part: Part, space: Space) -> Vector | None:
+def _whole(fit: PartsFit, part: EffectPart, space: Space) -> Vector | None:
     """What the law of a part that is confined to a region would change everywhere; None for others and for maps."""
     form = part.candidate.form
     if not part.candidate.where or form.map:
@@ -190,7 +192,7 @@ def _alike_everywhere(whole: Vector | None, other: Candidate, space: Space) -> b
     return found.gain > (ALIKE * float(np.linalg.norm(whole))) ** 2
 
 
-def _share(fit: Fit, where: tuple[Bound, ...]) -> Vector:
+def _share(fit: PartsFit, where: tuple[Bound, ...]) -> Vector:
     """(n,) share of each tile that lies within bounds."""
     return np.concatenate(
         [

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.evidence import REPLICATED, left_out_gain
-from fusion.discrepancy.naming.part import FIELD, Part
-from fusion.discrepancy.naming.refit import Fit, refitted, shapes_of
+from fusion.discrepancy.naming.part import FIELD, EffectPart
+from fusion.discrepancy.naming.refit import PartsFit, refitted, shapes_of
 from fusion.discrepancy.naming.score import possible, scored
 from fusion.discrepancy.naming.step import SIMPLER, of_time
 
@@ -35,7 +35,7 @@ class _Pool:
     moments: Vector
 
 
-def rearranged(fit: Fit, candidates: Sequence[Candidate], most: int) -> Fit:
+def rearranged(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> PartsFit:
     """The fit, or another of at most `most` names that explains clearly more for what its freedom costs.
 
     Every part of the other one must help, replicate and stay within its range. A field may have followed several plain
@@ -53,7 +53,7 @@ def rearranged(fit: Fit, candidates: Sequence[Candidate], most: int) -> Fit:
     return fit
 
 
-def score_of(fit: Fit) -> float:
+def score_of(fit: PartsFit) -> float:
     """Drop of the chi2 by all parts together, less the logarithm of the number of tiles for every number fitted.
 
     A field costs what it does where it is chosen: the many of its weights are draws of one size.
@@ -64,7 +64,7 @@ def score_of(fit: Fit) -> float:
     return float(white @ white - fit.white @ fit.white) - price
 
 
-def _paid(fit: Fit, k: int) -> float:
+def _paid(fit: PartsFit, k: int) -> float:
     """What the freedom of a field costs beside the other parts."""
     space, target = beside(fit, k)
     candidate = fit.parts[k].candidate
@@ -72,12 +72,12 @@ def _paid(fit: Fit, k: int) -> float:
     return own.gain - own.score
 
 
-def _freedom(part: Part) -> int:
+def _freedom(part: EffectPart) -> int:
     bounds = sum(int(np.isfinite(bound.low)) + int(np.isfinite(bound.high)) for bound in part.candidate.where)
     return len(part.weights) + len(shapes_of(part)) + bounds
 
 
-def _sound(fit: Fit, k: int) -> bool:
+def _sound(fit: PartsFit, k: int) -> bool:
     part = fit.parts[k]
     if part.at_bound(fit.observations):
         return False
@@ -88,7 +88,7 @@ def _sound(fit: Fit, k: int) -> bool:
     return own.score > 0 and left_out_gain(seen, target, place) >= REPLICATED * own.gain
 
 
-def _promising(fit: Fit, candidates: Sequence[Candidate], most: int) -> Iterator[tuple[float, list[Part]]]:
+def _promising(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Iterator[tuple[float, list[EffectPart]]]:
     """Sets of names in the order of their linear score."""
     white = fit.gauge.whiten(fit.observations.residual)
     pool = _pool(candidates, fit, white)
@@ -108,10 +108,10 @@ def _promising(fit: Fit, candidates: Sequence[Candidate], most: int) -> Iterator
         own = np.split(weights, ends)
         forms = [pool.forms[i] for i in chosen]
         if all(possible(form, w) for form, w in zip(forms, own, strict=True)):
-            yield score, [Part(form, w) for form, w in zip(forms, own, strict=True)]
+            yield score, [EffectPart(form, w) for form, w in zip(forms, own, strict=True)]
 
 
-def _pool(candidates: Sequence[Candidate], fit: Fit, white: Vector) -> _Pool:
+def _pool(candidates: Sequence[Candidate], fit: PartsFit, white: Vector) -> _Pool:
     """The most telling forms of each name that are no fields and that the model does not hold."""
     held = {effect.name for effect in fit.observations.sensor.effects}
     usual = [
@@ -129,7 +129,7 @@ def _pool(candidates: Sequence[Candidate], fit: Fit, white: Vector) -> _Pool:
     each = float(np.log(len(white)))
     # of laws that explain alike, those that depend on less stand for all
     prices = tuple(
-        _freedom(Part(form, np.zeros(form.white.shape[1]))) * each + SIMPLER * len(form.form.kind.variables)
+        _freedom(EffectPart(form, np.zeros(form.white.shape[1]))) * each + SIMPLER * len(form.form.kind.variables)
         for form in forms
     )
     return _Pool(tuple(forms), prices, places, columns.T @ columns, columns.T @ white)

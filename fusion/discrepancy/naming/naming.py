@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
 from fusion.discrepancy.naming.judged import Step, judged, judged_next
 from fusion.discrepancy.naming.models import BETTER, rearranged, score_of
-from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit, refitted
+from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.review import reviewed
 from fusion.discrepancy.naming.standing import (
     LIKELY,
@@ -25,7 +25,7 @@ from fusion.discrepancy.naming.standing import (
     weak_of,
     without_faint,
 )
-from fusion.discrepancy.naming.step import FALSE_ALARM, Found, best_part
+from fusion.discrepancy.naming.step import FALSE_ALARM, NextPart, best_part
 from fusion.discrepancy.naming.two import as_two
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.parameter import parameters
@@ -60,7 +60,7 @@ class Named:
 
 
 def name_effects(
-    looks: Sequence[Look], observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]
+    looks: Sequence[FrameBlock], observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]
 ) -> Named:
     """Add effects one by one while they pass the tests; `candidates` are those of the given model.
 
@@ -88,7 +88,7 @@ def name_effects(
     return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
 
 
-def _poorer(fit: Fit, steps: Sequence[Step]) -> tuple[Fit, Step] | None:
+def _poorer(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | None:
     """The fit without a step that does not stand beside the others, and that step; None where all of them do."""
     weak = weak_of(steps)
     if not weak:
@@ -97,7 +97,7 @@ def _poorer(fit: Fit, steps: Sequence[Step]) -> tuple[Fit, Step] | None:
     return refitted(rest, fit.observations, fit.gauge), weak[-1]
 
 
-def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]:
+def _grown(fit: PartsFit, candidates: Sequence[Candidate]) -> tuple[PartsFit, Step | None]:
     """The fit with further parts, one by one, and what is likely beside them."""
     likely: Step | None = None
     earlier: Step | None = None  # likely beside fewer parts
@@ -122,7 +122,7 @@ def _grown(fit: Fit, candidates: Sequence[Candidate]) -> tuple[Fit, Step | None]
     return fit, likely or earlier
 
 
-def _with(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Fit | None:
+def _with(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate]) -> PartsFit | None:
     """The fit with a further part; None where it does not help in full, or bends a law to the end of its range."""
     larger = refitted(_of_one_region([*fit.parts, found.part], fit), fit.observations, fit.gauge)
     helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
@@ -132,7 +132,7 @@ def _with(fit: Fit, found: Found, candidates: Sequence[Candidate]) -> Fit | None
     return None if _bent(better) else better
 
 
-def _of_one_region(parts: Sequence[Part], fit: Fit) -> list[Part]:
+def _of_one_region(parts: Sequence[EffectPart], fit: PartsFit) -> list[EffectPart]:
     """Parts of one effect that would act in different regions act everywhere: it has one region for all its waves."""
     regions: dict[str, set[tuple[Bound, ...]]] = {}
     for part in parts:
@@ -140,18 +140,18 @@ def _of_one_region(parts: Sequence[Part], fit: Fit) -> list[Part]:
     return [_everywhere(part, fit) if len(regions[part.name]) > 1 else part for part in parts]
 
 
-def _everywhere(part: Part, fit: Fit) -> Part:
+def _everywhere(part: EffectPart, fit: PartsFit) -> EffectPart:
     if not part.candidate.where:
         return part
     return replace(part, candidate=candidate_of(fit.observations, fit.gauge, part.candidate.form))
 
 
-def _of_waves(part: Part) -> bool:
+def _of_waves(part: EffectPart) -> bool:
     """True for an effect that may hold several entries of its kind."""
     return any(about.kind == "list" for about in parameters(part.candidate.form.kind).values())
 
 
-def _bent(fit: Fit) -> bool:
+def _bent(fit: PartsFit) -> bool:
     return any(part.at_bound(fit.observations) for part in fit.parts)
 
 
@@ -161,12 +161,12 @@ def unconfirmed(named: Named, observations: Observations, white: Vector) -> Name
     return Named((), observations.sensor, observations, white, first)
 
 
-def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
+def _that_extrapolates(fit: PartsFit) -> tuple[PartsFit, Extrapolation, NextPart | None]:
     """The fit without parts that make the recordings held back worse, and the last that was taken out.
 
     Without one part another may be bent to the end of its range: then it goes too.
     """
-    fallen: Found | None = None
+    fallen: NextPart | None = None
     while True:
         beyond = extrapolated(fit)
         bad = contradicted(fit, beyond)
@@ -175,11 +175,11 @@ def _that_extrapolates(fit: Fit) -> tuple[Fit, Extrapolation, Found | None]:
             return fit, beyond, fallen
         worst = min(bad, key=lambda k: beyond.gains[k] or 0.0)
         part = fit.parts[worst]
-        fallen = Found(part, gain_of(part), 0.0, 0.0, FALSE_ALARM)
+        fallen = NextPart(part, gain_of(part), 0.0, 0.0, FALSE_ALARM)
         fit = refitted([p for k, p in enumerate(fit.parts) if k != worst], fit.observations, fit.gauge)
 
 
-def _told_of(fit: Fit, found: Found | None, candidates: Sequence[Candidate]) -> Step | None:
+def _told_of(fit: PartsFit, found: NextPart | None, candidates: Sequence[Candidate]) -> Step | None:
     """What is likely, but not established; more of a named effect is a matter of its form."""
     if found is None or found.probability > LIKELY or any(part.name == found.part.name for part in fit.parts):
         return None

@@ -19,7 +19,7 @@ FIELD = 8  # atoms from which on a form is a field: its weights are draws of one
 
 
 @dataclass(frozen=True)
-class Part:
+class EffectPart:
     """One form of one effect, as fitted.
 
     Attributes:
@@ -73,7 +73,7 @@ def is_field(candidate: Candidate) -> bool:
     return candidate.columns.shape[1] >= FIELD
 
 
-def model_of(observations: Observations, parts: Sequence[Part]) -> Sensor:
+def model_of(observations: Observations, parts: Sequence[EffectPart]) -> Sensor:
     """The sensor of the observations with all parts added."""
     sensor = observations.sensor
     for part in parts:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import candidate_of
-from fusion.discrepancy.naming.part import Part, model_of
+from fusion.discrepancy.naming.part import EffectPart, model_of
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
@@ -24,7 +24,7 @@ RIDGE = 1e-10  # of a column's power: directions that nothing tells stay where t
 
 
 @dataclass(frozen=True)
-class Fit:
+class PartsFit:
     """Parts as fitted together.
 
     Attributes:
@@ -40,7 +40,7 @@ class Fit:
 
     observations: Observations
     gauge: Gauge
-    parts: tuple[Part, ...]
+    parts: tuple[EffectPart, ...]
     sensor: Sensor
     white: Vector
     columns: Matrix
@@ -57,13 +57,13 @@ class Fit:
         """(n, s) change per logarithm of the shapes of one part."""
         return self.columns[:, self.places[k][1]]
 
-    def others(self, k: int | None) -> tuple[list[Part], list[Matrix]]:
+    def others(self, k: int | None) -> tuple[list[EffectPart], list[Matrix]]:
         """The parts without one of them, and the columns of their shapes."""
         rest = [i for i in range(len(self.parts)) if i != k]
         return [self.parts[i] for i in rest], [self.shapes(i) for i in rest]
 
 
-def refitted(parts: Sequence[Part], observations: Observations, gauge: Gauge) -> Fit:
+def refitted(parts: Sequence[EffectPart], observations: Observations, gauge: Gauge) -> PartsFit:
     """Least squares over all weights and shapes, step by step, each step judged by the sensor's own prediction."""
     fit = _fit(tuple(parts), observations, gauge)
     for _ in range(STEPS if parts else 0):
@@ -79,7 +79,7 @@ def refitted(parts: Sequence[Part], observations: Observations, gauge: Gauge) ->
     return fit
 
 
-def shapes_of(part: Part) -> list[str]:
+def shapes_of(part: EffectPart) -> list[str]:
     """Names of the searched shapes of a part that are numbers above 0."""
     form = part.candidate.form
     about = parameters(form.kind)
@@ -89,7 +89,7 @@ def shapes_of(part: Part) -> list[str]:
     ]
 
 
-def _fit(parts: tuple[Part, ...], observations: Observations, gauge: Gauge) -> Fit:
+def _fit(parts: tuple[EffectPart, ...], observations: Observations, gauge: Gauge) -> PartsFit:
     sensor = model_of(observations, parts)
     white = gauge.whiten(observations.under(sensor).residual)
     blocks: list[Matrix] = [np.zeros((len(white), 0))]
@@ -104,7 +104,7 @@ def _fit(parts: tuple[Part, ...], observations: Observations, gauge: Gauge) -> F
         blocks += [own, shapes]
         prior.append(np.full(own.shape[1], part.size**-2 if part.size else 0.0))
         prior.append(np.zeros(shapes.shape[1]))
-    return Fit(
+    return PartsFit(
         observations,
         gauge,
         parts,
@@ -116,7 +116,7 @@ def _fit(parts: tuple[Part, ...], observations: Observations, gauge: Gauge) -> F
     )
 
 
-def _shape_columns(part: Part, observations: Observations, gauge: Gauge) -> Matrix:
+def _shape_columns(part: EffectPart, observations: Observations, gauge: Gauge) -> Matrix:
     """(n, s) change of the tiles, whitened, per logarithm of each shape."""
     out = []
     for name in shapes_of(part):
@@ -125,7 +125,7 @@ def _shape_columns(part: Part, observations: Observations, gauge: Gauge) -> Matr
     return np.column_stack(out) if out else np.zeros((len(observations.residual), 0))
 
 
-def _shaped(part: Part, change: dict[str, float], observations: Observations, gauge: Gauge) -> Part:
+def _shaped(part: EffectPart, change: dict[str, float], observations: Observations, gauge: Gauge) -> EffectPart:
     """A part whose shapes differ by factors exp(change), within their bounds."""
     form = part.candidate.form
     about = parameters(form.kind)
@@ -136,7 +136,7 @@ def _shaped(part: Part, change: dict[str, float], observations: Observations, ga
     return replace(part, candidate=candidate)
 
 
-def _along(fit: Fit, change: Vector) -> Fit | None:
+def _along(fit: PartsFit, change: Vector) -> PartsFit | None:
     """The fit moved by a change of all parameters, or by less; None where that does not help."""
     for share in (1.0, 0.4, 0.1):
         parts = []
@@ -153,7 +153,7 @@ def _along(fit: Fit, change: Vector) -> Fit | None:
     return None
 
 
-def _resized(fit: Fit) -> Fit:
+def _resized(fit: PartsFit) -> PartsFit:
     """The usual size of a field's weights, from the weights as they are and from what is open about them."""
     if not np.any(fit.prior):
         return fit
@@ -168,6 +168,6 @@ def _resized(fit: Fit) -> Fit:
     return replace(fit, parts=tuple(parts), prior=prior)
 
 
-def _cost(fit: Fit) -> float:
+def _cost(fit: PartsFit) -> float:
     field = sum(float((part.weights**2).sum()) / part.size**2 for part in fit.parts if part.size)
     return float(fit.white @ fit.white) + field

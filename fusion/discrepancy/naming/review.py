@@ -7,8 +7,8 @@ import numpy as np
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.bounds import tweaked
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of
-from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit, refitted
+from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.region import region_variables
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.step import REGION_GAIN, scores
@@ -17,7 +17,7 @@ BETTER = 10.0  # a rival must score that much more than the part whose place it 
 ROUNDS = 2
 
 
-def reviewed(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
+def reviewed(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
     """The fit without redundant parts, each part the best of its rivals."""
     for _ in range(ROUNDS):
         fit = _edged(_widened(_without_redundant(fit)))
@@ -28,7 +28,7 @@ def reviewed(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
     return _without_redundant(fit)
 
 
-def _without_redundant(fit: Fit) -> Fit:
+def _without_redundant(fit: PartsFit) -> PartsFit:
     """Parts that no longer pay for themselves beside the others are taken out, the poorest first."""
     while len(fit.parts) > 1:
         own = [_own_score(fit, k) for k in range(len(fit.parts))]
@@ -40,7 +40,7 @@ def _without_redundant(fit: Fit) -> Fit:
     return fit
 
 
-def _widened(fit: Fit) -> Fit:
+def _widened(fit: PartsFit) -> PartsFit:
     """Parts whose region is no longer needed beside the others act everywhere."""
     for k, part in enumerate(fit.parts):
         if not part.candidate.where or len(fit.parts) < 2:
@@ -49,12 +49,12 @@ def _widened(fit: Fit) -> Fit:
         whole = candidate_of(fit.observations, fit.gauge, part.candidate.form)
         own, wide = (scored(c, space.of(c.white), target) for c in (part.candidate, whole))
         if wide.score > own.score - max(BETTER, REGION_GAIN * own.gain):
-            new = Part(whole, wide.weights, wide.size)
+            new = EffectPart(whole, wide.weights, wide.size)
             return refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
     return fit
 
 
-def _edged(fit: Fit) -> Fit:
+def _edged(fit: PartsFit) -> PartsFit:
     """Regions with their edges where they explain most beside the other parts."""
     if not any(part.candidate.where for part in fit.parts):
         return fit
@@ -65,19 +65,21 @@ def _edged(fit: Fit) -> Fit:
         bound, aim = part.candidate.where[0], beside(fit, k)
         moved = tweaked(part.candidate, bound, values[bound.variable], (fit.observations, fit.gauge), aim)
         weights = scored(moved, aim[0].of(moved.white), aim[1]).weights
-        better = refitted([*fit.parts[:k], Part(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.gauge)
+        better = refitted(
+            [*fit.parts[:k], EffectPart(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.gauge
+        )
         if better.white @ better.white < fit.white @ fit.white:
             fit = better
     return fit
 
 
-def _own_score(fit: Fit, k: int) -> float:
+def _own_score(fit: PartsFit, k: int) -> float:
     space, target = beside(fit, k)
     candidate = fit.parts[k].candidate
     return scored(candidate, space.of(candidate.white), target).score
 
 
-def _swapped(fit: Fit, candidates: Sequence[Candidate]) -> Fit | None:
+def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:
     """The fit with one part replaced by a rival that explains more beside the others; None where none does."""
     if len(fit.parts) < 2:
         return None
@@ -98,7 +100,7 @@ def _swapped(fit: Fit, candidates: Sequence[Candidate]) -> Fit | None:
             inside = scored(confined, space.of(confined.white), target)
             if inside.score > results[best].score:
                 rival, results[best] = confined, inside
-        new = Part(rival, results[best].weights, results[best].size)
+        new = EffectPart(rival, results[best].weights, results[best].size)
         better = refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
         if better.white @ better.white < fit.white @ fit.white:
             return better

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.part import Part
+from fusion.discrepancy.naming.part import EffectPart
 
 Matrix = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class Space:
         return np.asarray(values - self.directions @ ((1 - self.kept) * along.T).T)
 
 
-def space_beside(parts: Sequence[Part], free: Sequence[Matrix], n: int) -> Space:
+def space_beside(parts: Sequence[EffectPart], free: Sequence[Matrix], n: int) -> Space:
     """What stays to be explained beside parts; `free` are further columns (n, k) that may take any size."""
     blocks = []
     for part in parts:

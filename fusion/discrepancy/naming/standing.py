@@ -7,9 +7,9 @@ import numpy as np
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.extrapolation import Extrapolation
 from fusion.discrepancy.naming.judged import Step
-from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit, refitted
-from fusion.discrepancy.naming.step import Found
+from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.step import NextPart
 from fusion.discrepancy.naming.uneven import unevenness
 
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
@@ -23,7 +23,7 @@ UNSURE = 1 / 1.645  # of a size: its own interval of 90 % does not tell it from 
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 
 
-def is_faint(fit: Fit, found: Found) -> bool:
+def is_faint(fit: PartsFit, found: NextPart) -> bool:
     """True when a further part brings too little to be more than the form of the parts before it."""
     if not fit.parts:
         return False
@@ -44,7 +44,7 @@ def is_faint(fit: Fit, found: Found) -> bool:
     return found.gain < (max(FAINT_NAME, form) if matter_of_form else form) * most
 
 
-def contradicted(fit: Fit, beyond: Extrapolation) -> list[int]:
+def contradicted(fit: PartsFit, beyond: Extrapolation) -> list[int]:
     """Parts that make the recordings held back worse by more than chance and more than a tenth of their size does."""
     chance = CHANCE * inflation(fit.white)
     told = [(k, gain) for k, gain in enumerate(beyond.gains) if gain is not None]
@@ -64,7 +64,7 @@ def weak_of(steps: Sequence[Step]) -> list[Step]:
     return [step for step, is_bad in zip(steps, bad, strict=True) if is_bad]
 
 
-def without_faint(fit: Fit, steps: Sequence[Step]) -> tuple[Fit, Step] | None:
+def without_faint(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | None:
     """The fit without its least name, and that name's first step, where all of it may be the form of the others."""
     names = {step.effect.name for step in steps} - {step.effect.name for step in steps[:1]}
     if not names:
@@ -74,7 +74,7 @@ def without_faint(fit: Fit, steps: Sequence[Step]) -> tuple[Fit, Step] | None:
     own = next(part for part in fit.parts if part.candidate is step.candidate)
     rest = refitted([part for part in fit.parts if part.name != least], fit.observations, fit.gauge)
     gain = float(rest.white @ rest.white - fit.white @ fit.white)
-    return (rest, step) if is_faint(rest, Found(own, gain, 0.0, step.held_out, step.probability)) else None
+    return (rest, step) if is_faint(rest, NextPart(own, gain, 0.0, step.held_out, step.probability)) else None
 
 
 def likely_of(step: Step) -> Step | None:
@@ -82,6 +82,6 @@ def likely_of(step: Step) -> Step | None:
     return step if step.held_out > 0 and step.probability <= LIKELY else None
 
 
-def gain_of(part: Part) -> float:
+def gain_of(part: EffectPart) -> float:
     """Chi2 that a part explains, the others as they are."""
     return float(part.footprint @ part.footprint)

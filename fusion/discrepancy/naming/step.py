@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.evidence import REPLICATED, by_chance, inflation, left_out_gain, replicated_share
-from fusion.discrepancy.naming.part import Part, is_field
+from fusion.discrepancy.naming.part import EffectPart, is_field
 from fusion.discrepancy.naming.region import Regional, best_region, confined
 from fusion.discrepancy.naming.score import Scored, scored
 from fusion.discrepancy.naming.space import Space
@@ -34,7 +34,7 @@ AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a re
 
 
 @dataclass(frozen=True)
-class Found:
+class NextPart:
     """The best next part, and how sure it is.
 
     Attributes:
@@ -45,7 +45,7 @@ class Found:
         probability: that noise alone does this, over all names and regions.
     """
 
-    part: Part
+    part: EffectPart
     gain: float
     score: float
     held_out: float
@@ -59,7 +59,7 @@ class Found:
 
 def best_part(
     candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, space: Space, target: Vector
-) -> Found | None:
+) -> NextPart | None:
     """The candidate that pays most for its freedom in a space, established or not; None when there is none at all."""
     if not candidates:
         return None
@@ -80,7 +80,7 @@ def best_part(
         ):
             candidate, result = _own_to_region(regional, candidates, observations, gauge, (space, target))
             tried *= regional.tried
-    part = Part(candidate, result.weights, result.size)
+    part = EffectPart(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
     probability = by_chance(result, seen @ result.weights, target, tried)
     held_out = left_out_gain(seen, target, observations.replicate, result.size)
@@ -88,7 +88,7 @@ def best_part(
         held_out = left_out_gain(seen, target, observations.block, result.size)
     if candidate.name in held:
         held_out = result.gain * replicated_share(candidate, observations.place, gauge, target)
-    return Found(part, result.gain, result.score, held_out, probability)
+    return NextPart(part, result.gain, result.score, held_out, probability)
 
 
 def _prior(candidate: Candidate, held: set[str]) -> float:

@@ -10,8 +10,8 @@ from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.models import BETTER, score_of
-from fusion.discrepancy.naming.part import Part
-from fusion.discrepancy.naming.refit import Fit, refitted
+from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.score import possible
 from fusion.discrepancy.naming.space import Space
 
@@ -22,7 +22,7 @@ LOOK = 0.9  # cosine of the two laws together with the footprint of the one
 PARTED = 3.0  # standard errors, recordings as replicates, from which on data tell them apart: a wrong name costs more
 
 
-def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) -> tuple[Candidate, ...]:
+def like_two(fit: PartsFit, part: EffectPart, others: Sequence[Candidate], space: Space) -> tuple[Candidate, ...]:
     """The two plain laws that are nearest to a flexible one, where recordings do not clearly tell them apart.
 
     Plain: of one size and without a shape. A flexible law has a shape that was searched (a period, a time constant).
@@ -49,7 +49,7 @@ def like_two(fit: Fit, part: Part, others: Sequence[Candidate], space: Space) ->
     )
 
 
-def as_two(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
+def as_two(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
     """The fit with two plain laws in the place of a flexible one that they explain as well.
 
     A wave of which the data hold no whole period is a slope and an offset until more of it is seen.
@@ -60,7 +60,8 @@ def as_two(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
         taken = {other.name for other in fit.parts}
         space, _ = beside(fit, k)
         plain = [
-            Part(c, np.zeros(1)) for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space)
+            EffectPart(c, np.zeros(1))
+            for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space)
         ]
         if not plain:
             continue
@@ -76,7 +77,7 @@ def _plain(candidate: Candidate) -> bool:
     return candidate.columns.shape[1] == 1 and not form.fixed and not form.map and not candidate.where
 
 
-def _told_apart(fit: Fit, left: Vector, lost: Vector) -> bool:
+def _told_apart(fit: PartsFit, left: Vector, lost: Vector) -> bool:
     """True when recordings agree that what the two laws cannot follow is there."""
     place = fit.observations.place
     # chi2 with the two laws less chi2 with the one, recording by recording

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.refit import Fit
+from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.naming.score import usual_size
 from fusion.discrepancy.unknown.unrestricted import covariates
 
@@ -19,7 +19,7 @@ Vector = NDArray[np.float64]
 CHANCE = 2.7  # evidence for a spread that chance alone gives in one case of twenty: half a chi2 of one number
 
 
-def unevenness(fit: Fit, k: int) -> float:
+def unevenness(fit: PartsFit, k: int) -> float:
     """Standard deviation of the local size of part k over the tiles, as a share of it; 0 where one size will do."""
     part = fit.parts[k]
     weight = part.footprint**2
@@ -41,7 +41,7 @@ def unevenness(fit: Fit, k: int) -> float:
     return float(np.sqrt(weight @ local**2 / weight.sum()))
 
 
-def _ways(fit: Fit, weight: Vector) -> NDArray[np.float64]:
+def _ways(fit: PartsFit, weight: Vector) -> NDArray[np.float64]:
     """(n, k) ways in which a size may differ: along each variable, to one side or to both ends, and by recording.
 
     Their mean over the tiles is 0 and their spread 1, each tile with its weight (n,).

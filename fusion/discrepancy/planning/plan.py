@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fusion.discrepancy.look import Look
+from fusion.discrepancy.look import FrameBlock
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.planning.menu import MENU, Choice
 from fusion.discrepancy.planning.planned import Planned, planned
@@ -58,7 +58,7 @@ class Shows:
 class Plans:
     """The menu as this sensor would see it; seen when first asked for."""
 
-    def __init__(self, sensor: Sensor, looks: Sequence[Look]) -> None:
+    def __init__(self, sensor: Sensor, looks: Sequence[FrameBlock]) -> None:
         self._sensor, self._looks = sensor, looks
 
     @cached_property

@@ -8,10 +8,10 @@ from typing import Any, cast
 import numpy as np
 
 from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.look import Look, wanted_channels
+from fusion.discrepancy.look import FrameBlock, wanted_channels
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.planning.menu import Choice, Setup
-from fusion.discrepancy.stage import Stage
+from fusion.discrepancy.stage import KnownScene
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exposure import whole_mesh
@@ -44,7 +44,7 @@ class Planned:
         return gauge_of(self.observations)
 
 
-def planned(choice: Choice, sensor: Sensor, like: Sequence[Look]) -> Planned | None:
+def planned(choice: Choice, sensor: Sensor, like: Sequence[FrameBlock]) -> Planned | None:
     """The choice seen by a sensor with the camera and the care of the looks at hand; None where nothing is seen."""
     casters: dict[int, RayCaster] = {}
     looks = [_look(setup, sensor, like, casters) for setup in choice.setups()]
@@ -52,7 +52,7 @@ def planned(choice: Choice, sensor: Sensor, like: Sequence[Look]) -> Planned | N
     return Planned(choice, observations) if len(observations.residual) > 20 else None
 
 
-def _look(setup: Setup, sensor: Sensor, like: Sequence[Look], casters: dict[int, RayCaster]) -> Look:
+def _look(setup: Setup, sensor: Sensor, like: Sequence[FrameBlock], casters: dict[int, RayCaster]) -> FrameBlock:
     camera = like[0].view.camera
     several = len(setup.scene.parts) > 1
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
@@ -72,7 +72,7 @@ def _look(setup: Setup, sensor: Sensor, like: Sequence[Look], casters: dict[int,
         float(np.median([look.stage.sigma_rad for look in like])),
         float(np.median([look.stage.mesh_sigma_m or 0.0 for look in like])),
     )
-    return Look(cast(Stage, stage), tuple(range(FRAMES)), view, view.depth, zero, full, setup.pose)
+    return FrameBlock(cast(KnownScene, stage), tuple(range(FRAMES)), view, view.depth, zero, full, setup.pose)
 
 
 def _caster(scene: Scene, casters: dict[int, RayCaster]) -> RayCaster:

@@ -23,7 +23,7 @@ SPAN = 1.5  # largest over smallest value, from which on powers differ from a li
 
 
 @dataclass(frozen=True)
-class Shape:
+class ShapeFunction:
     """A function of one variable, spanned by one or two columns.
 
     Attributes:
@@ -46,7 +46,7 @@ class Shape:
         """(..., k) values at x (...)."""
         return np.stack(_KINDS[self.kind](np.asarray(x, float), self.number, self.unit), axis=-1)
 
-    def tuned(self, number: float) -> "Shape":
+    def tuned(self, number: float) -> "ShapeFunction":
         return replace(self, number=float(number))
 
     def text(self) -> str:
@@ -79,30 +79,30 @@ _KINDS: dict[str, Callable[[Vector, float, float], list[Vector]]] = {
 }
 
 
-def shapes_of(variable: str, values: Vector) -> Iterator[Shape]:
+def shapes_of(variable: str, values: Vector) -> Iterator[ShapeFunction]:
     """All simple functions of a variable that these values (n,) can tell apart."""
     low, middle, high = (float(x) for x in np.quantile(values, (0.0, 0.5, 1.0)))
     span, several = high - low, len(np.unique(np.round(values, 9)))
     unit = _round(max(abs(middle), 1e-9))
-    yield Shape("power", variable, 1.0, unit)
+    yield ShapeFunction("power", variable, 1.0, unit)
     if variable in POSITIVE and low > 0 and high > SPAN * low:
         for power in POWERS[1:]:
-            yield Shape("power", variable, power, unit)
-        yield Shape("log", variable, 1.0, unit)
+            yield ShapeFunction("power", variable, power, unit)
+        yield ShapeFunction("log", variable, 1.0, unit)
     elif several > 2:
-        yield from (Shape("power", variable, power, unit) for power in (2.0, 3.0) if low >= 0 or power == 3.0)
+        yield from (ShapeFunction("power", variable, power, unit) for power in (2.0, 3.0) if low >= 0 or power == 3.0)
     if several > 4:  # a sine with its period has three numbers
         finest = FINEST.get(variable, span / MOST_WAVES)
         for waves in np.arange(0.5, max(span / finest, 1.0), 0.25):
-            yield Shape("wave", variable, span / waves)
+            yield ShapeFunction("wave", variable, span / waves)
     if variable == "amplitude" and low > 0 and high > 3 * low:
-        yield from (Shape("log wave", variable, k) for k in np.arange(1.5, 9.1, 0.5))
+        yield from (ShapeFunction("log wave", variable, k) for k in np.arange(1.5, 9.1, 0.5))
     if variable == "time":
-        yield from (Shape("decay", variable, span * share, low) for share in (0.05, 0.12, 0.3, 0.7))
+        yield from (ShapeFunction("decay", variable, span * share, low) for share in (0.05, 0.12, 0.3, 0.7))
     if variable == "incidence":
-        yield Shape("tan2", variable)
+        yield ShapeFunction("tan2", variable)
     for cut in np.unique(np.quantile(values, np.linspace(0.1, 0.9, STEPS - 1))):
-        yield Shape("step", variable, float(cut))
+        yield ShapeFunction("step", variable, float(cut))
 
 
 def _round(value: float) -> float:

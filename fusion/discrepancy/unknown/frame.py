@@ -28,7 +28,7 @@ WORDS = {
 
 
 @dataclass(frozen=True)
-class Frame:
+class LeftoverFrame:
     """Where a leftover persists.
 
     Attributes:
@@ -46,7 +46,7 @@ class Frame:
         return WORDS[self.name] + ("" if self.clear or not self.name else ", as far as these recordings tell")
 
 
-def frame_of(white: Vector, observations: Observations, gauge: Gauge) -> Frame:
+def frame_of(white: Vector, observations: Observations, gauge: Gauge) -> LeftoverFrame:
     """The frame in which the mean of the leftover (n,) predicts recordings that took no part in it."""
     gains = {}
     for name, cells in _frames(observations):
@@ -56,7 +56,7 @@ def frame_of(white: Vector, observations: Observations, gauge: Gauge) -> Frame:
     ranked = sorted(gains, key=lambda name: -gains[name])
     best = ranked[0] if ranked and gains[ranked[0]] > 0 else ""
     clear = len(ranked) < 2 or gains[ranked[0]] > CLEAR * max(gains[ranked[1]], 0.0)
-    return Frame(best, gains, clear)
+    return LeftoverFrame(best, gains, clear)
 
 
 def _frames(observations: Observations) -> Iterator[tuple[str, NDArray[np.intp]]]:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.naming.part import is_field
-from fusion.discrepancy.unknown.law import Law
+from fusion.discrepancy.unknown.law import UnknownLaw
 
 Vector = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def is_asked(named: Named) -> bool:
     return _margin(named) < ONE or left > (ONE - 1.0) * sum(step.gain for step in named.steps)
 
 
-def explains_more(law: Law, named: Named, white: Vector) -> bool:
+def explains_more(law: UnknownLaw, named: Named, white: Vector) -> bool:
     """True where a formula that new recordings show explains more than all names, each less what its freedom costs.
 
     Args:

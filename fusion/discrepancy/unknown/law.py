@@ -15,9 +15,9 @@ from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.search import best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
-from fusion.discrepancy.unknown.table import Tables, pixel_columns, table_of, unit_of
-from fusion.discrepancy.unknown.terms import Term
-from fusion.discrepancy.unknown.unrestricted import Found
+from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of, unit_of
+from fusion.discrepancy.unknown.terms import UnknownTerm
+from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
 from fusion.discrepancy.unknown.variables import law_variables
 from fusion.sensor.effects.readout.tabulated import Tabulated
 
@@ -32,7 +32,7 @@ TRIED = 2000.0  # about how many forms are tried
 
 
 @dataclass(frozen=True)
-class Law:
+class UnknownLaw:
     """An effect without a name.
 
     Attributes:
@@ -67,7 +67,7 @@ class Law:
         return self.held_out >= REPLICATED * self.gain
 
 
-def law_of(white: Vector, observations: Observations, gauge: Gauge, found: Found) -> Law:
+def law_of(white: Vector, observations: Observations, gauge: Gauge, found: UnrestrictedGain) -> UnknownLaw:
     """The law behind a leftover.
 
     Args:
@@ -80,21 +80,21 @@ def law_of(white: Vector, observations: Observations, gauge: Gauge, found: Found
     return _table(white, observations, gauge, found)
 
 
-def _terms(white: Vector, observations: Observations, gauge: Gauge) -> tuple[list[Term], Vector]:
+def _terms(white: Vector, observations: Observations, gauge: Gauge) -> tuple[list[UnknownTerm], Vector]:
     """The terms of a formula, each the best beside the others, and what they leave (n,)."""
     at, exact = law_variables(observations), partial(pixel_columns, observations=observations)
 
-    def left_by(terms: Sequence[Term]) -> Vector:
+    def left_by(terms: Sequence[UnknownTerm]) -> Vector:
         if not terms:
             return white
         columns = gauge.whiten(np.concatenate([exact(term) for term in terms], axis=1))
         return np.asarray(white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0])
 
-    def beside(others: Sequence[Term]) -> Term | None:
+    def beside(others: Sequence[UnknownTerm]) -> UnknownTerm | None:
         chosen = best_term(left_by(others), at, (observations, gauge), exact)
         return None if chosen is None else chosen[0]
 
-    terms: list[Term] = []
+    terms: list[UnknownTerm] = []
     left = white
     while len(terms) < MOST_TERMS:
         more = beside(terms)
@@ -113,12 +113,12 @@ def _terms(white: Vector, observations: Observations, gauge: Gauge) -> tuple[lis
     return terms, left
 
 
-def _formula(terms: Sequence[Term], white: Vector, observations: Observations, gauge: Gauge) -> Law:
+def _formula(terms: Sequence[UnknownTerm], white: Vector, observations: Observations, gauge: Gauge) -> UnknownLaw:
     columns = np.concatenate([pixel_columns(term, observations) for term in terms], axis=1)
     sizes = np.maximum(np.abs(columns).max(axis=0), 1e-12)
     columns = columns / sizes
     weights = np.asarray(np.linalg.lstsq(gauge.whiten(columns), white, rcond=1e-9)[0], float)
-    table = table_of(Tables(tuple(terms), weights / sizes), observations)
+    table = table_of(TermTables(tuple(terms), weights / sizes), observations)
     tuned = sum(shape.tunable for term in terms for shape in term.shapes)
     variables = tuple(dict.fromkeys(name for term in terms for name in term.variables))
     ends = np.cumsum([0, *(_width(term, observations) for term in terms)])
@@ -133,7 +133,7 @@ def _formula(terms: Sequence[Term], white: Vector, observations: Observations, g
     return replace(law, score=float(law.gain - price))
 
 
-def _table(white: Vector, observations: Observations, gauge: Gauge, found: Found) -> Law:
+def _table(white: Vector, observations: Observations, gauge: Gauge, found: UnrestrictedGain) -> UnknownLaw:
     variables, columns, table_from = smooth_table(observations, found.variables)
     weights = _ridge(gauge.whiten(columns), white)
     unit, symbol = unit_of(observations)
@@ -142,7 +142,7 @@ def _table(white: Vector, observations: Observations, gauge: Gauge, found: Found
     return _law((variables, text, False, table_from(weights)), (columns, weights), white, (observations, gauge))
 
 
-def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Observations, Gauge]) -> Law:
+def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Observations, Gauge]) -> UnknownLaw:
     variables, text, simple, table = what
     (columns, weights), (observations, gauge) = fit, data
     own = gauge.whiten(columns)
@@ -152,7 +152,7 @@ def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Obser
     probability = float(min(1.0, TRIED * chi2.sf(max(gain, 0.0) / inflated, columns.shape[1])))
     held_out = _elsewhere(variables, own, white, observations)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))
-    return Law(variables, text, simple, table, footprint, native, gain, held_out, probability, std)
+    return UnknownLaw(variables, text, simple, table, footprint, native, gain, held_out, probability, std)
 
 
 def _elsewhere(variables: Sequence[str], own: Vector, white: Vector, observations: Observations) -> float:
@@ -175,5 +175,5 @@ def _gain(columns: Vector, white: Vector) -> float:
     return float(fitted @ white)
 
 
-def _width(term: Term, observations: Observations) -> int:
+def _width(term: UnknownTerm, observations: Observations) -> int:
     return int(term.columns({name: np.ones(1) for name in term.variables}).shape[-1])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.unknown.law import Law
+from fusion.discrepancy.unknown.law import UnknownLaw
 from fusion.discrepancy.unknown.unrestricted import Group, explained
 
 Vector = NDArray[np.float64]
@@ -46,7 +46,7 @@ class Nearest:
         return f"{share}, and what it leaves still depends on {' and '.join(self.left)}"
 
 
-def nearest_of(law: Law, candidates: Sequence[Candidate], white: Vector, groups: list[Group]) -> Nearest | None:
+def nearest_of(law: UnknownLaw, candidates: Sequence[Candidate], white: Vector, groups: list[Group]) -> Nearest | None:
     """The closest entry by its fit to the law; None when there is no entry at all."""
     length = max(float(np.linalg.norm(law.footprint)), 1e-300)
     best: tuple[float, Candidate] | None = None

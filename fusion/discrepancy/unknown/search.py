@@ -11,7 +11,7 @@ from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
-from fusion.discrepancy.unknown.terms import Term
+from fusion.discrepancy.unknown.terms import UnknownTerm
 
 Vector = NDArray[np.float64]
 
@@ -27,8 +27,8 @@ MORE = 0.08  # of the gain: what a further variable must bring, as a further ter
 
 
 def best_term(
-    white: Vector, at: Mapping[str, Vector], data: tuple[Observations, Gauge], exact: Callable[[Term], Vector]
-) -> tuple[Term, Vector] | None:
+    white: Vector, at: Mapping[str, Vector], data: tuple[Observations, Gauge], exact: Callable[[UnknownTerm], Vector]
+) -> tuple[UnknownTerm, Vector] | None:
     """The term that predicts recordings best from the others, and its whitened columns (n, k); None when none does.
 
     Args:
@@ -38,7 +38,9 @@ def best_term(
         exact: columns (n, k) of a term from its values at the pixels, not from those at the means of tiles.
     """
     gauge, place = data[1], data[0].place
-    singles = _scored([Term((shape,)) for name, x in at.items() for shape in shapes_of(name, x)], white, at, gauge)
+    singles = _scored(
+        [UnknownTerm((shape,)) for name, x in at.items() for shape in shapes_of(name, x)], white, at, gauge
+    )
     if not singles:
         return None
     # a wave may show only where another variable does not hide it: all of them are tried in products too
@@ -53,7 +55,7 @@ def best_term(
     plain = [item for item in tried[EXACT:] if len(item[1].variables) == 1]
     terms = [term for _, term, _ in (*tried[:EXACT], *plain[:1])]
 
-    def at_pixels(term: Term) -> tuple[float, Term, Vector]:
+    def at_pixels(term: UnknownTerm) -> tuple[float, UnknownTerm, Vector]:
         columns = gauge.whiten(_sized(exact(term)))
         return gain_elsewhere(columns, white, place), term, columns
 
@@ -65,8 +67,8 @@ def best_term(
 
 
 def _finer(
-    term: Term, side: int, at_pixels: Callable[[Term], tuple[float, Term, Vector]], gain: float
-) -> list[tuple[float, Term, Vector]]:
+    term: UnknownTerm, side: int, at_pixels: Callable[[UnknownTerm], tuple[float, UnknownTerm, Vector]], gain: float
+) -> list[tuple[float, UnknownTerm, Vector]]:
     """Waves shorter than two tiles, which look alike in their means; only their pixels tell them apart.
 
     Those that do nearly as well as the wave of this term are taken with their period between those that were tried.
@@ -81,7 +83,7 @@ def _finer(
     return found
 
 
-def _aliases(term: Term, side: int) -> Iterator[Term]:
+def _aliases(term: UnknownTerm, side: int) -> Iterator[UnknownTerm]:
     """The same with a wave that is shorter than two tiles."""
     first = term.shapes[0]
     if first.kind == "wave" and first.variable in ("u", "v"):
@@ -90,15 +92,15 @@ def _aliases(term: Term, side: int) -> Iterator[Term]:
                 yield replace(term, shapes=(first.tuned(1 / waves), *term.shapes[1:]))
 
 
-def _plainest(terms: Sequence[Term], gains: Sequence[float]) -> int:
+def _plainest(terms: Sequence[UnknownTerm], gains: Sequence[float]) -> int:
     """The best of those with the fewest variables: a further one that brings little is no part of the law."""
     enough = [k for k, gain in enumerate(gains) if gain >= (1 - MORE) * max(gains)]
     return min(enough or range(len(gains)), key=lambda k: (len(terms[k].variables), -gains[k]))
 
 
-def _leading(scored: Sequence[tuple[float, Term, Vector]]) -> list[tuple[float, Term, Vector]]:
+def _leading(scored: Sequence[tuple[float, UnknownTerm, Vector]]) -> list[tuple[float, UnknownTerm, Vector]]:
     """The best, not too many of one kind."""
-    kept: list[tuple[float, Term, Vector]] = []
+    kept: list[tuple[float, UnknownTerm, Vector]] = []
     taken: dict[tuple[str, ...], int] = {}
     for item in sorted(scored, key=lambda item: -item[0]):
         kind = (item[1].shapes[0].kind, *item[1].variables)
@@ -108,29 +110,29 @@ def _leading(scored: Sequence[tuple[float, Term, Vector]]) -> list[tuple[float, 
     return kept[:IN_ALL]
 
 
-def _scaled(terms: Sequence[Term], at: Mapping[str, Vector]) -> Iterator[Term]:
+def _scaled(terms: Sequence[UnknownTerm], at: Mapping[str, Vector]) -> Iterator[UnknownTerm]:
     """Products of terms with powers of the depth and the amplitude."""
     for term in terms:
         own = term.variables[0]
         for name, powers in (("depth", (1.0, 2.0, -1.0)), ("amplitude", (-1.0, -0.5))):
             if name in at and own not in (name, "range", "disparity")[: 3 if name == "depth" else 1]:
                 known = [s for s in shapes_of(name, at[name]) if s.kind == "power" and s.number in powers]
-                yield from (Term((*term.shapes, shape)) for shape in known)
+                yield from (UnknownTerm((*term.shapes, shape)) for shape in known)
 
 
-def _curved(terms: Sequence[Term], at: Mapping[str, Vector]) -> Iterator[Term]:
+def _curved(terms: Sequence[UnknownTerm], at: Mapping[str, Vector]) -> Iterator[UnknownTerm]:
     """Products of terms with lines and parabolas."""
     for term in terms:
         for name in ("u", "v", "depth", "time"):
             if name in at and name != term.variables[0]:
                 low, high = float(np.min(at[name])), float(np.max(at[name]))
                 for degree in (1, 2):
-                    yield Term(term.shapes, name, degree, (low + high) / 2, (high - low) / 2)
+                    yield UnknownTerm(term.shapes, name, degree, (low + high) / 2, (high - low) / 2)
 
 
 def _scored(
-    terms: Sequence[Term], white: Vector, at: Mapping[str, Vector], gauge: Gauge
-) -> list[tuple[float, Term, Vector]]:
+    terms: Sequence[UnknownTerm], white: Vector, at: Mapping[str, Vector], gauge: Gauge
+) -> list[tuple[float, UnknownTerm, Vector]]:
     """Score, term and whitened columns of each; whitened in one go."""
     if not terms:
         return []
@@ -147,15 +149,15 @@ def _score(columns: Vector, white: Vector) -> float:
 
 
 def _tuned(
-    item: tuple[float, Term, Vector], white: Vector, at: Mapping[str, Vector], gauge: Gauge
-) -> tuple[float, Term, Vector]:
+    item: tuple[float, UnknownTerm, Vector], white: Vector, at: Mapping[str, Vector], gauge: Gauge
+) -> tuple[float, UnknownTerm, Vector]:
     """With its period or time constant between those that were tried."""
     score, term, columns = item
     first = term.shapes[0]
     if not first.tunable:
         return item
 
-    def other(number: float) -> Term:
+    def other(number: float) -> UnknownTerm:
         return replace(term, shapes=(first.tuned(number), *term.shapes[1:]))
 
     def loss(number: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.observations import Observations, Patch
-from fusion.discrepancy.unknown.terms import Term
+from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.sensor.effects.readout.tabulated import STEEPEST, VARIABLES, Tabulated
 from fusion.sensor.table import interpolated
 
@@ -21,19 +21,19 @@ BEYOND = 0.25  # of the span: so far a formula is believed outside the data
 
 
 @dataclass(frozen=True)
-class Tables:
+class TermTables:
     """Terms and the weights (k,) of all their columns, in native units."""
 
-    terms: tuple[Term, ...]
+    terms: tuple[UnknownTerm, ...]
     weights: Vector
 
 
-def pixel_columns(term: Term, observations: Observations) -> Vector:
+def pixel_columns(term: UnknownTerm, observations: Observations) -> Vector:
     """(n, k) a term's columns at the pixels, averaged over the tiles."""
     return np.concatenate([_columns(term, patch) for patch in observations.patches])
 
 
-def _columns(term: Term, patch: Patch) -> Vector:
+def _columns(term: UnknownTerm, patch: Patch) -> Vector:
     at = {name: np.asarray(VARIABLES[name](patch.depth, patch.view), float) for name in term.variables}
     with np.errstate(all="ignore"):
         values = term.columns(dict(zip(at, np.broadcast_arrays(*at.values()), strict=True)))
@@ -41,7 +41,7 @@ def _columns(term: Term, patch: Patch) -> Vector:
     return np.column_stack([patch.tiles.mean(np.broadcast_to(values[..., k], shape)) for k in range(values.shape[-1])])
 
 
-def table_of(law: Tables, observations: Observations) -> Tabulated:
+def table_of(law: TermTables, observations: Observations) -> Tabulated:
     """The effect that adds the law to what the sensor measures."""
     names = tuple(dict.fromkeys(name for term in law.terms for name in term.variables))
     grid = _thinned([_nodes(name, law.terms, observations) for name in names])
@@ -90,7 +90,7 @@ def _union(name: str, tables: Iterable[Tabulated]) -> Vector:
     return np.unique(np.concatenate([np.asarray(axis, float) for axis in nodes]))
 
 
-def _nodes(name: str, terms: Iterable[Term], observations: Observations) -> Vector:
+def _nodes(name: str, terms: Iterable[UnknownTerm], observations: Observations) -> Vector:
     """Increasing values of a variable, close enough for every function of it."""
     low, high = span_of(name, observations)
     shapes = [shape for term in terms for shape in term.shapes if shape.variable == name]

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.unknown.families import Shape
+from fusion.discrepancy.unknown.families import ShapeFunction
 
 Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Term:
+class UnknownTerm:
     """A product of simple functions of different variables, or one of them times a free line or parabola of another.
 
     Attributes:
@@ -22,7 +22,7 @@ class Term:
         middle, half: of that variable's values.
     """
 
-    shapes: tuple[Shape, ...]
+    shapes: tuple[ShapeFunction, ...]
     curve: str = ""
     degree: int = 1
     middle: float = 0.0

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.observations import Observations
-from fusion.discrepancy.unknown.frame import Frame, frame_of
-from fusion.discrepancy.unknown.law import Law, law_of
+from fusion.discrepancy.unknown.frame import LeftoverFrame, frame_of
+from fusion.discrepancy.unknown.law import UnknownLaw, law_of
 from fusion.discrepancy.unknown.nearest import Nearest, nearest_of
 from fusion.discrepancy.unknown.table import joined
-from fusion.discrepancy.unknown.unrestricted import Found, Group
+from fusion.discrepancy.unknown.unrestricted import Group, UnrestrictedGain
 from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.sensor import Sensor
 
@@ -22,8 +22,8 @@ from fusion.sensor.sensor import Sensor
 class Unknown:
     """An effect without a name: its law, to what it is fixed, the nearest entry of the catalogue."""
 
-    law: Law
-    frame: Frame
+    law: UnknownLaw
+    frame: LeftoverFrame
     nearest: Nearest | None
 
     @property
@@ -47,7 +47,7 @@ class Unknown:
 def unknown_of(
     white: NDArray[np.float64],
     data: tuple[Observations, Gauge],
-    found: Found,
+    found: UnrestrictedGain,
     candidates: Sequence[Candidate],
     groups: list[Group],
 ) -> Unknown:

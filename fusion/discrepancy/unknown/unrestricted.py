@@ -29,7 +29,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Found:
+class UnrestrictedGain:
     """What the unrestricted model explains of a whitened vector.
 
     Attributes:
@@ -84,7 +84,7 @@ def covariates(observations: Observations) -> dict[str, NDArray[np.float64]]:
     return {name: values for name, values in whole.items() if np.ptp(values) > 1e-9 * (1 + np.abs(values).max())}
 
 
-def explained(white: NDArray[np.float64], groups: list[Group], known: Matrix) -> Found:
+def explained(white: NDArray[np.float64], groups: list[Group], known: Matrix) -> UnrestrictedGain:
     """Forward choice of groups, each paying for its columns; `known` (n, k) is orthonormal and explained before."""
     rest = white - known @ (known.T @ white)
     chosen, used, total = known, [], 0.0
@@ -103,7 +103,7 @@ def explained(white: NDArray[np.float64], groups: list[Group], known: Matrix) ->
         used.append((gain, group.variables))
         total += gain
     names = dict.fromkeys(name for gain, variables in used if gain > WORTH * total for name in variables)
-    return Found(total, tuple(names), white - known @ (known.T @ white) - rest)
+    return UnrestrictedGain(total, tuple(names), white - known @ (known.T @ white) - rest)
 
 
 def _hats(values: NDArray[np.float64]) -> Matrix:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.identifiability import NOT_SIZES, Visibility, unseen
+from fusion.discrepancy.identifiability import NOT_SIZES, EffectVisibility, unseen
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.effects import EFFECTS
@@ -20,7 +20,7 @@ LEAST_CHANGE = 0.02  # of the spread, or of the share of valid pixels, at the ty
 
 
 def limits_of(
-    found: Explanation, seen: Sequence[Visibility], named: set[str]
+    found: Explanation, seen: Sequence[EffectVisibility], named: set[str]
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Upper limits of what was looked for and not found, and the names that this data cannot show.
 

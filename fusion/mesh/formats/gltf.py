@@ -20,7 +20,7 @@ FANS = 6  # mode of a primitive, which trimesh leaves out
 Count = Annotated[int, Meta(ge=0)]
 
 
-class View(Struct):
+class GltfView(Struct):
     byteLength: Count
     buffer: Count
     byteOffset: Count = 0
@@ -43,31 +43,31 @@ class Primitive(Struct):
     mode: Annotated[int, Meta(ge=0, le=6)] = 4
 
 
-class Shape(Struct):  # what glTF calls a mesh
+class GltfShape(Struct):  # what glTF calls a mesh
     primitives: list[Primitive]
 
 
-class Node(Struct):
+class GltfNode(Struct):
     children: list[Count] = []
     mesh: Count | None = None
     matrix: list[float] = []  # msgspec takes no number that is not finite
 
 
-class Scene(Struct):
+class GltfScene(Struct):
     nodes: list[Count] = []
 
 
-class Tree(Struct):
+class GltfTree(Struct):
     accessors: list[Accessor] = []
-    bufferViews: list[View] = []
-    meshes: list[Shape] = []
-    nodes: list[Node] = []
-    scenes: list[Scene] = []
+    bufferViews: list[GltfView] = []
+    meshes: list[GltfShape] = []
+    nodes: list[GltfNode] = []
+    scenes: list[GltfScene] = []
     scene: Count = 0
     extensionsRequired: list[str] = []
 
 
-class Beside:
+class NamedFiles:
     """What a glTF file names, from beside it and from nowhere else: what trimesh calls a resolver."""
 
     def __init__(self, path: Path) -> None:
@@ -82,7 +82,7 @@ class Beside:
 
 def check_gltf(data: bytes, path: Path) -> None:
     """ValueError where trimesh would take zeros for numbers, leave faces out, or need more than is there."""
-    tree = decode(decoded(_json(data) if path.suffix.lower() == ".glb" else data), type=Tree)
+    tree = decode(decoded(_json(data) if path.suffix.lower() == ".glb" else data), type=GltfTree)
     needed = [name for name in tree.extensionsRequired if not name.startswith(HARMLESS)]
     if needed:
         raise ValueError(f"the extension {needed[0][:40]}, which is not read")
@@ -107,7 +107,7 @@ def _json(data: bytes) -> bytes:
     return data[20 : 20 + first]
 
 
-def _size(tree: Tree, place: int) -> int:
+def _size(tree: GltfTree, place: int) -> int:
     """Bytes of an array; ValueError where they are not in its view."""
     about = tree.accessors[place]
     row = NUMBERS[about.type] * BYTES[about.componentType]
@@ -118,7 +118,7 @@ def _size(tree: Tree, place: int) -> int:
     return about.count * row
 
 
-def _size_of(tree: Tree, one: Primitive, sizes: list[int]) -> int:
+def _size_of(tree: GltfTree, one: Primitive, sizes: list[int]) -> int:
     """Bytes of a primitive; ValueError where it is of a kind that is not read."""
     if one.mode == FANS:
         raise ValueError(f"faces of mode {one.mode}, which are not read")
@@ -136,7 +136,7 @@ def _size_of(tree: Tree, one: Primitive, sizes: list[int]) -> int:
     return sum(sizes[place] for place in places)
 
 
-def _shown(tree: Tree, shapes: list[int]) -> int:
+def _shown(tree: GltfTree, shapes: list[int]) -> int:
     """Bytes of all that the scene shows; ValueError where a node hangs below two others, or below itself."""
     seen: set[int] = set()
     queue, total = list(tree.scenes[tree.scene].nodes) if tree.scenes else [], 0

@@ -27,7 +27,7 @@ FEW = 64  # rows that are looked at together where lists differ in length
 
 
 @dataclass(frozen=True)
-class Element:
+class PlyElement:
     """`count` rows of properties, by name: (type, "" or the type of a list's length)."""
 
     name: str
@@ -63,9 +63,9 @@ def checked_ply(data: bytes) -> bytes:
     return "\n".join(head).encode() + vertices + faces
 
 
-def _header(lines: list[str]) -> tuple[str, dict[str, Element]]:
+def _header(lines: list[str]) -> tuple[str, dict[str, PlyElement]]:
     """How the body is written, and its elements in their order."""
-    form, elements, last = "", {}, Element("", 0)
+    form, elements, last = "", {}, PlyElement("", 0)
     for number, line in enumerate(lines, start=2):
         match line.split():
             case [] | ["comment" | "obj_info", *_]:
@@ -73,7 +73,7 @@ def _header(lines: list[str]) -> tuple[str, dict[str, Element]]:
             case ["format", kind, _] if kind in ORDERS and not form:
                 form = kind
             case ["element", name, count] if re.fullmatch("[0-9]{1,15}", count) and name not in elements:
-                last = elements[name] = Element(name, int(count))
+                last = elements[name] = PlyElement(name, int(count))
             case ["property", *words] if elements and (one := PROPERTY.fullmatch(" ".join(words))):
                 if one[3] in last.properties:
                     raise ValueError(f"line {number} of the header: {one[3][:40]!r} twice")
@@ -90,7 +90,7 @@ def _header(lines: list[str]) -> tuple[str, dict[str, Element]]:
     return form, elements
 
 
-def _text(elements: dict[str, Element], lines: Lines) -> tuple[bytes, bytes, int]:
+def _text(elements: dict[str, PlyElement], lines: Lines) -> tuple[bytes, bytes, int]:
     """Rows of the vertices, rows of the faces, and how many these are."""
     vertices: Lines = []
     faces: Lines = []
@@ -111,7 +111,7 @@ def _text(elements: dict[str, Element], lines: Lines) -> tuple[bytes, bytes, int
     return joined(vertices), joined(faces), len(faces)
 
 
-def _corners(element: Element, index: int, number: int, line: str) -> str:
+def _corners(element: PlyElement, index: int, number: int, line: str) -> str:
     """`3 0 1 2` of a face's line, which may hold more."""
     words, at, found = line.split(), 0, [""]
     for place, (_, length) in enumerate(element.properties.values()):
@@ -129,7 +129,7 @@ def _corners(element: Element, index: int, number: int, line: str) -> str:
     return row
 
 
-def _binary(elements: dict[str, Element], order: str, data: bytes, at: int) -> tuple[bytes, bytes, int]:
+def _binary(elements: dict[str, PlyElement], order: str, data: bytes, at: int) -> tuple[bytes, bytes, int]:
     """Rows of the vertices, rows of triangles, and how many these are."""
     from trimesh.geometry import triangulate_quads
 
@@ -155,7 +155,7 @@ def _binary(elements: dict[str, Element], order: str, data: bytes, at: int) -> t
     return vertices, rows.tobytes(), len(rows)
 
 
-def _runs(element: Element, order: str, data: bytes, at: int) -> list[NDArray]:
+def _runs(element: PlyElement, order: str, data: bytes, at: int) -> list[NDArray]:
     """All rows in runs whose lists are of equal length, most often one; ValueError where the file is too short."""
     runs: list[NDArray] = []
     left = most = element.count
@@ -173,7 +173,7 @@ def _runs(element: Element, order: str, data: bytes, at: int) -> list[NDArray]:
     return runs
 
 
-def _row_type(element: Element, order: str, data: bytes, at: int) -> np.dtype:
+def _row_type(element: PlyElement, order: str, data: bytes, at: int) -> np.dtype:
     """numpy's type of the row that begins here; ValueError where that is beyond the file."""
     fields: list[tuple] = []
     for name, (kind, length) in element.properties.items():

@@ -37,7 +37,7 @@ FEWEST = 2  # pairs of key frames that join two pieces: one alone may be chance
 
 
 @dataclass(frozen=True)
-class Closed:
+class ClosedLoops:
     """Key frames in their places.
 
     Attributes:
@@ -60,7 +60,7 @@ def looked_away(frames: Sequence[Keyframe], poses: Array) -> bool:
     return any((shares[k] < APART)[[f.piece == frame.piece for f in frames]].any() for k, frame in enumerate(frames))
 
 
-def close(frames: Sequence[Keyframe]) -> Closed | None:
+def close(frames: Sequence[Keyframe]) -> ClosedLoops | None:
     """The poses that suit everything; None where nothing was met again, and neighbours agree with the tracking."""
     poses = np.stack([frame.T_world_camera for frame in frames])
     chain = _chain(frames)
@@ -227,7 +227,7 @@ def _again(frames: Sequence[Keyframe], settled: Settled, chain: list[Edge], met:
     return edges
 
 
-def _closed(frames: Sequence[Keyframe], settled: Settled, chain: list[Edge], met: list[Edge]) -> Closed:
+def _closed(frames: Sequence[Keyframe], settled: Settled, chain: list[Edge], met: list[Edge]) -> ClosedLoops:
     edges = [*chain, *met]
     believed = settled.weights > 0.25
     good = [edge for edge, yes in zip(edges, believed, strict=True) if yes]
@@ -236,7 +236,7 @@ def _closed(frames: Sequence[Keyframe], settled: Settled, chain: list[Edge], met
     poses = np.where((label == main)[:, None, None], settled.poses, np.nan)
     again = [edge for edge, yes in zip(met, believed[len(chain) :], strict=True) if yes]
     before = np.stack([frame.T_world_camera for frame in frames])
-    return Closed(
+    return ClosedLoops(
         poses,
         tuple(sorted({(edge.i, edge.j) for edge in again})),
         len({(e.i, e.j) for e in met}) - len({(e.i, e.j) for e in again}),

@@ -18,7 +18,7 @@ OFF = 0.01, np.deg2rad(0.5)
 
 
 @dataclass(frozen=True)
-class Corrected:
+class CorrectedPoses:
     """Poses of all frames.
 
     Attributes:
@@ -34,7 +34,7 @@ class Corrected:
 
 def corrected(
     poses: Array, pieces: NDArray[np.int64], stamps: NDArray[np.float64], frames: Sequence[Keyframe], settled: Array
-) -> Corrected:
+) -> CorrectedPoses:
     """Poses of all frames, each carried by the key frames of its piece before and after it.
 
     Args:
@@ -63,7 +63,7 @@ def corrected(
             if at == len(own) and i:  # after the last key frame nothing contradicts: as before it
                 off[i], torn[i] = off[i - 1], torn[i - 1]
             out[i] = _between(settled[a], settled[b], share) if torn[i] else _between(before, after, share)
-    return Corrected(out, off, torn)
+    return CorrectedPoses(out, off, torn)
 
 
 def _between(a: Array, b: Array, share: float) -> Array:

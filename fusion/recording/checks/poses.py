@@ -60,7 +60,7 @@ class Warped:
 
 
 @dataclass(frozen=True)
-class Pair:
+class PosedPair:
     """Two depth images (h, w) [m] and their stated poses."""
 
     depth_i: NDArray[np.float32]
@@ -97,7 +97,7 @@ def check_poses(sample: Sample) -> list[Finding]:
     return _doubts(sample, best, stated, table[best])
 
 
-def _fitting(seen: str, sample: Sample, pairs: list[Pair]) -> Finding:
+def _fitting(seen: str, sample: Sample, pairs: list[PosedPair]) -> Finding:
     """How well poses fit of which no better reading is known."""
     warped = [_warped(sample, pair, False, 1.0) for pair in pairs]
     agreed = [w.beside(*_around(sample, pair.depth_j)) for w, pair in zip(warped, pairs, strict=True)]
@@ -130,7 +130,7 @@ def _doubts(sample: Sample, best: tuple[bool, float], stated: float, agreed: flo
     return findings
 
 
-def _pairs(sample: Sample, poses: Array) -> list[Pair]:
+def _pairs(sample: Sample, poses: Array) -> list[PosedPair]:
     """Pairs of frames whose poses differ clearly, but not too much to see the same."""
     pairs = []
     placed = np.asarray(np.isfinite(poses).all(axis=(1, 2)))
@@ -141,7 +141,7 @@ def _pairs(sample: Sample, poses: Array) -> list[Pair]:
         j = _partner(poses, i, later, float(np.nanmedian(image))) if placed[i] else None
         depth = None if j is None else _depth(sample, j)
         if j is not None and depth is not None:
-            pairs.append(Pair(image, poses[i], depth, poses[j]))
+            pairs.append(PosedPair(image, poses[i], depth, poses[j]))
     return pairs
 
 
@@ -168,7 +168,7 @@ def _depth(sample: Sample, index: int) -> NDArray[np.float32] | None:
         return None
 
 
-def _warped(sample: Sample, pair: Pair, turned: bool, factor: float) -> Warped:
+def _warped(sample: Sample, pair: PosedPair, turned: bool, factor: float) -> Warped:
     """Does the first frame's surface lie where the other sees it, with these poses?"""
     T_j_i = pair.pose_j @ inverse(pair.pose_i) if turned else inverse(pair.pose_j) @ pair.pose_i
     depth, other = pair.depth_i * factor, pair.depth_j * factor

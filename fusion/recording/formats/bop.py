@@ -28,7 +28,7 @@ MATRIX = "9 numbers, the camera matrix row by row [px], focal lengths from 0.01 
 Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
 
 
-class Entry(Struct, frozen=True, kw_only=True):
+class BopCamera(Struct, frozen=True, kw_only=True):
     """The camera of one image in `scene_camera.json`."""
 
     cam_K: Annotated[Nine, Meta(description=MATRIX)] | None = None
@@ -39,7 +39,7 @@ class Entry(Struct, frozen=True, kw_only=True):
     )
 
 
-Entries = dict[str, Entry]
+Entries = dict[str, BopCamera]
 
 
 def recognises(folder: Path) -> bool:
@@ -80,7 +80,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     )
 
 
-def _entries(content: Content) -> dict[int, Entry]:
+def _entries(content: Content) -> dict[int, BopCamera]:
     entries = {}
     for name, entry in content.as_type(Entries).items():
         if not name.isascii() or not name.isdigit() or len(name) > 9:
@@ -99,7 +99,7 @@ def _names(folder: Path, kind: str, numbers: list[int]) -> dict[int, str]:
     return names
 
 
-def _camera(entries: dict[int, Entry], size: tuple[int, int], content: Content) -> tuple[Camera, list[str]]:
+def _camera(entries: dict[int, BopCamera], size: tuple[int, int], content: Content) -> tuple[Camera, list[str]]:
     for number, entry in entries.items():
         if entry.cam_K is None or not are_focal(entry.cam_K[0], entry.cam_K[4]):
             raise content.wrong(Entries, str(number), "cam_K")
@@ -116,7 +116,7 @@ def _camera(entries: dict[int, Entry], size: tuple[int, int], content: Content) 
     return Camera(*size, fx, fy, cx, cy, depth_scale=1000.0 / scales[0]), warnings
 
 
-def _poses(entries: dict[int, Entry], stamps: Array, content: Content) -> Trajectory | None:
+def _poses(entries: dict[int, BopCamera], stamps: Array, content: Content) -> Trajectory | None:
     """Poses where they are stated: BOP gives world to camera, millimetres."""
     poses = np.full((len(entries), 4, 4), np.nan)
     for T_world_camera, (number, entry) in zip(poses, entries.items(), strict=True):

@@ -9,7 +9,7 @@ from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shading import Lit
 from fusion.report.figures.circle import Cylinder
-from fusion.report.figures.views import Row, Scale, mesh_views, scale_colors
+from fusion.report.figures.views import Scale, ViewRow, mesh_views, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, SEQUENTIAL, new_figure, styled, to_svg
 
@@ -31,7 +31,7 @@ def coverage_figure(mesh: Mesh, times_seen: Array, sights: Sequence[Lit]) -> Fig
     title = f"Half of the surface was seen in {middle:.0f} frames or more; {thin:.0%} in fewer than {THIN}"
     scale = coverage_scale(times_seen)
     text = Figure(title, "coverage", title + ".", "Dark: seldom seen. Grey: unknown.")
-    row = Row(mesh, scale_colors(times_seen, scale), sights=sights)
+    row = ViewRow(mesh, scale_colors(times_seen, scale), sights=sights)
     return mesh_views([row], [sight.side for sight in sights], text, scale)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.curve import Curve
+from fusion.calibration.depth.curve import DepthCurve
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, DIVERGING, GREY, INK, ORANGE, new_figure, styled, to_svg
 
@@ -16,7 +16,7 @@ BARS = 16  # candidates shown; the others stand in the table
 Array = NDArray[np.floating]
 
 
-def curve_figure(curve: Curve, distance: Array, offset: Array, offset_std: Array) -> Figure:
+def curve_figure(curve: DepthCurve, distance: Array, offset: Array, offset_std: Array) -> Figure:
     """Offset against distance: walls (w,) [m] with whiskers of one standard deviation, the law with its 90 % band."""
     known = np.isfinite(offset)
     largest = float(np.abs(curve.bias).max()) * 1e3

@@ -4,8 +4,8 @@ import numpy as np
 
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import Side
-from fusion.report.figures.views import Row, Scale, mesh_views, nice_length, scale_colors
+from fusion.mesh.sight import SightSide
+from fusion.report.figures.views import Scale, ViewRow, mesh_views, nice_length, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, DIVERGING, GREEN, GREY, INK, ORANGE, new_figure, styled, to_svg
 
@@ -27,12 +27,12 @@ def shares(distance: Array) -> dict[float, float]:
     return {limit: float(np.mean(known <= limit)) if len(known) else float("nan") for limit in WITHIN}
 
 
-def distance_views(mesh: Mesh, distance: Array, sides: list[Side], within: dict[float, float]) -> Figure:
+def distance_views(mesh: Mesh, distance: Array, sides: list[SightSide], within: dict[float, float]) -> Figure:
     """The mesh coloured by its signed distance (n,) [m]."""
     said = ", ".join(f"{share:.0%} within {limit * 1000:g} mm" for limit, share in within.items())
     scale = distance_scale(distance)
     text = Figure(f"Of the mesh, {said}", "distance", f"Mesh coloured by signed distance: {said}.", _CAPTION)
-    return mesh_views([Row(mesh, scale_colors(distance * 1000, scale))], sides, text, scale)
+    return mesh_views([ViewRow(mesh, scale_colors(distance * 1000, scale))], sides, text, scale)
 
 
 _CAPTION = (

@@ -36,7 +36,7 @@ NOISE = Unit(1.0, "standard deviations", "residual")
 
 
 @dataclass(frozen=True)
-class Curve:
+class BinnedCurve:
     """Means over bins of one variable, in shown units.
 
     Attributes:
@@ -84,7 +84,7 @@ def maps_figure(
         return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
 
 
-def claim_figure(curves: Sequence[Curve], mask: Array, unit: Unit, text: Figure) -> Figure:
+def claim_figure(curves: Sequence[BinnedCurve], mask: Array, unit: Unit, text: Figure) -> Figure:
     """Law, data and leftover over one to three variables, and the picture of where the claim shows."""
     with styled():
         figure = new_figure(11.0, 5.0)
@@ -114,7 +114,7 @@ def mask_panel(figure: Any, ax: Any, mask: Array) -> None:
     figure.colorbar(drawn, ax=ax, label="share of the strongest pixel [%]", shrink=0.6, orientation="horizontal")
 
 
-def _curve(top: Any, low: Any, curve: Curve, legend: bool) -> None:
+def _curve(top: Any, low: Any, curve: BinnedCurve, legend: bool) -> None:
     if curve.region is not None:
         ends = np.clip(curve.region, curve.at[0], curve.at[-1])
         for ax in (top, low):

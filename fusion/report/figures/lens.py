@@ -17,7 +17,7 @@ ARROW = 0.06  # of the picture's width: length of the 95th percentile of the res
 
 
 @dataclass(frozen=True)
-class Shown:
+class BoardPicture:
     """A picture of the board: what it is called, its grey values (h, w) uint8, corners (n, 2) [px], whether used."""
 
     name: str
@@ -31,7 +31,7 @@ def brief(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def corners_figure(pictures: Sequence[Shown], name: str) -> Figure:
+def corners_figure(pictures: Sequence[BoardPicture], name: str) -> Figure:
     """A few of the pictures with the corners found in them."""
     columns = min(len(pictures), 4)
     rows = -(-len(pictures) // columns)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.axial import AxialLaw
-from fusion.calibration.noise.lateral import Edges, LateralForm, LateralLaw
+from fusion.calibration.noise.lateral import LateralForm, LateralLaw, TargetEdges
 from fusion.calibration.noise.poses import Pose
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, GREEN, GREY, INK, ORANGE, RED, SEQUENTIAL, new_figure, styled, to_svg
@@ -173,7 +173,7 @@ def shares_figure(poses: Sequence[Pose]) -> Figure:
     return Figure(title, svg, title + ".", text + "off the target's plane.")
 
 
-def _lateral_law(ax: Any, law: LateralLaw, edges: Edges) -> None:
+def _lateral_law(ax: Any, law: LateralLaw, edges: TargetEdges) -> None:
     """The law that the sensor model holds, over distance."""
     z = np.linspace(np.min(edges.depth), np.max(edges.depth), 50)
     effect = law.effect

@@ -8,8 +8,8 @@ from fusion.geometry.pose import Array
 from fusion.mesh.knowable import OVER, Knowable
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shading import Lit
-from fusion.mesh.sight import Side
-from fusion.report.figures.views import Row, Scale, mesh_views, nice_length, scale_colors
+from fusion.mesh.sight import SightSide
+from fusion.report.figures.views import Scale, ViewRow, mesh_views, nice_length, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import DIVERGING, SEQUENTIAL
 
@@ -39,16 +39,16 @@ def sigma_figure(mesh: Mesh, sigma: Array, sights: Sequence[Lit]) -> Figure:
     middle, high = 1000 * np.percentile(sigma[np.isfinite(sigma)], [50, 95])
     title = f"Half of the surface is known to {middle:.2f} mm or better, 95 % to {high:.2f} mm"
     scale = sigma_scale(sigma)
-    row = Row(mesh, scale_colors(1000 * sigma, scale), sights=sights)
+    row = ViewRow(mesh, scale_colors(1000 * sigma, scale), sights=sights)
     return mesh_views([row], [sight.side for sight in sights], Figure(title, "sigma", title + ".", CAPTION), scale)
 
 
 OVER_SCALE = Scale(DIVERGING, -6.0, 6.0, "deviation over sigma [1] (red: outside the reference, blue: inside)")
 
 
-def over_sigma_figure(mesh: Mesh, known: Knowable, sides: list[Side]) -> Figure:
+def over_sigma_figure(mesh: Mesh, known: Knowable, sides: list[SightSide]) -> Figure:
     """The mesh coloured by its deviation in standard deviations; pale within three of them."""
     title = f"{known.beyond_3_sigma:.1%} of the vertices deviate by more than three of the scan's standard deviations"
     caption = f"{known.within_90:.1%} are within 1.645 of them; 90 % would be where only the scan errs. Grey: unknown."
-    row = Row(mesh, scale_colors(np.asarray(mesh.scalars[OVER], float), OVER_SCALE))
+    row = ViewRow(mesh, scale_colors(np.asarray(mesh.scalars[OVER], float), OVER_SCALE))
     return mesh_views([row], sides, Figure(title, "oversigma", title + ".", caption), OVER_SCALE)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shading import CLAY, Lit, lit, picture, vertex_normals
-from fusion.mesh.sight import Side, look_around
+from fusion.mesh.sight import SightSide, look_around
 from fusion.report.page import Figure
 from fusion.report.palette import INK, SOFT, themed, webp
 
@@ -35,7 +35,7 @@ class Scale:
 
 
 @dataclass(frozen=True)
-class Row:
+class ViewRow:
     """One row of views: the mesh, its vertex colours (n, 3) 0 to 1 (None: clay), what it is called, and, where it is
     shown again, what `seen_alone` gave for it."""
 
@@ -45,7 +45,7 @@ class Row:
     sights: Sequence[Lit] | None = None
 
 
-def mesh_views(rows: Sequence[Row], sides: list[Side], text: Figure, scale: Scale | None = None) -> Figure:
+def mesh_views(rows: Sequence[ViewRow], sides: list[SightSide], text: Figure, scale: Scale | None = None) -> Figure:
     """Rows of views, all at the same scale.
 
     Args:
@@ -79,7 +79,7 @@ def mesh_views(rows: Sequence[Row], sides: list[Side], text: Figure, scale: Scal
     return Figure(text.title, svg, text.alt, text.caption)
 
 
-def seen_alone(mesh: Mesh, sides: list[Side]) -> list[Lit]:
+def seen_alone(mesh: Mesh, sides: list[SightSide]) -> list[Lit]:
     """What `mesh_views` looks at for this mesh alone: several figures of it share the work."""
     return _lit(mesh, sides, _pixel([mesh]))
 
@@ -112,7 +112,7 @@ def _pixel(meshes: list[Mesh]) -> float:
     return longest / (2 * PIXELS) if longest > 0 else 1e-3
 
 
-def _pictures(rows: Sequence[Row], sides: list[Side], pixel: float) -> list[list[NDArray[np.uint8]]]:
+def _pictures(rows: Sequence[ViewRow], sides: list[SightSide], pixel: float) -> list[list[NDArray[np.uint8]]]:
     """A line of pictures for each row; what several rows show in different colours is looked at once."""
     sights: dict[int, Sequence[Lit]] = {}
     for row in rows:
@@ -121,12 +121,12 @@ def _pictures(rows: Sequence[Row], sides: list[Side], pixel: float) -> list[list
     return [[_picture(row, seen) for seen in sights[id(row.mesh)]] for row in rows]
 
 
-def _lit(mesh: Mesh, sides: list[Side], pixel: float) -> list[Lit]:
+def _lit(mesh: Mesh, sides: list[SightSide], pixel: float) -> list[Lit]:
     normals = vertex_normals(mesh)
     return [lit(sight, normals) for sight in look_around(mesh, sides, pixel)]
 
 
-def _picture(row: Row, seen: Lit) -> NDArray[np.uint8]:
+def _picture(row: ViewRow, seen: Lit) -> NDArray[np.uint8]:
     return picture(seen, np.broadcast_to(CLAY, (len(row.mesh.vertices), 3)) if row.colors is None else row.colors)
 
 

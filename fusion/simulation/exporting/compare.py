@@ -24,7 +24,7 @@ BINS = 8  # of the depths that a recording holds
 
 
 @dataclass(frozen=True)
-class Side:
+class ComparedSide:
     """What one side says at each depth (n,) [m]; NaN where it says nothing."""
 
     name: str
@@ -46,8 +46,8 @@ class SensorComparison:
     """
 
     depths: Floats
-    one: Side
-    other: Side
+    one: ComparedSide
+    other: ComparedSide
     apart: Floats
     parameters: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -77,7 +77,7 @@ def compare_sensors(one: Sensor, other: Sensor, camera: Camera) -> SensorCompari
     first, second = stated(one, camera), stated(other, camera)
     apart = np.sqrt(_mean((first.bias - second.bias) ** 2 + (first.sigma - second.sigma) ** 2))
     sides = [
-        Side(model.name, said.mean_bias, said.rms_sigma, np.isnan(said.bias).mean(axis=1))
+        ComparedSide(model.name, said.mean_bias, said.rms_sigma, np.isnan(said.bias).mean(axis=1))
         for model, said in ((one, first), (other, second))
     ]
     return SensorComparison(np.array(DEPTHS), sides[0], sides[1], apart, _side_by_side(one, other))
@@ -133,8 +133,8 @@ def _by_depth(
         rows.append([*both, *(float(np.mean(part[1][inside])) for part in (said, measured))])
     table = np.array(rows, float).reshape(-1, 5)
     nothing = np.full(len(table), np.nan)
-    own = Side(sensor.name, nothing, table[:, 1], table[:, 3])
-    other = Side(str(recording.path.name), nothing, table[:, 2], table[:, 4])
+    own = ComparedSide(sensor.name, nothing, table[:, 1], table[:, 3])
+    other = ComparedSide(str(recording.path.name), nothing, table[:, 2], table[:, 4])
     notes = ("the mean error of a recording is not known without the truth: fusion explain tells it of a known scene",)
     return SensorComparison(table[:, 0], own, other, np.abs(table[:, 1] - table[:, 2]), {}, notes)
 

@@ -7,7 +7,7 @@ from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exporting.loss import Loss, loss_of, stated
-from fusion.simulation.exporting.target import Parameters, Target
+from fusion.simulation.exporting.target import Parameters, SimulatorTarget
 from fusion.simulation.exporting.targets import TARGETS
 
 
@@ -22,7 +22,7 @@ class Export:
         loss: the table.
     """
 
-    target: Target
+    target: SimulatorTarget
     parameters: Parameters
     text: str
     loss: Loss

@@ -9,7 +9,7 @@ from fusion.recording.camera_presets import PRESETS
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image
-from fusion.simulation.exporting.target import Floats, Parameters, Stated, Target
+from fusion.simulation.exporting.target import Floats, Parameters, SimulatorTarget, StatedWall
 from fusion.simulation.ideal.frame import IdealFrame
 from fusion.simulation.ideal.sense import stated_by
 from fusion.simulation.ideal.view import view_of_ideal
@@ -47,15 +47,15 @@ class Loss:
     lost: tuple[str, ...]
 
 
-def stated(sensor: Sensor, camera: Camera) -> Stated:
+def stated(sensor: Sensor, camera: Camera) -> StatedWall:
     """What a sensor model says of frontal white walls, over a coarse image."""
     walls = [_wall(sensor, camera, depth) for depth in DEPTHS]
     bias, sigma = (np.stack([wall[k] for wall in walls]) for k in (0, 1))
     depths = np.array(DEPTHS)
-    return Stated(depths, depths[:, None] * (1 + 0.05 * NEIGHBOURHOOD), bias, sigma)
+    return StatedWall(depths, depths[:, None] * (1 + 0.05 * NEIGHBOURHOOD), bias, sigma)
 
 
-def loss_of(sensor: Sensor, camera: Camera, target: Target, given: Parameters) -> Loss:
+def loss_of(sensor: Sensor, camera: Camera, target: SimulatorTarget, given: Parameters) -> Loss:
     """The table of what is lost on the way to another simulator."""
     own = stated(sensor, camera)
     pixels = own.bias.shape[1] // own.at.shape[1]
@@ -113,7 +113,7 @@ def _rms(bias: Floats, sigma: Floats) -> Floats:
     return np.where(count > 0, np.sqrt(np.nansum(both, axis=1) / np.maximum(count, 1)), np.nan)
 
 
-def _size(one: Stated, none: Stated) -> Floats:
+def _size(one: StatedWall, none: StatedWall) -> Floats:
     return _rms(one.bias - none.bias, np.sqrt(np.maximum(one.sigma**2 - none.sigma**2, 0)))
 
 

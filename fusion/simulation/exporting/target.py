@@ -14,7 +14,7 @@ Parameters = dict[str, float]
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedWall:
     """What the own model says of a frontal wall, over the image, at several depths.
 
     Attributes:
@@ -41,7 +41,7 @@ class Stated:
 
 
 @dataclass(frozen=True)
-class Target:
+class SimulatorTarget:
     """Another simulator.
 
     Attributes:
@@ -58,7 +58,7 @@ class Target:
     name: str
     formula: str
     source: str
-    fit: Callable[[Sensor, Camera, Stated], Parameters]
+    fit: Callable[[Sensor, Camera, StatedWall], Parameters]
     moments: Callable[[Parameters, Floats], tuple[Floats, Floats]]
     text: Callable[[Camera, Parameters, list[str]], str]
     carried: tuple[str, ...] = ()

@@ -6,7 +6,7 @@ import numpy as np
 
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.exporting.target import Floats, Parameters, Stated, Target, weighted
+from fusion.simulation.exporting.target import Floats, Parameters, SimulatorTarget, StatedWall, weighted
 
 NEAR, FAR = 0.2, 10.0  # [m] clipping planes where a simulator asks for some
 DISPARITY_PX_M, REDWOOD_STEP, REDWOOD_SIGMA = 35.130, 1 / 8, 0.027778  # px m, px, px: of the habitat-sim source
@@ -14,10 +14,10 @@ AZURE_BASE, AZURE_SLOPE, AZURE_FROM = 5e-4, 1e-3, 0.5  # m, 1, m: of the Blender
 BUFFER_BITS = 24  # of MuJoCo's depth buffer
 
 
-def isaac() -> Target:
+def isaac() -> SimulatorTarget:
     """Isaac Sim's single-view depth camera: Gaussian noise of the disparity."""
 
-    def fit(sensor: Sensor, camera: Camera, stated: Stated) -> Parameters:
+    def fit(sensor: Sensor, camera: Camera, stated: StatedWall) -> Parameters:
         fb = camera.fx * (abs(sensor.baseline) or 0.05)
         # in disparity both laws are constants: the depths count alike there
         per_px = stated.depths**2 / fb
@@ -46,7 +46,7 @@ def isaac() -> Target:
         lines += [f"    float omni:rtx:post:depthSensor:maxDistance = {FAR}", "}", ""]
         return "\n".join(lines)
 
-    return Target(
+    return SimulatorTarget(
         "isaac",
         "z = f b / (f b / z + n), n ~ N(noiseMean, noiseSigma) [px]",
         "nvidia-omniverse.github.io/ovrtx, Camera single-view stereo depth model; "
@@ -59,10 +59,10 @@ def isaac() -> Target:
     )
 
 
-def gazebo() -> Target:
+def gazebo() -> SimulatorTarget:
     """Gazebo's depth camera: Gaussian noise of the depth, the same at all depths."""
 
-    def fit(sensor: Sensor, camera: Camera, stated: Stated) -> Parameters:
+    def fit(sensor: Sensor, camera: Camera, stated: StatedWall) -> Parameters:
         known = np.isfinite(stated.mean_bias)
         mean = float(stated.mean_bias[known].mean()) if known.any() else 0.0
         stddev = float(stated.rms_sigma[known].mean()) if known.any() else 0.0
@@ -91,7 +91,7 @@ def gazebo() -> Target:
         start = '<sensor name="depth" type="depth_camera">'
         return f"<!--\n{told}\n-->\n{start}\n  <camera>\n{body}\n  </camera>\n</sensor>\n"
 
-    return Target(
+    return SimulatorTarget(
         "gazebo",
         "z + n, n ~ N(mean, stddev) [m]",
         "github gazebosim/gz-sensors, src/DepthCameraSensor.cc: ImageGaussianNoiseModel of <noise>",
@@ -102,10 +102,10 @@ def gazebo() -> Target:
     )
 
 
-def habitat() -> Target:
+def habitat() -> SimulatorTarget:
     """Habitat's Redwood model of the first Kinect, with its one number."""
 
-    def fit(sensor: Sensor, camera: Camera, stated: Stated) -> Parameters:
+    def fit(sensor: Sensor, camera: Camera, stated: StatedWall) -> Parameters:
         per_px = stated.depths**2 / DISPARITY_PX_M
         # what its rounding makes anyway is not noise that must be added
         left = np.sqrt(np.maximum(stated.rms_sigma**2 - (REDWOOD_STEP**2 / 12) * per_px**2, 0))
@@ -136,7 +136,7 @@ def habitat() -> Target:
         }
         return json.dumps(content, indent=1) + "\n"
 
-    return Target(
+    return SimulatorTarget(
         "habitat",
         "z = 35.130 / (round(8 (35.130 / z + 0.027778 m n)) / 8), n ~ N(0, 1); pixels jitter by 0.25 m px",
         "github facebookresearch/habitat-sim, sensors/noise_models/redwood_depth_noise_model.py",
@@ -148,10 +148,10 @@ def habitat() -> Target:
     )
 
 
-def blenderproc() -> Target:
+def blenderproc() -> SimulatorTarget:
     """BlenderProc's Azure Kinect noise, whose law of the depth is fixed; the jitter of pixels can be told."""
 
-    def fit(sensor: Sensor, camera: Camera, stated: Stated) -> Parameters:
+    def fit(sensor: Sensor, camera: Camera, stated: StatedWall) -> Parameters:
         _, azure = moments({"add_kinect_azure_noise": 1.0}, stated.depths)
         known = np.isfinite(stated.rms_sigma)
         with_noise = np.sum((stated.rms_sigma - azure)[known] ** 2)
@@ -185,7 +185,7 @@ def blenderproc() -> Target:
             lines += ['    depth = bproc.postprocessing.add_kinect_azure_noise(depth, data["colors"])']
         return "\n".join([*lines, "    return depth", ""])
 
-    return Target(
+    return SimulatorTarget(
         "blenderproc",
         "z + n, n ~ N(0, 0.0005 + 0.001 max(z - 0.5, 0)) [m], or nothing; pixels jitter by N(0, std) [px]",
         "github DLR-RM/BlenderProc, postprocessing: add_kinect_azure_noise, add_gaussian_shifts",
@@ -197,10 +197,10 @@ def blenderproc() -> Target:
     )
 
 
-def mujoco() -> Target:
+def mujoco() -> SimulatorTarget:
     """MuJoCo's cameras make no errors but those of their depth buffer."""
 
-    def fit(sensor: Sensor, camera: Camera, stated: Stated) -> Parameters:
+    def fit(sensor: Sensor, camera: Camera, stated: StatedWall) -> Parameters:
         return {"znear": NEAR, "zfar": FAR}
 
     def moments(given: Parameters, depth: Floats) -> tuple[Floats, Floats]:
@@ -222,7 +222,7 @@ def mujoco() -> Target:
             "  </worldbody>\n</mujoco>\n"
         )
 
-    return Target(
+    return SimulatorTarget(
         "mujoco",
         "z = n f / (f - s (f - n)), s the depth buffer in steps of 2^-24: no errors of a sensor",
         "github google-deepmind/mujoco, python/mujoco/renderer.py; mujoco.readthedocs.io, camera, visual/map",

@@ -4,7 +4,7 @@ import numpy as np
 
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array, pose
-from fusion.simulation.board import Board, board_paint, board_plate
+from fusion.simulation.board import PaintedBoard, board_paint, board_plate
 from fusion.simulation.course import checked_frames, looking_at, standing
 from fusion.simulation.scene import Scene
 from fusion.simulation.scenes.panel import WARM_S, upright
@@ -18,7 +18,7 @@ def checkerboard(
     columns: int = 9, rows: int = 6, square_m: float = 0.04, field_deg: float = 56.0, frames: int = 20
 ) -> Scene:
     """a checkerboard (numbers of inner corners), each frame from another side; field_deg across"""
-    return _seen("checkerboard", Board(columns, rows, square_m), field_deg, frames)
+    return _seen("checkerboard", PaintedBoard(columns, rows, square_m), field_deg, frames)
 
 
 def charuco(
@@ -31,10 +31,10 @@ def charuco(
     frames: int = 20,
 ) -> Scene:
     """a ChArUco board (numbers of inner corners), each frame from another side; field_deg across"""
-    return _seen("charuco", Board(columns, rows, square_m, marker_m, dictionary), field_deg, frames)
+    return _seen("charuco", PaintedBoard(columns, rows, square_m, marker_m, dictionary), field_deg, frames)
 
 
-def _seen(name: str, board: Board, field_deg: float, frames: int) -> Scene:
+def _seen(name: str, board: PaintedBoard, field_deg: float, frames: int) -> Scene:
     checked_frames(frames)
     if not 10 <= field_deg <= 120:
         raise SceneError("the field of view cannot be used", found=field_deg, expected="10 to 120 degrees")
@@ -54,7 +54,7 @@ def _seen(name: str, board: Board, field_deg: float, frames: int) -> Scene:
     )
 
 
-def _views(board: Board, field: Array, frames: int) -> list[Array]:
+def _views(board: PaintedBoard, field: Array, frames: int) -> list[Array]:
     """Poses that tilt and roll the board and put it into all parts of the picture, always the whole of it."""
     half = 0.5 * np.array(board.size_m)
     nearest = 1.1 * float(max(half / field))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.course import Course, looking_at, stamps
+from fusion.simulation.course import SimulatedCourse, looking_at, stamps
 from fusion.simulation.scene import Part, Scene, StatedPoses
 from fusion.simulation.scenes.panel import WARM_S
 from fusion.simulation.shapes import Points, box, sheet
@@ -18,7 +18,7 @@ def room(frames: int = 90, sweep_deg: float = 70.0, sigma_m: float = 0.003, sigm
     return Scene(
         name="room",
         parts=tuple(Part(mesh) for mesh in [*_walls(), *_furniture()]),
-        course=Course(times, _hand(times - times[0], sweep_deg), continuous=True),
+        course=SimulatedCourse(times, _hand(times - times[0], sweep_deg), continuous=True),
         poses=StatedPoses("tracked", sigma_m, sigma_rad),
         ambient_lux=300.0,
         color=True,

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from fusion.geometry import pose
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairs.edges import Edges, Stack
-from fusion.turntable.pairs.pairwise import Limits, Twists, planar, twists
+from fusion.turntable.pairs.edges import Edges, ViewStack
+from fusion.turntable.pairs.pairwise import Twists, ViewPairLimits, planar, twists
 from fusion.turntable.pairs.twist_system import SHARED, normal_equations, planar_columns
 from fusion.turntable.selfcheck import PRIOR
 
@@ -101,7 +101,7 @@ class _Last:
 
 
 def fit_jointly(
-    seen: Stack, start: State, edges: Edges, passes: tuple[Limits, ...], free: Free, iterations: int = 5
+    seen: ViewStack, start: State, edges: Edges, passes: tuple[ViewPairLimits, ...], free: Free, iterations: int = 5
 ) -> Joint:
     """Refine a motion.
 
@@ -116,7 +116,7 @@ def fit_jointly(
     state, last = start, _Last()
     for limits in passes:
 
-        def say(poses: Array, centre: Array, focal: float, limits: Limits = limits) -> Twists:
+        def say(poses: Array, centre: Array, focal: float, limits: ViewPairLimits = limits) -> Twists:
             return twists(seen, edges, poses, centre, limits, focal)
 
         state = _fit(state, edges, say, (free, iterations), last)
@@ -154,7 +154,7 @@ def fit_to_pairs(start: State, edges: Edges, poses: Array, worth: Array, iterati
     return _fit(start, edges, say, (Free(1.0, axis=False), iterations), _Last())
 
 
-def angle_stds(seen: Stack, state: State, edges: Edges, limits: Limits) -> Array:
+def angle_stds(seen: ViewStack, state: State, edges: Edges, limits: ViewPairLimits) -> Array:
     """Standard deviations (n,) of the angles [rad] where a fit about one axis stands; infinite where nothing tells."""
     M = state.motions()
     i, j = np.array(edges, np.intp).T
@@ -196,10 +196,10 @@ def _fit(
     return state
 
 
-def _spread(seen: Stack, state: State, edges: Edges) -> float:
+def _spread(seen: ViewStack, state: State, edges: Edges) -> float:
     M = state.motions()
     i, j = np.array(edges, np.intp).T
-    limits = Limits(WIDE, -1.0)
+    limits = ViewPairLimits(WIDE, -1.0)
     at = twists(seen, edges, M[j] @ pose.inverse(M[i]), state.axis.point, limits, state.focal)
     squares = at.misfit * at.visible - (at.visible - at.pairs)  # of pairs, in units of half the reach
     return float(seen.reach(WIDE) / 2 * np.sqrt(max(squares.sum(), 0.0) / max(at.pairs.sum(), 1)))

@@ -15,9 +15,9 @@ from scipy.linalg import solve
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import log_equations
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairs.edges import Stack, edge_sums, stack
+from fusion.turntable.pairs.edges import ViewStack, edge_sums, stack
 from fusion.turntable.selfcheck import NAMES, DepthKnown, SelfCheck, prior_of
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 
@@ -126,7 +126,7 @@ def choose_edges(angles: Array, widest: float = np.deg2rad(35), per_frame: int =
 
 
 def close_loop(
-    views: Sequence[View] | Stack,
+    views: Sequence[ObjectView] | ViewStack,
     motion: tuple[Axis, Array],
     edges: list[tuple[int, int]],
     settings: LoopSettings | None = None,
@@ -143,7 +143,7 @@ def close_loop(
     """
     settings = settings or LoopSettings()
     axis, angles = motion[0], np.array(motion[1], float)
-    seen = views if isinstance(views, Stack) else stack(views)
+    seen = views if isinstance(views, ViewStack) else stack(views)
     check = check or no_errors(seen.views)
     n = len(seen.views)
     system = _System(n)
@@ -171,7 +171,7 @@ def close_loop(
     return Loop(axis, angles, angle_std, residual, support, system.fitting, check, std[SHARED:FIRST])
 
 
-def no_errors(views: Sequence[View], known: DepthKnown | None = None) -> SelfCheck:
+def no_errors(views: Sequence[ObjectView], known: DepthKnown | None = None) -> SelfCheck:
     """A camera and depth as stated, laid over the range of distance that the views show.
 
     Args:
@@ -205,7 +205,7 @@ def _add_log(system: _System, angles: Array, told: Array) -> None:
 
 def _add_edges(
     system: _System,
-    seen: Stack,
+    seen: ViewStack,
     motion: tuple[Axis, Array],
     edges: list[tuple[int, int]],
     how: tuple[float, SelfCheck, tuple[str, ...]],

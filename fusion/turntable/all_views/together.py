@@ -9,7 +9,7 @@ from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairs.edges import Stack
+from fusion.turntable.pairs.edges import ViewStack
 from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, DepthKnown, SelfCheck
 
@@ -26,7 +26,7 @@ OTHER = np.deg2rad(1.0)  # between two beginnings that are worth trying both
 
 
 def together(
-    shown: Stack, axis: Axis, angles: Array, commanded: Array | None = None, known: DepthKnown | None = None
+    shown: ViewStack, axis: Axis, angles: Array, commanded: Array | None = None, known: DepthKnown | None = None
 ) -> tuple[Loop, list[tuple[int, int]]]:
     """All turns brought together with the focal length free, and the pairs of views that overlap then.
 
@@ -49,7 +49,7 @@ def together(
     return middle, choose_edges(middle.angles, WIDEST, 4)
 
 
-def _begun(seen: Stack, motion: tuple[Axis, Array], settings: LoopSettings, check: SelfCheck) -> Loop:
+def _begun(seen: ViewStack, motion: tuple[Axis, Array], settings: LoopSettings, check: SelfCheck) -> Loop:
     """The turns one after the other from a first guess."""
     angles = motion[1]
     local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
@@ -57,7 +57,11 @@ def _begun(seen: Stack, motion: tuple[Axis, Array], settings: LoopSettings, chec
 
 
 def fit_camera(
-    shown: Stack, middle: Loop, edges: list[tuple[int, int]], told: Array | None = None, left_open: tuple[str, ...] = ()
+    shown: ViewStack,
+    middle: Loop,
+    edges: list[tuple[int, int]],
+    told: Array | None = None,
+    left_open: tuple[str, ...] = (),
 ) -> Loop:
     """The fit with focal length and principal point free, and errors of depth too where the scan asks for them.
 
@@ -109,7 +113,7 @@ def _surprise(fit: Loop) -> float:
     return float(np.sum((fit.check.values / fit.check.prior) ** 2))
 
 
-def _close_turns(seen: Stack, fit: Loop) -> Array:
+def _close_turns(seen: ViewStack, fit: Loop) -> Array:
     """Stretch the angles so that views of different turns (or across the gap) agree: undoes a bias of every step."""
     i, j = np.triu_indices(len(fit.angles), 1)
     far = np.abs(fit.angles[j] - fit.angles[i]) > np.pi

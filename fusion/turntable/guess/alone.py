@@ -18,11 +18,11 @@ from fusion.turntable.axis import Axis
 from fusion.turntable.guess.everywhere import Heard, listen
 from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.start import axis_guesses
-from fusion.turntable.pairs.edges import Edges, Stack, stack
-from fusion.turntable.pairs.pairwise import Limits
+from fusion.turntable.pairs.edges import Edges, ViewStack, stack
+from fusion.turntable.pairs.pairwise import ViewPairLimits
 from fusion.turntable.table.foot import axis_through, foot_normal
 from fusion.turntable.table.plate import above
-from fusion.turntable.views import Region, View
+from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 KEYS = 24  # views of which all pairs are compared; the others find their place between them
@@ -40,8 +40,8 @@ SLIPS = 2.0  # standard deviations of the angles by shape alone over those with 
 PRINTED = 0.5  # typical correlation of prints that match (guess; 0.8 to 0.97 on printed things)
 UNLIKE = 1 / 3  # of it, from which two views show other places (guess: wrong pairs had 0.0 to 0.3)
 HOPELESS = 0.5  # misfit of views that do not turn about any axis (guess)
-JOINT = (Limits(0.01, 2.0, 0.12, 1000), Limits(0.006, 2.0, 0.12, POINTS_JOINT))
-COARSE = (Limits(0.02, 0.0, 0.24, 600), *JOINT)
+JOINT = (ViewPairLimits(0.01, 2.0, 0.12, 1000), ViewPairLimits(0.006, 2.0, 0.12, POINTS_JOINT))
+COARSE = (ViewPairLimits(0.02, 0.0, 0.24, 600), *JOINT)
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Alone:
         return float(np.mean(alike < UNLIKE * typical)) if typical > PRINTED else float("nan")
 
 
-def find_alone(views: Sequence[View], region: Region) -> Alone:
+def find_alone(views: Sequence[ObjectView], region: Region) -> Alone:
     """Axis and angles of views (n) of the object.
 
     Raises:
@@ -98,7 +98,7 @@ def find_alone(views: Sequence[View], region: Region) -> Alone:
     return _decided(stack([_thin(v, POINTS_JOINT) for v in views]), state, _chosen(edges, worth, n))
 
 
-def found_again(views: Sequence[View], start: State) -> Alone:
+def found_again(views: Sequence[ObjectView], start: State) -> Alone:
     """The motion of views (n) that is known but for what pulled some of them: no turn is sought anew.
 
     Raises:
@@ -114,11 +114,11 @@ def found_again(views: Sequence[View], start: State) -> Alone:
     return _decided(stack([_thin(v, POINTS_JOINT) for v in views]), start, _chosen(edges, worth, n))
 
 
-def _thin(view: View, most: int) -> View:
+def _thin(view: ObjectView, most: int) -> ObjectView:
     return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)
 
 
-def _upright(views: Sequence[View], seen: Stack, region: Region, keys: NDArray[np.intp]) -> Axis:
+def _upright(views: Sequence[ObjectView], seen: ViewStack, region: Region, keys: NDArray[np.intp]) -> Axis:
     """The axis that brings neighbours together best: upright on what the object stands on, or leaning like a guess."""
     points = np.concatenate([v.points[:: max(1, len(v.points) // 3000)] for v in views]).astype(float)
     foot = None
@@ -154,17 +154,17 @@ def _upright(views: Sequence[View], seen: Stack, region: Region, keys: NDArray[n
     return axis
 
 
-def _seen_behind(views: Sequence[View], wall: NDArray[np.float32]) -> Array:
+def _seen_behind(views: Sequence[ObjectView], wall: NDArray[np.float32]) -> Array:
     """Points (n, 3) of some views that lie behind the object: seen there, not filled in where it hides all."""
     some = (v.map.points.reshape(-1, 3) for v in views[:: max(1, len(views) // SOME)])
     return np.concatenate([points[points[:, 2] >= wall.ravel()] for points in some]).astype(float)
 
 
-def seen_view(seen: Stack, k: int) -> View:
+def seen_view(seen: ViewStack, k: int) -> ObjectView:
     """A view with the points that its stack has of it."""
     part = slice(int(seen.first[k]), int(seen.first[k + 1]))
     points = seen.points[part]
-    return View(seen.views[k].map, points[:, :3], points[:, 3:6], points[:, 6])
+    return ObjectView(seen.views[k].map, points[:, :3], points[:, 3:6], points[:, 6])
 
 
 def _agreeing(heard: Heard, printed: float, turns: Array) -> tuple[Edges, Array, Array]:
@@ -180,7 +180,7 @@ def _agreeing(heard: Heard, printed: float, turns: Array) -> tuple[Edges, Array,
 
 
 def _between(
-    seen: Stack, axis: Axis, keys: NDArray[np.intp], turns: Array, printed: float
+    seen: ViewStack, axis: Axis, keys: NDArray[np.intp], turns: Array, printed: float
 ) -> tuple[Edges, Array, Array]:
     """Places `turns` of the views between keys, by the keys before and after; what they say, as `_agreeing`."""
     others = np.flatnonzero(np.isnan(turns))
@@ -217,7 +217,7 @@ def _chosen(edges: Edges, worth: Array, n: int) -> Edges:
     return sorted(kept)
 
 
-def _decided(seen: Stack, state: State, edges: Edges) -> Alone:
+def _decided(seen: ViewStack, state: State, edges: Edges) -> Alone:
     """The joint fit, of one axis where that does."""
     wide = fit_jointly(seen, state, edges, JOINT, Free(1.0))
     misfit = float(np.median(wide.at.misfit))
@@ -236,7 +236,7 @@ def _decided(seen: Stack, state: State, edges: Edges) -> Alone:
     return Alone(wide.state, wide, lens, wanders=True)
 
 
-def held_by_print(seen: Stack, found: Joint, edges: Edges) -> bool:
+def held_by_print(seen: ViewStack, found: Joint, edges: Edges) -> bool:
     """Whether it is mostly print that tells the angles: without it they would be known clearly worse."""
     if not len(seen.tones):
         return False

@@ -13,10 +13,10 @@ from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.alone import Alone, find_alone, found_again
 from fusion.turntable.guess.start import axis_guesses, find_turns, search_range
-from fusion.turntable.pairs.edges import Stack, stack
+from fusion.turntable.pairs.edges import ViewStack, stack
 from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.table.plate import above, ground_height
-from fusion.turntable.views import Region, View
+from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 POINTS_FIRST = 1000  # source points per frame
@@ -36,8 +36,8 @@ class Begun:
     """
 
     used: NDArray[np.intp]
-    seen: list[View]
-    shown: list[View]
+    seen: list[ObjectView]
+    shown: list[ObjectView]
     floor: float
     axis: Axis
     angles: Array
@@ -46,14 +46,16 @@ class Begun:
 
 
 def begin(
-    views: Sequence[View], region: Region, commanded: Array | None
-) -> tuple[NDArray[np.intp], list[View], list[View], float, tuple[Axis, Array]]:
+    views: Sequence[ObjectView], region: Region, commanded: Array | None
+) -> tuple[NDArray[np.intp], list[ObjectView], list[ObjectView], float, tuple[Axis, Array]]:
     """Frames that show the object, their views whole and thinned above the plate, where it ends, and a first motion."""
     begun = begun_with(views, region, commanded)
     return begun.used, begun.seen, begun.shown, begun.floor, (begun.axis, begun.angles)
 
 
-def begun_with(views: Sequence[View], region: Region, commanded: Array | None, start: State | None = None) -> Begun:
+def begun_with(
+    views: Sequence[ObjectView], region: Region, commanded: Array | None, start: State | None = None
+) -> Begun:
     """The first motion: as told, checked against the views, or found from these alone.
 
     Args:
@@ -92,11 +94,11 @@ def begun_with(views: Sequence[View], region: Region, commanded: Array | None, s
     return Begun(used, seen, shown, floor, axis, angles)
 
 
-def _thinned(view: View, most: int) -> View:
+def _thinned(view: ObjectView, most: int) -> ObjectView:
     return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)
 
 
-def _first_axis(views: list[View], centre: Array, commanded: Array | None) -> tuple[int, Array, Axis]:
+def _first_axis(views: list[ObjectView], centre: Array, commanded: Array | None) -> tuple[int, Array, Axis]:
     """Stride [frames] whose turns are large enough to see, the turns of some pairs so far apart, and the axis."""
     stride = 1
     if commanded is not None:
@@ -121,7 +123,7 @@ def _first_axis(views: list[View], centre: Array, commanded: Array | None) -> tu
     return stride, best[2], best[1].nearest_to(centre)
 
 
-def _try_axis(both: Stack, axis: Axis) -> tuple[float, Axis, Array]:
+def _try_axis(both: ViewStack, axis: Axis) -> tuple[float, Axis, Array]:
     """Misfit, axis and turns of pairs of frames that stand one after the other, starting from one guess of the axis."""
     n = len(both.views)
     alone = [(k, k + 1) for k in range(0, n, 2)]
@@ -136,7 +138,9 @@ def _try_axis(both: Stack, axis: Axis) -> tuple[float, Axis, Array]:
     return float(np.mean(misfits(both, alone, (axis, turns), 0.02))), axis, turns
 
 
-def _chain(views: list[View], axis: Axis, turns: Array, stride: int, commanded: Array | None) -> tuple[Axis, Array]:
+def _chain(
+    views: list[ObjectView], axis: Axis, turns: Array, stride: int, commanded: Array | None
+) -> tuple[Axis, Array]:
     """Angles (n,) of all frames, by key frames `stride` apart."""
     keys = np.append(np.arange(0, len(views) - 1, stride), len(views) - 1)
     typical = float(np.median(turns)) / stride

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.labels import Said
-from fusion.turntable.pairs.edges import Edges, Stack
-from fusion.turntable.pairs.pairwise import Limits, Registered, Twists, coarser, register, twists
+from fusion.turntable.pairs.edges import Edges, ViewStack
+from fusion.turntable.pairs.pairwise import Registered, Twists, ViewPairLimits, coarser, register, twists
 
 Array = NDArray[np.float64]
 SPACING = np.deg2rad(5.0)
@@ -91,7 +91,7 @@ class Heard:
         return float(np.mean(ratios)) if ratios else 0.0
 
 
-def listen(seen: Stack, axis: Axis, edges: Edges, largest: float = np.pi) -> Heard:
+def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) -> Heard:
     """What each pair of views says of its turn, several candidates each.
 
     Args:
@@ -104,7 +104,7 @@ def listen(seen: Stack, axis: Axis, edges: Edges, largest: float = np.pi) -> Hea
     grid = np.arange(-n, n + (largest < np.pi)) * SPACING
     tried = [edge for edge in edges for _ in grid]
     rough = twists(
-        seen, tried, axis.turns(np.tile(grid, len(edges))), axis.point, Limits(REACH, -1.0, most=GRID_POINTS)
+        seen, tried, axis.turns(np.tile(grid, len(edges))), axis.point, ViewPairLimits(REACH, -1.0, most=GRID_POINTS)
     )
     good = _fitting(rough, np.minimum(_points(seen, tried), GRID_POINTS))
     good = (good * (1 + np.clip(rough.alike, 0, 1))).reshape(len(edges), len(grid))
@@ -115,17 +115,17 @@ def listen(seen: Stack, axis: Axis, edges: Edges, largest: float = np.pi) -> Hea
     aside = np.multiply.outer(ASIDE, sideways / np.linalg.norm(sideways))
     poses = np.repeat(axis.turns(grid[which])[None], len(ASIDE), axis=0)
     poses[..., :3, 3] += aside[:, None]
-    passes = (Limits(REACH, most=FIRST_POINTS), Limits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
+    passes = (ViewPairLimits(REACH, most=FIRST_POINTS), ViewPairLimits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
     first = register(soft, some * len(ASIDE), axis, poses.reshape(-1, 4, 4), passes, LOOSE)
     good = _fitting(first.at, np.minimum(_points(seen, some * len(ASIDE)), FIRST_POINTS))
     good = (good * (1 + PRINT * np.clip(first.at.alike, 0, 1))).reshape(len(ASIDE), -1)
     best = first.poses.reshape(len(ASIDE), -1, 4, 4)[good.argmax(axis=0), np.arange(len(some))]
-    passes = (Limits(REACH / 2, 0.0, TONE), Limits(REACH / 3, 1.5, TONE))
+    passes = (ViewPairLimits(REACH / 2, 0.0, TONE), ViewPairLimits(REACH / 3, 1.5, TONE))
     found = register(seen, some, axis, best, passes, LOOSE)
     return Heard(some, found, _fitting(found.at, np.minimum(_points(seen, some), passes[-1].most)))
 
 
-def _points(seen: Stack, edges: Edges) -> Array:
+def _points(seen: ViewStack, edges: Edges) -> Array:
     return np.asarray(np.diff(seen.first)[[i for i, _ in edges]], float)
 
 

@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairs.edges import Edges, Stack
+from fusion.turntable.pairs.edges import Edges, ViewStack
 from fusion.turntable.pairs.misfit import misfits
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundTurns:
     """The turns of m pairs of views.
 
     Attributes:
@@ -32,15 +32,15 @@ def axis_guesses(centre: Array) -> list[Axis]:
     return [Axis(centre, pose.exp([tilt, 0, 0, 0, 0, 0])[:3, :3] @ np.array([0, -1.0, 0])) for tilt in tilts]
 
 
-def find_turns(seen: Stack, edges: Edges, axis: Axis, candidates: Array, reach: float) -> Found:
+def find_turns(seen: ViewStack, edges: Edges, axis: Axis, candidates: Array, reach: float) -> FoundTurns:
     """The turns that fit m pairs of views best: a search over candidates (m, k) [rad], then ever finer."""
 
-    def best_of(turns: Array) -> Found:
+    def best_of(turns: Array) -> FoundTurns:
         k = turns.shape[1]
         tried = [edge for edge in edges for _ in range(k)]
         values = misfits(seen, tried, (axis, turns.ravel()), reach).reshape(turns.shape)
         best = np.argmin(values, axis=1)[:, None]
-        return Found(np.take_along_axis(turns, best, 1)[:, 0], np.take_along_axis(values, best, 1)[:, 0])
+        return FoundTurns(np.take_along_axis(turns, best, 1)[:, 0], np.take_along_axis(values, best, 1)[:, 0])
 
     found = best_of(candidates)
     spacing = float(np.min(np.diff(candidates, axis=1))) if candidates.shape[1] > 1 else np.deg2rad(2.0)

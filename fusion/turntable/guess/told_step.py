@@ -9,7 +9,7 @@ from fusion.errors import RecordingError, TrackingError
 from fusion.turntable.guess.beginning import begin
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.views import Region, View
+from fusion.turntable.views import ObjectView, Region
 
 FRAMES = 12  # looked at
 CLEARLY = 0.7  # the images' own step must lower the misfit of neighbours to this share of what the told one leaves
@@ -18,7 +18,7 @@ OTHER = (0.2, np.deg2rad(2))  # share of the step, and least difference, that ma
 REACH = 0.02  # [m]
 
 
-def refuse_contradicted_step(views: Sequence[View], region: Region, step: float) -> None:
+def refuse_contradicted_step(views: Sequence[ObjectView], region: Region, step: float) -> None:
     """Compare the told step with what neighbouring views say by themselves.
 
     Args:

@@ -22,7 +22,7 @@ from fusion.turntable.model.cells import CUT
 from fusion.turntable.model.meeting import ANGLE, AXIS, RESIDUAL, SIGMA
 from fusion.turntable.model.rays import Rays, bundle
 from fusion.turntable.model.size import size_std
-from fusion.turntable.model.system import Equations, Solution, equations, moved_axis, solve
+from fusion.turntable.model.system import CellEquations, ModelSolution, equations, moved_axis, solve
 from fusion.turntable.selfcheck import SelfCheck
 from fusion.volume.volume import Volume
 
@@ -115,7 +115,7 @@ def _some_of(angles: Array) -> Array:
     return np.where(np.isin(np.arange(len(angles)), chosen), angles, np.nan)
 
 
-def _alike(e: Equations, tiles: NDArray[np.int32], found: Solution) -> float:
+def _alike(e: CellEquations, tiles: NDArray[np.int32], found: ModelSolution) -> float:
     """By how much errors that neighbouring pixels share widen the standard deviations (clustered by tiles)."""
     rest = e.rows[:, RESIDUAL] - np.repeat(found.offset, np.diff(e.first))
     sigma = e.rows[:, SIGMA].astype(float)

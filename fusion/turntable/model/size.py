@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fusion.turntable.axis import Axis
 from fusion.turntable.model.meeting import AXIS
 from fusion.turntable.model.rays import Bundle
-from fusion.turntable.model.system import Equations, moved_axis, placed, steady_system
+from fusion.turntable.model.system import CellEquations, moved_axis, placed, steady_system
 from fusion.turntable.selfcheck import SelfCheck
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ SOME = 30_000  # points that tell how the size changes
 STEPS = np.full(AXIS, 1e-4)  # [rad], [m] small ones, for derivatives
 
 
-def size_std(rays: Bundle, motion: tuple[Axis, Array], e: Equations, check: SelfCheck) -> float:
+def size_std(rays: Bundle, motion: tuple[Axis, Array], e: CellEquations, check: SelfCheck) -> float:
     """Relative standard deviation of the size of what a motion makes of the rays.
 
     Args:

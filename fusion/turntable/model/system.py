@@ -20,7 +20,7 @@ SOME = 30_000  # equations that tell their scale, to 1 %
 
 
 @dataclass(frozen=True)
-class Equations:
+class CellEquations:
     """The equations of all frames, m of them, sorted by their cell on the model.
 
     Attributes:
@@ -43,7 +43,7 @@ class Equations:
         return self.rows.shape[1] - SHARED
 
 
-def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume, check: SelfCheck) -> Equations:
+def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume, check: SelfCheck) -> CellEquations:
     """What each ray says where it meets the model, of the errors of depth too where `check` leaves them open."""
     axis, angles = motion
     poses = np.column_stack([placed(axis, angles)[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])
@@ -59,7 +59,7 @@ def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume, check: S
     order = np.empty(int(counts.sum()), np.int32)
     by_cell(cell, (ends - counts).astype(np.int32), order)
     first = np.append(0, ends[counts > 0]).astype(np.int32)
-    return Equations(np.take(out, order, axis=0), rays.frame[order], order, first, rays.n)
+    return CellEquations(np.take(out, order, axis=0), rays.frame[order], order, first, rays.n)
 
 
 def placed(axis: Axis, angles: Array) -> Array:
@@ -70,7 +70,7 @@ def placed(axis: Axis, angles: Array) -> Array:
     return np.asarray(poses)
 
 
-def steady_system(e: Equations) -> Array:
+def steady_system(e: CellEquations) -> Array:
     """Normal matrix (s + n, s + n) of what tells where the axis is, without what is known of anything before."""
     lowest = _lowest(e)
     offset, scale = _settled(e, True, lowest)
@@ -78,7 +78,7 @@ def steady_system(e: Equations) -> Array:
 
 
 @dataclass(frozen=True)
-class Solution:
+class ModelSolution:
     """Steps and their standard deviations (s + n,): what is shared, angles; the cells' offsets [m]; scale of sigma."""
 
     step: Array
@@ -87,7 +87,7 @@ class Solution:
     scale: float
 
 
-def solve(e: Equations, known: tuple[SelfCheck, float], steady: bool = False) -> Solution:
+def solve(e: CellEquations, known: tuple[SelfCheck, float], steady: bool = False) -> ModelSolution:
     """One Gauss-Newton step; the cells' offsets are eliminated.
 
     Args:
@@ -104,16 +104,16 @@ def solve(e: Equations, known: tuple[SelfCheck, float], steady: bool = False) ->
         information = alike**2 * check.information
         H[errors, errors] += information
         g[errors] += information * check.values[len(LENS) :]
-    return Solution(*_step(H, g), offset, scale)
+    return ModelSolution(*_step(H, g), offset, scale)
 
 
-def _lowest(e: Equations) -> float:
+def _lowest(e: CellEquations) -> float:
     """Height [m] from which the object is more than its foot."""
     low, high = np.percentile(e.rows[:: max(1, len(e.rows) // SOME), HEIGHT], [0.2, 99.8])
     return float(low + FOOT * (high - low))
 
 
-def _settled(e: Equations, steady: bool, lowest: float) -> tuple[Array, float]:
+def _settled(e: CellEquations, steady: bool, lowest: float) -> tuple[Array, float]:
     """Offsets of the cells [m], and the scale of sigma about them."""
     offset = np.zeros(len(e.first) - 1)
     for _ in range(2):
@@ -121,7 +121,7 @@ def _settled(e: Equations, steady: bool, lowest: float) -> tuple[Array, float]:
     return offset, _scale(e, offset, steady, lowest)
 
 
-def _scale(e: Equations, offset: Array, steady: bool, lowest: float) -> float:
+def _scale(e: CellEquations, offset: Array, steady: bool, lowest: float) -> float:
     """Observed over declared spread, from the median of some equations."""
     some = np.arange(0, len(e.rows), max(1, len(e.rows) // SOME))
     rest = e.rows[some, RESIDUAL] - offset[np.searchsorted(e.first, some, side="right") - 1]

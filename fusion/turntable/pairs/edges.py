@@ -12,7 +12,7 @@ from fusion.compute.start import start
 from fusion.errors import TrackingError
 from fusion.turntable.axis import Axis
 from fusion.turntable.selfcheck import NAMES, SelfCheck
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 Edges = list[tuple[int, int]]
@@ -27,17 +27,17 @@ NOISES = 5.0  # standard deviations of one point within which the same place is 
 
 
 @dataclass(frozen=True)
-class Stack:
+class ViewStack:
     """The views of a scan in arrays that one kernel can reach.
 
     Attributes:
         first: (n + 1,) where each view's points start.
         points: (all, 7) of the sampled surface: point [m], normal, sigma [m].
         maps: (n, h, w, 7) the same of the pixels, every `stride`-th of them.
-        tones, images: (all,), (n, h, w) what is printed there, see `View`; (0,), (0, 0, 0) without colour.
+        tones, images: (all,), (n, h, w) what is printed there, see `ObjectView`; (0,), (0, 0, 0) without colour.
     """
 
-    views: Sequence[View]
+    views: Sequence[ObjectView]
     first: NDArray[np.int32]
     points: NDArray[np.float32]
     maps: NDArray[np.float32]
@@ -54,7 +54,7 @@ class Stack:
         """Largest distance [m] of two points of one place: what is asked, or more where noise alone puts them apart."""
         return max(asked, NOISES * self.noise)
 
-    def thinned(self, most: int) -> "Stack":
+    def thinned(self, most: int) -> "ViewStack":
         """About `most` of the points, evenly from all views."""
         step = max(1, len(self.points) // most)
         kept = [np.arange(a, b, step) for a, b in pairwise(self.first.tolist())]
@@ -76,7 +76,7 @@ class Sums:
     visible: NDArray[np.int64]
 
 
-def stack(views: Sequence[View]) -> Stack:
+def stack(views: Sequence[ObjectView]) -> ViewStack:
     """Put views (n), all of one window, together."""
     first = np.concatenate([[0], np.cumsum([len(v.points) for v in views])]).astype(np.int32)
     points = np.concatenate([np.column_stack([v.points, v.normals, v.sigma]) for v in views]).astype(np.float32)
@@ -87,7 +87,7 @@ def stack(views: Sequence[View]) -> Stack:
             maps[i, ..., k] = v.map.points[::stride, ::stride, k]
             maps[i, ..., 3 + k] = v.map.normals[::stride, ::stride, k]
         maps[i, ..., 6] = v.map.sigma[::stride, ::stride]
-    plain = Stack(views, first, points, maps, stride)
+    plain = ViewStack(views, first, points, maps, stride)
     prints, tones = [v.print for v in views], [v.tones for v in views]
     if any(p is None for p in prints) or any(t is None for t in tones):
         return plain
@@ -96,7 +96,7 @@ def stack(views: Sequence[View]) -> Stack:
 
 
 def edge_sums(
-    seen: Stack,
+    seen: ViewStack,
     motion: tuple[Axis, Array],
     edges: Edges,
     reach: float,
@@ -126,7 +126,7 @@ def edge_sums(
 
 
 def _some(
-    seen: Stack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, Sequence[str]]
+    seen: ViewStack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, Sequence[str]]
 ) -> Sums:
     from fusion.turntable.pairs.edge_pairs import PAIRED, sum_edges
 
@@ -156,7 +156,7 @@ def _scale(ratio: NDArray[np.float32], count: NDArray[np.int64]) -> Array:
 
 
 def paired(
-    seen: Stack,
+    seen: ViewStack,
     motion: tuple[Axis, Array],
     edges: Edges,
     limits: tuple[float, float],

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairs.edges import PART, Edges, Stack, paired
+from fusion.turntable.pairs.edges import PART, Edges, ViewStack, paired
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 
 Array = NDArray[np.float64]
@@ -12,7 +12,9 @@ LEAST_COSINE = 0.5  # between the normals of a pair: the turn may be wrong by mu
 NO_ERRORS = SelfCheck(np.zeros(len(NAMES)), 0.0, 1.0)
 
 
-def misfits(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck = NO_ERRORS) -> Array:
+def misfits(
+    seen: ViewStack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck = NO_ERRORS
+) -> Array:
     """How badly each turn fits: (m,) from 0 (perfect) to 1 (nothing fits).
 
     Points that the other view looked through count as wrong as points far off; points that it cannot see are left out.
@@ -30,7 +32,7 @@ def misfits(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float,
     return np.concatenate([np.zeros(0), *(_some(seen, edges[s], (axis, turns[s]), reach, check) for s in some)])
 
 
-def _some(seen: Stack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck) -> Array:
+def _some(seen: ViewStack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck) -> Array:
     from fusion.turntable.pairs.edge_pairs import PAIRED, SEEN
 
     code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), (check, 0))

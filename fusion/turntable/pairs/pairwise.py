@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.start import start
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairs.edges import Edges, Stack
+from fusion.turntable.pairs.edges import Edges, ViewStack
 
 Array = NDArray[np.float64]
 LEAST_COSINE = 0.6  # between the normals of a pair
@@ -17,7 +17,7 @@ _LOWER = np.array([[max(a, b) * (max(a, b) + 1) // 2 + min(a, b) for b in range(
 
 
 @dataclass(frozen=True)
-class Limits:
+class ViewPairLimits:
     """What makes a pair and how it counts.
 
     Attributes:
@@ -58,7 +58,9 @@ class Twists:
     tone: Array
 
 
-def twists(seen: Stack, edges: Edges, poses: Array, centre: Array, limits: Limits, focal: float = 0.0) -> Twists:
+def twists(
+    seen: ViewStack, edges: Edges, poses: Array, centre: Array, limits: ViewPairLimits, focal: float = 0.0
+) -> Twists:
     """The equations of m pairs of views at poses (m, 4, 4) (model from source), by a focal length log(f / stated)."""
     from fusion.turntable.pairs.edge_twists import COUNTS, MATRIX, WIDTH, twist_sums  # starts Taichi
 
@@ -92,11 +94,11 @@ class Registered:
 
 
 def register(
-    seen: Stack,
+    seen: ViewStack,
     edges: Edges,
     axis: Axis,
     start: Array,
-    passes: tuple[Limits, ...],
+    passes: tuple[ViewPairLimits, ...],
     loose: float,
     iterations: int = 4,
 ) -> Registered:
@@ -154,7 +156,7 @@ def planar(axis: Axis, turns: Array, shifts: Array) -> Array:
     return np.asarray(T)
 
 
-def coarser(seen: Stack, sigma: float = 4.0) -> Stack:
+def coarser(seen: ViewStack, sigma: float = 4.0) -> ViewStack:
     """The views with their print blurred (standard deviation in pixels), so that it guides from farther off."""
     if not len(seen.tones):
         return seen

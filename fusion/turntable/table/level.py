@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 RINGS, SECTORS = 48, 36
@@ -34,7 +34,7 @@ UNSTEADY = 0.3  # largest area that comes and goes, over the steady one: 0.5 for
 
 
 @dataclass(frozen=True)
-class Seen:
+class CellCounts:
     """Frames in which each cell (RINGS, SECTORS) is there, looked through, and not measured."""
 
     there: Array
@@ -42,7 +42,7 @@ class Seen:
     missing: Array
 
 
-def is_plate(views: Sequence[View], axis: Axis, height: float, beyond: float = BEYOND) -> bool:
+def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, beyond: float = BEYOND) -> bool:
     """True when the level surface at a height [m] along the axis is seen on most sides and does not turn.
 
     Args:
@@ -62,7 +62,7 @@ def is_plate(views: Sequence[View], axis: Axis, height: float, beyond: float = B
     return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * there).sum())
 
 
-def has_a_rim(views: Sequence[View], axis: Axis, height: float) -> bool:
+def has_a_rim(views: Sequence[ObjectView], axis: Axis, height: float) -> bool:
     """True when the level surface at a height [m] is round about the axis and one looks past it outside, as beyond a
     plate; a table goes on, to its own edges or those of the image."""
     shown = np.concatenate([v.map.points[np.isfinite(v.map.points[..., 2])] for v in views]).astype(float)
@@ -78,13 +78,13 @@ def has_a_rim(views: Sequence[View], axis: Axis, height: float) -> bool:
 
 
 def _steady(
-    views: Sequence[View], axis: Axis, height: float, reach: float
+    views: Sequence[ObjectView], axis: Axis, height: float, reach: float
 ) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
     """The same for the cells about an axis at a height [m]."""
     return steady(look_at(views, axis, _plane(views, axis, height), reach))
 
 
-def steady(seen: Seen) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
+def steady(seen: CellCounts) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
     """Cells (RINGS, SECTORS) of which something is known, the share of frames in which they are there, steady ones."""
     shown = seen.there + seen.through
     share = seen.there / np.maximum(shown + seen.missing, 1)
@@ -92,7 +92,7 @@ def steady(seen: Seen) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
     return told, share, told & (seen.there > STEADY * shown) & (share > MEASURED)
 
 
-def look_at(views: Sequence[View], axis: Axis, plane: Array, reach: float) -> Seen:
+def look_at(views: Sequence[ObjectView], axis: Axis, plane: Array, reach: float) -> CellCounts:
     """What the views measure where the plane z = c + a x + b y (3,), in coordinates of the axis, should be.
 
     Args:
@@ -114,7 +114,9 @@ def cells_of(axis: Axis, plane: Array, reach: float) -> Array:
     return np.asarray(axis.point + np.column_stack([x, y, z]) @ np.vstack([axis.across(), axis.direction]))
 
 
-def counted(views: Sequence[View], axis: Axis, surface: tuple[Array, float], cells: Sequence[Array]) -> Seen:
+def counted(
+    views: Sequence[ObjectView], axis: Axis, surface: tuple[Array, float], cells: Sequence[Array]
+) -> CellCounts:
     """What the views measure where cells (n, 3), of each view its own, should be.
 
     Args:
@@ -133,7 +135,7 @@ def counted(views: Sequence[View], axis: Axis, surface: tuple[Array, float], cel
         measured[shown] = v.map.points[row[shown].astype(int), column[shown].astype(int)]
         above = _above(measured, axis, plane)
         count += [np.abs(above) <= thick, above < -thick, shown & np.isnan(above)]
-    return Seen(*count.reshape(3, RINGS, SECTORS))
+    return CellCounts(*count.reshape(3, RINGS, SECTORS))
 
 
 def _above(points: Array, axis: Axis, plane: Array) -> Array:
@@ -143,7 +145,7 @@ def _above(points: Array, axis: Axis, plane: Array) -> Array:
     return np.asarray(offset @ axis.direction - plane[0] - flat @ plane[1:])
 
 
-def _plane(views: Sequence[View], axis: Axis, height: float) -> Array:
+def _plane(views: Sequence[ObjectView], axis: Axis, height: float) -> Array:
     """(c, a, b) of the level points near a height: an axis that is only guessed leans against its plate."""
     level = [v.map.points[np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.9] for v in views]
     points = np.concatenate(level)[:: max(1, sum(map(len, level)) // 20_000)].astype(float)

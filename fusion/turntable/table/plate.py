@@ -10,7 +10,7 @@ from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
 from fusion.turntable.table.level import BEYOND, has_a_rim, is_plate
 from fusion.turntable.table.slab import HALFWAY, LOWEST, WIDER, is_slab, reach_of
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 THICKEST = 0.06  # [m] a plate may stand above the table, where what turns seems to end (guess)
@@ -33,7 +33,7 @@ class Plate:
 
 
 def find_plate(
-    views: Sequence[View], axis: Axis, motions: Array | None = None, thickest: float = THICKEST
+    views: Sequence[ObjectView], axis: Axis, motions: Array | None = None, thickest: float = THICKEST
 ) -> Plate | None:
     """The plate, or the table where that alone is seen; None when there is neither.
 
@@ -66,7 +66,7 @@ def find_plate(
     return None
 
 
-def _slab(views: Sequence[View], axis: Axis, motions: Array, table: tuple[float, float]) -> float | None:
+def _slab(views: Sequence[ObjectView], axis: Axis, motions: Array, table: tuple[float, float]) -> float | None:
     """Height of a plate that turns so far [m] above a table that stands still, at most; None where there is none."""
     ground, thickest = table
     reach = max(WIDER) * reach_of(views, axis)
@@ -78,13 +78,13 @@ def _slab(views: Sequence[View], axis: Axis, motions: Array, table: tuple[float,
     return next((h for h in levels if is_slab(views, axis, motions, (h, ground))), None)
 
 
-def _level(view: View, axis: Axis) -> Array:
+def _level(view: ObjectView, axis: Axis) -> Array:
     """(n, 3) points of level surfaces [m]."""
     level = np.einsum("vuk,k->vu", view.map.normals, axis.direction) > 0.97
     return np.asarray(view.map.points[level].astype(float))
 
 
-def ground_height(views: Sequence[View], axis: Axis) -> float | None:
+def ground_height(views: Sequence[ObjectView], axis: Axis) -> float | None:
     """The same for the largest level surface, plate or table; None when there is none.
 
     What lies above it shows how the object turns. Where that is the table, the plate and its rim serve too: they say
@@ -94,7 +94,7 @@ def ground_height(views: Sequence[View], axis: Axis) -> float | None:
     return next((h for h in level_heights(some, axis, (NEAR_PLATE, NEAR_PLATE)) if is_plate(some, axis, h)), None)
 
 
-def level_heights(views: Sequence[View], axis: Axis, about: tuple[float, float]) -> list[float]:
+def level_heights(views: Sequence[ObjectView], axis: Axis, about: tuple[float, float]) -> list[float]:
     """Where much level surface lies [m], so far below to so far above the foot [m], the largest first."""
     foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in views]), 1))
     height = np.concatenate([axis.distance(_level(v, axis))[1] for v in views])
@@ -148,7 +148,7 @@ def above_plate(
     return np.asarray(z > terms @ fit + clear)
 
 
-def above(view: View, axis: Axis, height: float, most: int) -> View:
+def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:
     """The view with only source points above a height [m], at most about so many.
 
     The plate turns into itself: it tells nothing of the angle, and what the camera bends in it pulls to no turn at all.

@@ -25,7 +25,7 @@ from fusion.turntable.table.level import (
     counted,
     steady,
 )
-from fusion.turntable.views import View
+from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 LOWEST = 0.005  # [m] above the table: less is its noise (guess; plates are 6 mm thick and more)
@@ -36,7 +36,7 @@ WIDER = (1, 2)  # as far as plates reach, and as far as those of small things do
 PAST = 0.2  # share of the frames in which a cell beyond its border is there at most
 
 
-def is_slab(views: Sequence[View], axis: Axis, motions: Array, heights: tuple[float, float]) -> bool:
+def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float]) -> bool:
     """True when a level surface turns with the object close above a table, is thin, ends all round, and carries it.
 
     Args:
@@ -49,7 +49,9 @@ def is_slab(views: Sequence[View], axis: Axis, motions: Array, heights: tuple[fl
     return any(_is_slab(views, axis, motions, heights, wider * reach) for wider in WIDER)
 
 
-def _is_slab(views: Sequence[View], axis: Axis, motions: Array, heights: tuple[float, float], reach: float) -> bool:
+def _is_slab(
+    views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], reach: float
+) -> bool:
     height, over = heights[0], heights[0] - heights[1]
     thick = min(THICK, HALFWAY * over)
     plane = np.array([height, 0.0, 0.0])
@@ -69,7 +71,7 @@ def _is_slab(views: Sequence[View], axis: Axis, motions: Array, heights: tuple[f
     return bool(ended and over < FLAT * wide and _carried(views, axis, motions, height + THICK, ends * reach / RINGS))
 
 
-def reach_of(views: Sequence[View], axis: Axis) -> float:
+def reach_of(views: Sequence[ObjectView], axis: Axis) -> float:
     """Radius of the outermost ring that is looked at [m]; a hand in less than half of the frames does not count."""
     turning = [axis.distance(v.points.astype(float))[0] for v in views if len(v.points)]
     return BEYOND * float(np.median([np.percentile(radius, 95) for radius in turning]))
@@ -84,7 +86,7 @@ def _grown(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return out
 
 
-def _carried(views: Sequence[View], axis: Axis, motions: Array, low: float, radii: Array) -> bool:
+def _carried(views: Sequence[ObjectView], axis: Axis, motions: Array, low: float, radii: Array) -> bool:
     """What turns above a height [m] stands, for the most part, over a slab that reaches so far to each side [m]."""
     shares = []
     for T, v in zip(motions, views, strict=True):

@@ -5,7 +5,7 @@ import numpy as np
 
 from fusion.calibration.lens.board import Board
 from fusion.calibration.lens.solve import matrix
-from fusion.calibration.lens.views import View, view_of
+from fusion.calibration.lens.views import BoardView, view_of
 
 SIZE = (512, 424)
 # a Kinect v2's infrared camera, about
@@ -36,7 +36,7 @@ def project(points: np.ndarray, pose: np.ndarray, truth: np.ndarray = TRUTH) -> 
     return pixels.reshape(-1, 2)
 
 
-def views(count: int, sigma_px: float, seed: int = 0, board: Board | None = None) -> list[View]:
+def views(count: int, sigma_px: float, seed: int = 0, board: Board | None = None) -> list[BoardView]:
     """Views with normal noise of each coordinate; what the calibration believes is `board`, what is true as well."""
     board = board or Board(9, 6, 0.04)
     rng = np.random.default_rng(seed + 1000)

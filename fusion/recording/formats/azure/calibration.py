@@ -28,13 +28,13 @@ DO = "pass --camera camera.json"
 Number = Annotated[float, Meta(gt=-1e6, lt=1e6)]
 
 
-class Intrinsics(Struct, frozen=True):
+class AzureIntrinsics(Struct, frozen=True):
     """The lens: cx, cy, fx, fy, k1 to k6, codx, cody, p2, p1."""
 
     parameters: Annotated[list[Number], Meta(min_length=14, max_length=15)] = field(name="ModelParameters")
 
 
-class Place(Struct, frozen=True):
+class SensorPlace(Struct, frozen=True):
     """From the device's reference to a camera [m]."""
 
     rotation: Annotated[list[Number], Meta(min_length=9, max_length=9)] = field(name="Rotation")
@@ -45,12 +45,12 @@ class OneCamera(Struct, frozen=True):
     """A camera of the file."""
 
     location: str = field(name="Location")
-    intrinsics: Intrinsics = field(name="Intrinsics")
-    place: Place = field(name="Rt")
+    intrinsics: AzureIntrinsics = field(name="Intrinsics")
+    place: SensorPlace = field(name="Rt")
     radius: Annotated[float, Meta(ge=0)] = field(name="MetricRadius", default=0.0)
 
 
-class Information(Struct, frozen=True):
+class AzureCalibration(Struct, frozen=True):
     """What is read of the file."""
 
     cameras: list[OneCamera] = field(name="Cameras")
@@ -59,7 +59,7 @@ class Information(Struct, frozen=True):
 class CalibrationFile(Struct, frozen=True):
     """`calibration.json`."""
 
-    information: Information = field(name="CalibrationInformation")
+    information: AzureCalibration = field(name="CalibrationInformation")
 
 
 USUAL_RADIUS = 1.7  # where the file says 0 or nothing, as the maker's library takes it

@@ -13,7 +13,7 @@ from typing import BinaryIO
 from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import open_regular
-from fusion.recording.formats.recorded.parts import Part
+from fusion.recording.formats.recorded.parts import ByteRange
 
 START = b"\x1a\x45\xdf\xa3"
 # elements by their identifiers
@@ -38,7 +38,7 @@ class Track:
     width: int = 0
     height: int = 0
     ticks: list[int] = field(default_factory=list)
-    parts: list[Part] = field(default_factory=list)
+    parts: list[ByteRange] = field(default_factory=list)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -59,14 +59,14 @@ class Matroska:
     """
 
     tracks: dict[int, Track] = field(default_factory=dict)
-    files: dict[str, Part] = field(default_factory=dict)
+    files: dict[str, ByteRange] = field(default_factory=dict)
     tags: dict[str, str] = field(default_factory=dict)
     scale: int = NANOSECONDS
     whole: bool = True
 
 
 @dataclass(frozen=True)
-class Element:
+class MatroskaElement:
     """The head of one: its identifier, where its data begin, and how many bytes these are."""
 
     kind: int
@@ -78,7 +78,7 @@ def read_matroska(path: Path, heads_only: bool = False) -> Matroska:
     """What a file holds, `heads_only` what stands before its first image. Raises RecordingError."""
     out, reader = Matroska(), None
     with open_regular(path, RecordingError, "the recording", takes=0) as file:
-        reader = _Reader(file, path, out)
+        reader = _ElementReader(file, path, out)
         for element in _elements(file, out):
             if heads_only and element.kind == CLUSTER:
                 break
@@ -86,14 +86,14 @@ def read_matroska(path: Path, heads_only: bool = False) -> Matroska:
     return out
 
 
-class _Reader:
+class _ElementReader:
     """Takes elements in their order: what belongs together stands together."""
 
     def __init__(self, file: BinaryIO, path: Path, out: Matroska) -> None:
         self._file, self._path, self._out = file, path, out
         self._track, self._name, self._tag, self._cluster, self._images = Track(), "", "", 0, 0
 
-    def take(self, element: Element) -> None:
+    def take(self, element: MatroskaElement) -> None:
         """Note what an element says."""
         kind = element.kind
         if kind == TRACK:
@@ -109,13 +109,13 @@ class _Reader:
         elif kind == FILE_NAME:
             self._name = self._text(element)
         elif kind == FILE_DATA:
-            self._out.files[self._name] = Part(element.begin, element.size)
+            self._out.files[self._name] = ByteRange(element.begin, element.size)
         elif kind == TAG_NAME:
             self._tag = self._text(element)
         elif kind == TAG_TEXT:
             self._out.tags.setdefault(self._tag, self._text(element))
 
-    def _of_track(self, element: Element) -> None:
+    def _of_track(self, element: MatroskaElement) -> None:
         if element.kind == NUMBER:
             self._out.tracks[self._integer(element)] = self._track
         elif element.kind == NAME:
@@ -128,7 +128,7 @@ class _Reader:
         else:
             self._track.height = self._integer(element)
 
-    def _image(self, element: Element) -> None:
+    def _image(self, element: MatroskaElement) -> None:
         self._file.seek(element.begin)
         head = self._file.read(12)
         number, used = _number(head, keep_mark=False)
@@ -141,20 +141,20 @@ class _Reader:
         self._images += 1
         check_size(TAKES * self._images, self._path, RecordingError, "the list of images")
         track.ticks.append(self._cluster + late)
-        track.parts.append(Part(element.begin + used + 3, element.size - used - 3))
+        track.parts.append(ByteRange(element.begin + used + 3, element.size - used - 3))
 
-    def _bytes(self, element: Element) -> bytes:
+    def _bytes(self, element: MatroskaElement) -> bytes:
         self._file.seek(element.begin)
         return self._file.read(min(element.size, FIELD))
 
-    def _integer(self, element: Element) -> int:
+    def _integer(self, element: MatroskaElement) -> int:
         return int.from_bytes(self._bytes(element)[:8], "big")
 
-    def _text(self, element: Element) -> str:
+    def _text(self, element: MatroskaElement) -> str:
         return self._bytes(element).rstrip(b"\0").decode("utf-8", "replace")
 
 
-def _elements(file: BinaryIO, out: Matroska) -> Iterator[Element]:
+def _elements(file: BinaryIO, out: Matroska) -> Iterator[MatroskaElement]:
     """Every element in its order, those that hold others before these; ends where the file was cut off."""
     size = file.seek(0, 2)
     at = 0
@@ -171,7 +171,7 @@ def _elements(file: BinaryIO, out: Matroska) -> Iterator[Element]:
             return
         if kind == SEGMENT and not unknown and begin + length > size:
             out.whole = False
-        yield Element(kind, begin, length)
+        yield MatroskaElement(kind, begin, length)
         at = begin if kind in HOLDERS else begin + length
 
 

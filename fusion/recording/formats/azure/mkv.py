@@ -22,7 +22,7 @@ from fusion.recording.formats.azure.matroska import START, Matroska, Track, read
 from fusion.recording.formats.azure.pictures import (
     PACKED,
     PLAIN,
-    Pictures,
+    TrackPictures,
     blind_pixels,
     color_image,
     counts,
@@ -32,7 +32,7 @@ from fusion.recording.formats.recorded.parts import read_part
 from fusion.recording.frame_files import ASSOCIATION_SECONDS, associate, in_time
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 
 DEPTH_SCALE = 1000.0  # millimetres
 # of the file's tags: how the device was set
@@ -72,7 +72,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     grey = None if ir is None or ir.size != depth.size else _beside(path, held, ir, stamps)
     blind = None if known is None else blind_pixels(known)
     stored = partial(counts, path, depth, blind)
-    source = Source(
+    source = ImageSource(
         path=path,
         camera=stated,
         stamps=stamps,
@@ -130,8 +130,8 @@ def _stamps(held: Matroska, track: Track) -> NDArray[np.float64]:
     return (np.array(track.ticks, float) * held.scale + start) * 1e-9
 
 
-def _beside(path: Path, held: Matroska, track: Track, stamps: NDArray[np.float64]) -> Pictures:
-    return Pictures(path, track, associate(stamps, _stamps(held, track)))
+def _beside(path: Path, held: Matroska, track: Track, stamps: NDArray[np.float64]) -> TrackPictures:
+    return TrackPictures(path, track, associate(stamps, _stamps(held, track)))
 
 
 def _colors(
@@ -140,7 +140,7 @@ def _colors(
     seen_by: tuple[Track | None, Camera | None],
     stamps: NDArray[np.float64],
     told: list[str],
-) -> tuple[Pictures | None, tuple[int, int]]:
+) -> tuple[TrackPictures | None, tuple[int, int]]:
     """The colour images and their size (width, height), None where they cannot be placed; what is told is appended."""
     track, camera = seen_by
     if track is None or not track.parts:

@@ -23,7 +23,7 @@ PLAIN = {
 
 
 @dataclass(frozen=True)
-class Pictures:
+class TrackPictures:
     """The images of a track that belong to depth frames: -1 where there is none."""
 
     path: Path
@@ -45,7 +45,7 @@ def counts(path: Path, track: Track, blind: NDArray[np.bool_] | None, index: int
     return image
 
 
-def grey_image(pictures: Pictures, index: int) -> NDArray[np.uint16] | None:
+def grey_image(pictures: TrackPictures, index: int) -> NDArray[np.uint16] | None:
     """(h, w) counts of infrared, or None. Raises RecordingError."""
     data = pictures.bytes(index, "an infrared image")
     return None if data is None else _big_endian(data, pictures.track, f"{pictures.path}, infrared {index}")
@@ -58,7 +58,7 @@ def _big_endian(data: bytes, track: Track, where: str) -> NDArray[np.uint16]:
     return np.frombuffer(data, ">u2").reshape(track.height, track.width).astype(np.uint16)
 
 
-def color_image(pictures: Pictures, size: tuple[int, int], index: int) -> NDArray[np.uint8] | None:
+def color_image(pictures: TrackPictures, size: tuple[int, int], index: int) -> NDArray[np.uint8] | None:
     """(h, w, 3) RGB of a size (width, height), or None. Raises RecordingError."""
     data, (width, height) = pictures.bytes(index, "a colour image"), size
     if data is None or pictures.track.codec == PACKED:

@@ -9,7 +9,7 @@ from fusion.files.inside import all_inside
 from fusion.geometry.camera import Camera
 from fusion.recording.formats.bags import mcap, orbbec, realsense, ros, rosbag1, sqlite_bag
 from fusion.recording.formats.bags.store import Store, joined
-from fusion.recording.formats.bags.streams import Chosen, recording_of
+from fusion.recording.formats.bags.streams import ChosenStreams, recording_of
 from fusion.recording.recording import Recording
 
 HAS_TOPICS = True
@@ -44,7 +44,7 @@ def read(path: Path, camera: Camera | None, topic: str | None = None) -> Recordi
             return recording_of(path, maker.choose(store, name, camera))
     images = ros.images_of(store)
     name = _one(ros.depth_topics(images), topic, path, store)
-    chosen: Chosen = ros.choose(store, images, name, camera)
+    chosen: ChosenStreams = ros.choose(store, images, name, camera)
     return recording_of(path, chosen)
 
 

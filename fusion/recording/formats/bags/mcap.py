@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.reading import beginning, open_regular
 from fusion.recording.formats.bags.packed import Chunk, Chunks, unpack
-from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut, falls, short_type
+from fusion.recording.formats.bags.store import MOST_MESSAGES, BagFile, Store, Topic, cut, falls, short_type
 
 START = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = 2, 3, 4, 5, 6, 7, 8
@@ -45,7 +45,7 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path) -> Store:
     """The topics of a file. Raises RecordingError."""
-    kept, source = Chunks(), Source(path)
+    kept, source = Chunks(), BagFile(path)
     try:
         found, ended = _by_summary(source)
     except (RecordingError, struct.error):  # a summary that leads nowhere: what the file holds is looked at
@@ -77,7 +77,7 @@ def read(path: Path) -> Store:
     return Store(path, topics, warnings)
 
 
-def _by_summary(source: Source) -> tuple[_Found | None, bool]:
+def _by_summary(source: BagFile) -> tuple[_Found | None, bool]:
     """What the summary at the end says, None where it has no index of the messages; and whether the file is whole."""
     path, size = source.path, source.size
     tail = source.read(max(0, size - 37), min(37, size))
@@ -151,7 +151,7 @@ def _describe(found: _Found, kind: int, data: bytes, path: Path) -> None:
         found.channels[number] = (schema, name, encoding)
 
 
-def _by_walk(source: Source, kept: Chunks) -> _Found:
+def _by_walk(source: BagFile, kept: Chunks) -> _Found:
     """All records from the start, as far as they are whole."""
     found, rows, path, size = _Found(), defaultdict(list), source.path, source.size
     with open_regular(path, RecordingError, "the bag", takes=0) as file:
@@ -176,7 +176,7 @@ def _by_walk(source: Source, kept: Chunks) -> _Found:
 
 
 def _walk_chunk(
-    found: _Found, rows: dict[int, list], head: bytes, at: int, length: int, source: Source, kept: Chunks
+    found: _Found, rows: dict[int, list], head: bytes, at: int, length: int, source: BagFile, kept: Chunks
 ) -> None:
     path = source.path
     _, _, size, _, named = struct.unpack_from("<QQQII", head.ljust(40, b"\0"))
@@ -223,7 +223,7 @@ def _string(data: bytes, at: int, path: Path) -> tuple[str, int]:
     return data[at + 4 : at + 4 + length].decode("utf-8", "replace"), at + 4 + length
 
 
-def _message(source: Source, chunks: list[Chunk], places: NDArray, kept: Chunks, index: int, most: int = -1) -> bytes:
+def _message(source: BagFile, chunks: list[Chunk], places: NDArray, kept: Chunks, index: int, most: int = -1) -> bytes:
     number, offset = int(places["chunk"][index]), int(places["offset"][index])
     path = source.path
     if number >= 0 and chunks[number].how:
@@ -241,7 +241,7 @@ def _message(source: Source, chunks: list[Chunk], places: NDArray, kept: Chunks,
     return source.read(at + 9 + HEAD, length if most < 0 else min(most, length), "a message")
 
 
-def _unpacked(source: Source, chunk: Chunk, kept: Chunks) -> bytes:
+def _unpacked(source: BagFile, chunk: Chunk, kept: Chunks) -> bytes:
     data = kept.get(chunk.at)
     if data is None:
         data = unpack(source.read(chunk.at, chunk.packed, "a chunk"), chunk.how, chunk.size, source.path)

@@ -37,7 +37,7 @@ def decoded(topic: Topic, data: bytes) -> Message:
         known = built_in(topic.ros2).get(topic.type, ())
         if known and types[topic.type][: len(known)] == known:
             types = {**types, topic.type: known}
-        reader = _Reader(data, topic.ros2)
+        reader = _MessageReader(data, topic.ros2)
         values = reader.struct(types, topic.type, 0)
         return Message(values, data[reader.at :])
     except ValueError as problem:
@@ -66,7 +66,7 @@ def header_stamps(topic: Topic) -> tuple[np.ndarray, str]:
 
 def frame_of(topic: Topic) -> str:
     """`frame_id` of a topic's first message, "" where it has none. Raises RecordingError."""
-    reader = _Reader(topic.read(0, 300), topic.ros2)
+    reader = _MessageReader(topic.read(0, 300), topic.ros2)
     try:
         for _ in range(2 if topic.ros2 else 3):
             reader.number("uint32")
@@ -75,7 +75,7 @@ def frame_of(topic: Topic) -> str:
         raise RecordingError("a message cannot be read", topic.name, problem, topic.type) from problem
 
 
-class _Reader:
+class _MessageReader:
     """Goes through the bytes of one message."""
 
     def __init__(self, data: bytes, ros2: bool) -> None:

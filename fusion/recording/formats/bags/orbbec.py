@@ -17,7 +17,7 @@ from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.messages import message
 from fusion.recording.formats.bags.pictures import IMAGE, look_at
 from fusion.recording.formats.bags.store import Store, Topic, cut
-from fusion.recording.formats.bags.streams import Chosen, Stream, stream_stamps
+from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stream_stamps
 
 FRAMES = re.compile(r"^/cam/sensor_(\d+)/frameType_(\d+)$")
 IR, COLOR, DEPTH, IR_LEFT = 1, 2, 3, 6  # OBSensorType, and OBStreamType alike
@@ -77,7 +77,7 @@ def depth_topics(store: Store) -> list[str]:
     return sorted(name for name in store.topics if _sensor(store, name) == DEPTH)
 
 
-def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
+def choose(store: Store, name: str, camera: Camera | None) -> ChosenStreams:
     """Depth with colour and infrared of the device. Raises RecordingError."""
     topic, warnings = store.topics[name], list(store.warnings)
     look = look_at(topic)
@@ -104,10 +104,10 @@ def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
         chosen = replace(chosen, sensor=name, serial=told.get("sn", ""), principle=principle)
     # given in single precision, which holds seven digits
     chosen = replace(chosen, depth_scale=float(f"{scale:.6g}"))
-    depth = Stream(topic, stream_stamps(topic, len(topic.read(0, -1)), warnings), chosen)
+    depth = BagStream(topic, stream_stamps(topic, len(topic.read(0, -1)), warnings), chosen)
     color = _beside(store, COLOR, warnings)
     ir = _beside(store, IR, warnings) or _beside(store, IR_LEFT, warnings)
-    return Chosen("orbbec-bag", depth, color, ir, T_color_depth=T, warnings=tuple(warnings), settings=told)
+    return ChosenStreams("orbbec-bag", depth, color, ir, T_color_depth=T, warnings=tuple(warnings), settings=told)
 
 
 def _sensor(store: Store, name: str) -> int:
@@ -115,7 +115,7 @@ def _sensor(store: Store, name: str) -> int:
     return int(found[1]) if found and store.topics[name].type == IMAGE else 0
 
 
-def _beside(store: Store, sensor: int, warnings: list[str]) -> Stream | None:
+def _beside(store: Store, sensor: int, warnings: list[str]) -> BagStream | None:
     names = [name for name in store.topics if _sensor(store, name) == sensor]
     if not names:
         return None
@@ -127,7 +127,7 @@ def _beside(store: Store, sensor: int, warnings: list[str]) -> Stream | None:
     except RecordingError as problem:
         warnings.append(f"{topic.name} is left out: {problem}")
         return None
-    return Stream(topic, stream_stamps(topic, len(topic.read(0, -1)), warnings), camera)
+    return BagStream(topic, stream_stamps(topic, len(topic.read(0, -1)), warnings), camera)
 
 
 def _profile(store: Store, stream: int) -> tuple[Camera | None, Array | None]:

@@ -47,7 +47,7 @@ COLORS = {
 
 
 @dataclass(frozen=True)
-class Look:
+class FirstImage:
     """What the first image of a topic is: `kind` "depth", "color", "grey" or "" (not read), its size [px]."""
 
     kind: str
@@ -58,7 +58,7 @@ class Look:
     rest: bytes = b""
 
 
-def look_at(topic: Topic) -> Look:
+def look_at(topic: Topic) -> FirstImage:
     """What a topic of images holds, by its first message. Raises RecordingError."""
     found = decoded(topic, topic.read(0, -1))
     values = found.values
@@ -70,7 +70,7 @@ def look_at(topic: Topic) -> Look:
         image = _unpacked(topic, values)
         height, width = image.shape[:2]
         kind = "depth" if encoding in COUNTS | METRES else "grey" if image.ndim == 2 else "color"
-    return Look(kind, encoding, width, height, encoding in METRES, found.rest)
+    return FirstImage(kind, encoding, width, height, encoding in METRES, found.rest)
 
 
 def encoding_of(topic: Topic, values: dict[str, Any]) -> str:

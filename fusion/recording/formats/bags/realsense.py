@@ -16,7 +16,7 @@ from fusion.recording.formats.bags.lens import camera_of, made_camera
 from fusion.recording.formats.bags.messages import decoded, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE
 from fusion.recording.formats.bags.store import Store, Topic
-from fusion.recording.formats.bags.streams import Chosen, Stream, stream_stamps
+from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stream_stamps
 
 STREAM = re.compile(r"^/device_(\d+)/sensor_(\d+)/(Depth|Color|Infrared)_(\d+)/image/data(?:/compressed\w*)?$")
 FINEST, COARSEST = 1e-7, 1e3  # metres per count that a camera file may hold
@@ -32,7 +32,7 @@ def depth_topics(store: Store) -> list[str]:
     return sorted(found)
 
 
-def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
+def choose(store: Store, name: str, camera: Camera | None) -> ChosenStreams:
     """Depth by the name of its stream, with colour and infrared of the same device. Raises RecordingError."""
     warnings = list(store.warnings)
     topic = store.topics[name]
@@ -51,13 +51,13 @@ def choose(store: Store, name: str, camera: Camera | None) -> Chosen:
     elif scale not in (None, camera.depth_scale):
         warnings.append(f"the recording's own unit is used: {scale:g} counts a metre, not --camera's")
     stated = replace(stated, depth_scale=scale or stated.depth_scale)
-    depth = Stream(topic, _stamps(store, topic, warnings), stated)
+    depth = BagStream(topic, _stamps(store, topic, warnings), stated)
     color, ir = (_beside(store, name, part, warnings) for part in ("Color", "Infrared"))
     places = [_place(store, one.topic.name if one else "") for one in (depth, color)]
     T = None if places[0] is None or places[1] is None else places[1] @ inverse(places[0])
     kind = "realsense-db3" if topic.ros2 else "realsense-bag"
     settings = told | _options(store, name)
-    return Chosen(kind, depth, color, ir, T_color_depth=T, warnings=tuple(warnings), settings=settings)
+    return ChosenStreams(kind, depth, color, ir, T_color_depth=T, warnings=tuple(warnings), settings=settings)
 
 
 def _part(name: str) -> str:
@@ -69,7 +69,7 @@ def _device_of(name: str) -> str:
     return name.split("/")[1]
 
 
-def _beside(store: Store, name: str, part: str, warnings: list[str]) -> Stream | None:
+def _beside(store: Store, name: str, part: str, warnings: list[str]) -> BagStream | None:
     """The first stream of this kind of the same device, with its camera where the bag has one."""
     names = sorted(n for n in store.topics if _part(n) == part and _device_of(n) == _device_of(name))
     if not names:
@@ -80,7 +80,7 @@ def _beside(store: Store, name: str, part: str, warnings: list[str]) -> Stream |
     except RecordingError as problem:
         warnings.append(f"{part.lower()} is left out: {problem}")
         return None
-    return Stream(topic, _stamps(store, topic, warnings), camera)
+    return BagStream(topic, _stamps(store, topic, warnings), camera)
 
 
 def _root(name: str) -> str:

@@ -20,9 +20,9 @@ from fusion.recording.camera_presets import say_camera
 from fusion.recording.device_file import settings_in
 from fusion.recording.formats.bags.lens import camera_of
 from fusion.recording.formats.bags.messages import frame_of, message
-from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, Look, look_at
+from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, FirstImage, look_at
 from fusion.recording.formats.bags.store import Store, Topic
-from fusion.recording.formats.bags.streams import METRES_SCALE, Chosen, Stream, stream_stamps
+from fusion.recording.formats.bags.streams import METRES_SCALE, BagStream, ChosenStreams, stream_stamps
 from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree, stated_poses
 from fusion.recording.scene_file import scene_in
 from fusion.recording.telemetry_file import telemetry_in
@@ -36,11 +36,11 @@ MILLIMETRES = 1000.0
 
 
 @dataclass(frozen=True)
-class Images:
+class ImageTopic:
     """A topic of images: how its first one looks, in which frame, and its name without the way it is packed."""
 
     topic: Topic
-    look: Look
+    look: FirstImage
     frame: str
     base: str
 
@@ -51,9 +51,9 @@ class Images:
         return bool(words & set(INFRARED)) and "depth" not in words
 
 
-def images_of(store: Store) -> list[Images]:
+def images_of(store: Store) -> list[ImageTopic]:
     """The topics of images that can be read; of one image packed in several ways the one with the most messages."""
-    found: dict[str, Images] = {}
+    found: dict[str, ImageTopic] = {}
     for name, topic in sorted(store.topics.items()):
         if topic.type not in (IMAGE, COMPRESSED):
             continue
@@ -67,11 +67,11 @@ def images_of(store: Store) -> list[Images]:
         for ending in ("/compressedDepth", "/compressed"):
             base = base.removesuffix(ending)
         if base not in found or len(found[base].topic) < len(topic):
-            found[base] = Images(topic, look, frame.lstrip("/"), base)
+            found[base] = ImageTopic(topic, look, frame.lstrip("/"), base)
     return list(found.values())
 
 
-def depth_topics(images: list[Images]) -> list[str]:
+def depth_topics(images: list[ImageTopic]) -> list[str]:
     """Names of those that hold depth: 16 or 32 bit, and not called infrared; mono16 only where it is called depth."""
     return [
         one.topic.name
@@ -82,7 +82,7 @@ def depth_topics(images: list[Images]) -> list[str]:
     ]
 
 
-def choose(store: Store, images: list[Images], name: str, camera: Camera | None) -> Chosen:
+def choose(store: Store, images: list[ImageTopic], name: str, camera: Camera | None) -> ChosenStreams:
     """Depth by the name of its topic, with colour, infrared and poses as the bag has them. Raises RecordingError."""
     warnings = list(store.warnings)
     depth = next(one for one in images if one.topic.name == name)
@@ -102,7 +102,7 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
     color = _color(store, images, depth, tree, first)
     T = between(tree, depth.frame, color.frame, first) if color is not None else None
     settings = _own_settings(store, warnings)
-    return Chosen(
+    return ChosenStreams(
         "ros2" if depth.topic.ros2 else "ros1",
         stream,
         None if color is None else _stream(color, _camera_or_told(store, color, warnings), warnings),
@@ -118,7 +118,7 @@ def choose(store: Store, images: list[Images], name: str, camera: Camera | None)
     )
 
 
-def _own_camera(store: Store, depth: Images) -> Camera | None:
+def _own_camera(store: Store, depth: ImageTopic) -> Camera | None:
     """The camera that this program wrote beside CameraInfo, with what that cannot say. Raises RecordingError."""
     text = _own_text(store, CAMERA_TOPIC)
     if not text:
@@ -146,12 +146,12 @@ def _poses(store: Store, tree: Tree, frame: str, stamps: NDArray[np.float64]) ->
     return stated_poses(tree, frame) if CAMERA_TOPIC in store.topics else poses_at(tree, frame, stamps)
 
 
-def _stream(images: Images, camera: Camera | None, warnings: list[str]) -> Stream:
+def _stream(images: ImageTopic, camera: Camera | None, warnings: list[str]) -> BagStream:
     size = len(images.topic.read(0, -1))
-    return Stream(images.topic, stream_stamps(images.topic, size, warnings), camera)
+    return BagStream(images.topic, stream_stamps(images.topic, size, warnings), camera)
 
 
-def _camera(store: Store, images: Images) -> Camera | None:
+def _camera(store: Store, images: ImageTopic) -> Camera | None:
     """By the CameraInfo beside the images, else by the only one of their frame and size. Raises RecordingError."""
     beside = str(PurePosixPath(images.base).parent / "camera_info")
     found = [store.topics[name] for name in (beside, f"{images.base}/camera_info") if name in store.topics]
@@ -170,12 +170,12 @@ def _camera(store: Store, images: Images) -> Camera | None:
     return camera
 
 
-def _fits(topic: Topic, images: Images) -> bool:
+def _fits(topic: Topic, images: ImageTopic) -> bool:
     values = message(topic, 0)
     return (values.get("width"), values.get("height")) == (images.look.width, images.look.height)
 
 
-def _camera_or_told(store: Store, images: Images, warnings: list[str]) -> Camera | None:
+def _camera_or_told(store: Store, images: ImageTopic, warnings: list[str]) -> Camera | None:
     try:
         return _camera(store, images)
     except RecordingError as problem:
@@ -183,16 +183,16 @@ def _camera_or_told(store: Store, images: Images, warnings: list[str]) -> Camera
         return None
 
 
-def _same_pixels(one: Images, depth: Images) -> bool:
+def _same_pixels(one: ImageTopic, depth: ImageTopic) -> bool:
     """Images of one frame and one size are of one camera, or registered to it."""
     size = (one.look.width, one.look.height)
     return one.frame == depth.frame != "" and size == (depth.look.width, depth.look.height)
 
 
-def _color(store: Store, images: list[Images], depth: Images, tree: Tree, stamp: float) -> Images | None:
+def _color(store: Store, images: list[ImageTopic], depth: ImageTopic, tree: Tree, stamp: float) -> ImageTopic | None:
     """The best colour topic: in the depth's pixels, else of a camera whose place is known, else any."""
 
-    def rank(one: Images) -> tuple:
+    def rank(one: ImageTopic) -> tuple:
         known = between(tree, depth.frame, one.frame, stamp) is not None
         name = one.base.lower()
         return _same_pixels(one, depth), known, "color" in name or "rgb" in name, len(one.topic)
@@ -201,7 +201,7 @@ def _color(store: Store, images: list[Images], depth: Images, tree: Tree, stamp:
     return max(able, key=rank, default=None)
 
 
-def _infrared(store: Store, images: list[Images], depth: Images, warnings: list[str]) -> Stream | None:
+def _infrared(store: Store, images: list[ImageTopic], depth: ImageTopic, warnings: list[str]) -> BagStream | None:
     """Grey images in the depth camera's pixels."""
     able = [one for one in images if one.look.kind in ("grey", "depth") and one.infrared and _same_pixels(one, depth)]
     return _stream(able[0], None, warnings) if able else None

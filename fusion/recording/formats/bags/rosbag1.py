@@ -17,7 +17,7 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning, open_regular
 from fusion.recording.formats.bags.packed import Chunk, Chunks, unpack
-from fusion.recording.formats.bags.store import MOST_MESSAGES, Source, Store, Topic, cut, falls
+from fusion.recording.formats.bags.store import MOST_MESSAGES, BagFile, Store, Topic, cut, falls
 
 START = b"#ROSBAG V2.0\n"
 MESSAGE, BAG, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
@@ -37,7 +37,7 @@ def read(path: Path) -> Store:
     chunks: list[Chunk] = []
     connections: dict[int, dict[bytes, bytes]] = {}
     places: dict[int, list[NDArray]] = defaultdict(list)
-    source = Source(path)
+    source = BagFile(path)
     with open_regular(path, RecordingError, "the bag", takes=0) as file:
         size = source.size
         file.seek(len(START))
@@ -133,7 +133,7 @@ def _entries(places: dict[int, list[NDArray]], chunk: int, fields: dict[bytes, b
 
 
 def _without_index(
-    source: Source,
+    source: BagFile,
     chunks: list[Chunk],
     places: dict[int, list[NDArray]],
     connections: dict[int, dict[bytes, bytes]],
@@ -177,7 +177,7 @@ def _inside(data: bytes, path: Path) -> Iterator[tuple[int, dict[bytes, bytes], 
 
 
 def _topic(
-    source: Source, name: str, fields: dict[bytes, bytes], parts: list[NDArray], chunks: list[Chunk], kept: Chunks
+    source: BagFile, name: str, fields: dict[bytes, bytes], parts: list[NDArray], chunks: list[Chunk], kept: Chunks
 ) -> Topic:
     places = np.concatenate(parts)
     places = places[np.argsort(places["stamp"], kind="stable")]
@@ -193,7 +193,7 @@ def _topic(
     )
 
 
-def _message(source: Source, chunks: list[Chunk], places: NDArray, kept: Chunks, index: int, most: int = -1) -> bytes:
+def _message(source: BagFile, chunks: list[Chunk], places: NDArray, kept: Chunks, index: int, most: int = -1) -> bytes:
     chunk, offset = chunks[int(places["chunk"][index])], int(places["offset"][index])
     path = source.path
     if chunk.how in ("", "none"):
@@ -216,7 +216,7 @@ def _message(source: Source, chunks: list[Chunk], places: NDArray, kept: Chunks,
     return data[begin : begin + (length if most < 0 else min(most, length))]
 
 
-def _unpacked(source: Source, chunk: Chunk, kept: Chunks) -> bytes:
+def _unpacked(source: BagFile, chunk: Chunk, kept: Chunks) -> bytes:
     data = kept.get(chunk.at)
     if data is None:
         check_size(chunk.size, source.path, RecordingError, "a chunk of the bag")

@@ -60,7 +60,7 @@ class Store:
     warnings: tuple[str, ...] = ()
 
 
-class Source:
+class BagFile:
     """A bag's file, open until nobody holds it: any thread may read, at any place."""
 
     def __init__(self, path: Path) -> None:

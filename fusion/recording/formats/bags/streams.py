@@ -28,7 +28,7 @@ PACKED_BYTES = 1e9
 
 
 @dataclass(frozen=True)
-class Stream:
+class BagStream:
     """Images of one camera in a bag.
 
     Attributes:
@@ -48,7 +48,7 @@ class Stream:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ChosenStreams:
     """What a recording is made of.
 
     Attributes:
@@ -63,9 +63,9 @@ class Chosen:
     """
 
     format: str
-    depth: Stream
-    color: Stream | None = None
-    ir: Stream | None = None
+    depth: BagStream
+    color: BagStream | None = None
+    ir: BagStream | None = None
     metres: bool = False
     T_color_depth: Array | None = None
     same_pixels: bool = False
@@ -95,7 +95,7 @@ def stream_stamps(topic: Topic, size: int, warnings: list[str]) -> NDArray[np.fl
     return np.asarray(stamps / 1e9)
 
 
-def recording_of(path: Path, chosen: Chosen) -> Recording:
+def recording_of(path: Path, chosen: ChosenStreams) -> Recording:
     """The recording of what was chosen; images are read when they are asked for. Raises RecordingError."""
     camera, depth, warnings = chosen.depth.camera, chosen.depth, list(chosen.warnings)
     assert camera is not None
@@ -139,7 +139,7 @@ def recording_of(path: Path, chosen: Chosen) -> Recording:
     )
 
 
-def _placed_color(chosen: Chosen, camera: Camera, warnings: list[str]) -> tuple[Stream | None, bool, Camera]:
+def _placed_color(chosen: ChosenStreams, camera: Camera, warnings: list[str]) -> tuple[BagStream | None, bool, Camera]:
     """The colour stream, whether it has pixels of its own, and the camera with the colour camera beside it."""
     color = chosen.color
     if color is None:
@@ -159,7 +159,7 @@ def _placed_color(chosen: Chosen, camera: Camera, warnings: list[str]) -> tuple[
 
 
 def _matched(
-    stream: Stream | None, depth: Stream, order: NDArray[np.intp], warnings: list[str]
+    stream: BagStream | None, depth: BagStream, order: NDArray[np.intp], warnings: list[str]
 ) -> tuple[NDArray[np.intp], int]:
     """Message of a stream that belongs to each depth frame, -1 where there is none, and how many belong to none.
 
@@ -185,7 +185,7 @@ def _matched(
     return by_arrival, int((~in_time(stream.arrivals, arrivals)).sum())
 
 
-def _apart(stream: Stream, places: NDArray[np.intp], index: int) -> NDArray[np.uint8] | None:
+def _apart(stream: BagStream, places: NDArray[np.intp], index: int) -> NDArray[np.uint8] | None:
     return color_image(stream.topic, int(places[index])) if places[index] >= 0 else None
 
 
@@ -194,9 +194,9 @@ def _load(  # one argument per part of a frame
     camera: Camera,
     order: NDArray[np.intp],
     stamps: NDArray[np.float64],
-    color: Stream | None,
+    color: BagStream | None,
     at_color: NDArray[np.intp],
-    ir: Stream | None,
+    ir: BagStream | None,
     at_ir: NDArray[np.intp],
     index: int,
 ) -> Frame:

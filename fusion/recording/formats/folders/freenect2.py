@@ -18,7 +18,7 @@ from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import PRESETS
 from fusion.recording.formats.folders.plain import FRAMES_PER_SECOND, natural
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import REAL_SCALE, Source
+from fusion.recording.streamed import REAL_SCALE, ImageSource
 
 WIDTH, HEIGHT = 512, 424
 BYTES = 4 * WIDTH * HEIGHT
@@ -47,7 +47,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     names = all_inside(folder, _names(folder), RecordingError)
     warnings = [MIRROR, f"the images have no time stamps: taken for {FRAMES_PER_SECOND:g} a second"]
     camera = turned_back(camera, warnings)
-    source = Source(
+    source = ImageSource(
         path=folder,
         camera=replace(camera, depth_scale=REAL_SCALE),
         stamps=np.arange(len(names)) / FRAMES_PER_SECOND,

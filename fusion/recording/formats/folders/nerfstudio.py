@@ -31,7 +31,7 @@ from fusion.recording.laid import in_proportion, out_of_proportion
 from fusion.recording.load_frame import counts_to_metres, load_frame, stored_shape, with_color_turned
 from fusion.recording.own_cameras import common_camera
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import REAL_SCALE, Source, with_color_of
+from fusion.recording.streamed import REAL_SCALE, ImageSource, with_color_of
 from fusion.recording.text_files import LATEST
 
 NAME = "transforms.json"
@@ -43,7 +43,7 @@ _Row = Annotated[list[Metres], Meta(min_length=4, max_length=4)]
 Matrix = Annotated[list[_Row], Meta(min_length=3, max_length=4, description="3 or 4 rows of 4, camera to world")]
 
 
-class Intrinsics(Struct, frozen=True, kw_only=True):
+class NerfstudioIntrinsics(Struct, frozen=True, kw_only=True):
     """A camera, for all frames or of one."""
 
     fl_x: Focal | None = None
@@ -61,7 +61,7 @@ class Intrinsics(Struct, frozen=True, kw_only=True):
     p2: Lens | None = None
 
 
-class ShownFrame(Intrinsics, frozen=True, kw_only=True):
+class ShownFrame(NerfstudioIntrinsics, frozen=True, kw_only=True):
     """One image."""
 
     transform_matrix: Matrix
@@ -70,7 +70,7 @@ class ShownFrame(Intrinsics, frozen=True, kw_only=True):
     timestamp: Annotated[float, Meta(gt=-LATEST, lt=LATEST, description="seconds")] | None = None
 
 
-class Transforms(Intrinsics, frozen=True, kw_only=True):
+class NerfstudioFile(NerfstudioIntrinsics, frozen=True, kw_only=True):
     """A `transforms.json`."""
 
     frames: list[ShownFrame]
@@ -98,7 +98,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     folder = path if path.is_dir() else path.parent
     path = part(path, NAME, RecordingError) or path if path.is_dir() else path
     content = Content(read_json(path, RecordingError), path, "the data set", RecordingError)
-    given = content.as_type(Transforms)
+    given = content.as_type(NerfstudioFile)
     frames = sorted((f for f in given.frames if f.depth_file_path), key=lambda f: natural(f.file_path))
     if not frames:
         do = "images alone have no size in metres: open the recording that they came from"
@@ -118,7 +118,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     there: list[str | None] = [name if name and (folder / name).is_file() else None for name in color]
     shape = (camera.color or camera).shape
     if own or depth[0].endswith(".npy"):
-        source = Source(
+        source = ImageSource(
             path=folder,
             camera=camera,
             stamps=stamps,
@@ -151,7 +151,7 @@ def _depth(folder: Path, names: list[str], camera: Camera, factor: float, index:
     return counts_to_metres(read_counts(folder / names[index], camera.shape), 1 / factor)
 
 
-def _told(given: Transforms, used: int) -> list[str]:
+def _told(given: NerfstudioFile, used: int) -> list[str]:
     told = []
     if given.depth_unit_scale_factor is None:
         told.append("the depth unit is not said: taken for nerfstudio's usual millimetres")
@@ -173,7 +173,7 @@ def _stamps(frames: list[ShownFrame]) -> tuple[NDArray[np.float64], list[str]]:
 
 
 def _cameras(
-    given: Transforms, frames: list[ShownFrame], content: Content, folder: Path
+    given: NerfstudioFile, frames: list[ShownFrame], content: Content, folder: Path
 ) -> tuple[Camera, dict[int, Camera], list[str]]:
     """The depth camera, those of frames that see otherwise, and what to tell."""
     if given.camera_model not in (*PERSPECTIVE, FISHEYE):
@@ -198,7 +198,7 @@ def _cameras(
     return with_color_of(camera, camera.resized(*size)), own, warnings
 
 
-def _size(given: Transforms, frames: list[ShownFrame], folder: Path) -> tuple[int, int]:
+def _size(given: NerfstudioFile, frames: list[ShownFrame], folder: Path) -> tuple[int, int]:
     """(width, height) of the images that the intrinsics are of."""
     width, height = frames[0].w or given.w, frames[0].h or given.h
     if width and height:
@@ -207,23 +207,23 @@ def _size(given: Transforms, frames: list[ShownFrame], folder: Path) -> tuple[in
     return image_size(picture if frames[0].file_path and picture.is_file() else folder / str(frames[0].depth_file_path))
 
 
-def _camera(given: Transforms, frame: ShownFrame, size: tuple[int, int], content: Content) -> list[float]:
+def _camera(given: NerfstudioFile, frame: ShownFrame, size: tuple[int, int], content: Content) -> list[float]:
     """fl_x, fl_y, cx, cy of a frame, its own before those of all."""
     width, height = size
     fx, angle = frame.fl_x or given.fl_x, frame.camera_angle_x or given.camera_angle_x
     if fx is None and angle is not None:
         fx = width / 2 / float(np.tan(angle / 2))
     if fx is None:
-        raise content.wrong(Transforms, "fl_x")
+        raise content.wrong(NerfstudioFile, "fl_x")
     fy = frame.fl_y or given.fl_y or fx
     if not are_focal(fx, fy):
-        raise content.wrong(Transforms, "camera_angle_x")
+        raise content.wrong(NerfstudioFile, "camera_angle_x")
     cx = frame.cx if frame.cx is not None else given.cx
     cy = frame.cy if frame.cy is not None else given.cy
     return [fx, fy, width / 2 if cx is None else cx, height / 2 if cy is None else cy]
 
 
-def _with_lens(camera: Camera, given: Transforms, frames: list[ShownFrame], content: Content) -> Camera:
+def _with_lens(camera: Camera, given: NerfstudioFile, frames: list[ShownFrame], content: Content) -> Camera:
     """The camera with the lens, one for all frames."""
     names = ("k1", "k2", "k3", "k4", "p1", "p2")
     lenses = {tuple(float(getattr(frame, name) or getattr(given, name) or 0.0) for name in names) for frame in frames}
@@ -241,13 +241,13 @@ def _with_lens(camera: Camera, given: Transforms, frames: list[ShownFrame], cont
     return replace(camera, distortion=(k[0], k[1], p1, p2, k[2]))
 
 
-def _poses(given: Transforms, frames: list[ShownFrame], content: Content) -> Array:
+def _poses(given: NerfstudioFile, frames: list[ShownFrame], content: Content) -> Array:
     """(n, 4, 4) camera to world with OpenCV's axes, in the world before anything was applied to it."""
     applied = np.eye(4)
     if given.applied_transform is not None:
         applied[:3] = np.array(given.applied_transform)[:3]
         if not is_rigid(applied, 0.01):
-            raise content.wrong(Transforms, "applied_transform", expected="a rotation and a shift")
+            raise content.wrong(NerfstudioFile, "applied_transform", expected="a rotation and a shift")
     poses = np.empty((len(frames), 4, 4))
     for T_world_camera, frame in zip(poses, frames, strict=True):
         T = np.eye(4)
@@ -257,7 +257,7 @@ def _poses(given: Transforms, frames: list[ShownFrame], content: Content) -> Arr
         if not is_rigid(T, 0.01):
             at = given.frames.index(frame)
             raise content.wrong(
-                Transforms, "frames", at, "transform_matrix", expected="a rigid matrix, camera to world"
+                NerfstudioFile, "frames", at, "transform_matrix", expected="a rigid matrix, camera to world"
             )
         T_world_camera[:] = other_axes(inverse(applied) @ T)
     return poses

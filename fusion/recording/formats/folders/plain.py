@@ -21,7 +21,7 @@ from fusion.recording.image_header import read_header
 from fusion.recording.images import check_shape, image_size
 from fusion.recording.load_frame import load_frame
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import REAL_SCALE, Source
+from fusion.recording.streamed import REAL_SCALE, ImageSource
 
 PLACES = ("", "depth", "depths")
 ENDINGS = (".png", ".npy")
@@ -59,7 +59,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         camera = replace(camera, depth_scale=REAL_SCALE)
     stamps, warnings = _stamps(names)
     if real:
-        source = Source(folder, camera, stamps, depth=partial(npy_metres, folder, names, camera.shape))
+        source = ImageSource(folder, camera, stamps, depth=partial(npy_metres, folder, names, camera.shape))
         return source.recording("plain", None, [*warnings, *_too_far(source)])
     unit = f"the images do not say their unit: a count is taken for {1000 / camera.depth_scale:g} mm"
     files = (
@@ -153,7 +153,7 @@ def _stamps(names: list[str]) -> tuple[NDArray[np.float64], list[str]]:
     return np.arange(len(names)) / FRAMES_PER_SECOND, [told]
 
 
-def _too_far(source: Source) -> list[str]:
+def _too_far(source: ImageSource) -> list[str]:
     """What is told where metres cannot be meant."""
     depth = source.depth(0)
     middle = float(np.median(depth[np.isfinite(depth)])) if np.isfinite(depth).any() else 0.0

@@ -36,14 +36,14 @@ from fusion.recording.formats.phones.cameras import Cameras, cameras_of
 from fusion.recording.images import color_in, counts_in, grey_in, size_in
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 
 KEYFRAMES = "keyframes"
 DEPTH_SCALE = 1000.0  # millimetres
 Turn = Annotated[float, Meta(ge=-1.1, le=1.1, description="of a rotation")]
 
 
-class Keyframe(Struct, frozen=True, kw_only=True):
+class PolycamCamera(Struct, frozen=True, kw_only=True):
     """The camera of one image."""
 
     fx: Focal
@@ -67,7 +67,7 @@ class Keyframe(Struct, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True)
-class Images:
+class PolycamImages:
     """The images of a recording.
 
     Attributes:
@@ -147,7 +147,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     first = f"{KEYFRAMES}/depth/{names[0]}.png"
     width, height = size_in(tree.read(first, "an image"), tree.where(first))
     pictures = "corrected_images" if corrected else "images"
-    images = Images(tree, names, pictures, (height, width))
+    images = PolycamImages(tree, names, pictures, (height, width))
     images = replace(images, confident=confidence_of(images, len(names)))
     warnings = list(images.confident.told)
     given = [_keyframe(tree, f"{KEYFRAMES}/{folder}/{name}.json") for name in names]
@@ -156,7 +156,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     warnings += seen.told
     camera = replace(seen.camera, depth_scale=DEPTH_SCALE)
     stamps = np.array([int(name) for name in names]) * 1e-6
-    source = Source(
+    source = ImageSource(
         path=path,
         camera=camera,
         stamps=stamps,
@@ -184,17 +184,17 @@ def _camera_folder(tree: Tree) -> str:
     return next(held, "")
 
 
-def _keyframe(tree: Tree, name: str) -> Keyframe:
+def _keyframe(tree: Tree, name: str) -> PolycamCamera:
     where = tree.where(name)
     try:
         text = decoded(tree.read(name, "a camera"))
     except ValueError as problem:
         raise RecordingError("a camera is not text", where, problem, "JSON") from problem
     content = Content(json_in(text, where, RecordingError, "a camera"), where, "the camera", RecordingError)
-    return content.as_type(Keyframe)
+    return content.as_type(PolycamCamera)
 
 
-def _cameras(given: list[Keyframe], images: Images) -> Cameras:
+def _cameras(given: list[PolycamCamera], images: PolycamImages) -> Cameras:
     """The cameras that are stated, of the depth images."""
     size = int(given[0].width), int(given[0].height)
     stated = np.array([[k.fx, k.fy, k.cx, k.cy] for k in given])
@@ -202,7 +202,7 @@ def _cameras(given: list[Keyframe], images: Images) -> Cameras:
     return cameras_of(stated * np.hstack([scale, scale]), size, images, map(images.picture, range(len(given))))
 
 
-def _poses(given: list[Keyframe], stamps: NDArray[np.float64], tree: Tree) -> Trajectory:
+def _poses(given: list[PolycamCamera], stamps: NDArray[np.float64], tree: Tree) -> Trajectory:
     numbers = [
         [k.t_00, k.t_01, k.t_02, k.t_03, k.t_10, k.t_11, k.t_12, k.t_13, k.t_20, k.t_21, k.t_22, k.t_23] for k in given
     ]

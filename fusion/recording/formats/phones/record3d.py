@@ -38,7 +38,7 @@ from fusion.recording.formats.phones.lzfse import unpack
 from fusion.recording.formats.recorded.parts import even_or_stated
 from fusion.recording.images import color_in
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import REAL_SCALE, Source
+from fusion.recording.streamed import REAL_SCALE, ImageSource
 from fusion.recording.text_files import LATEST
 
 Number = Annotated[float, Meta(gt=-1e7, lt=1e7)]
@@ -63,7 +63,7 @@ class Metadata(Struct, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True)
-class Images:
+class Record3dImages:
     """The images of a recording.
 
     Attributes:
@@ -134,7 +134,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     if not numbers:
         raise RecordingError("the recording is empty", path, "no frame with depth", "rgbd/0.depth and so on")
     shape = _depth_shape(given, tree, f"rgbd/{numbers[0]}.depth")
-    images = Images(tree, numbers, shape)
+    images = Record3dImages(tree, numbers, shape)
     images = replace(images, confident=confidence_of(images, len(numbers)))
     warnings = list(images.confident.told)
     seen = _cameras(given, content, images) if camera is None else Cameras(sized(camera, shape), {})
@@ -142,7 +142,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     warnings += seen.told
     camera = replace(seen.camera, depth_scale=REAL_SCALE)
     stamps, more = _stamps(given, numbers)
-    source = Source(
+    source = ImageSource(
         path=path,
         camera=camera,
         stamps=stamps,
@@ -185,7 +185,7 @@ def _depth_shape(given: Metadata, tree: Tree, first: str) -> tuple[int, int]:
     raise RecordingError("the size of the depth images is not known", tree.where("metadata"), "no dw, dh", "both")
 
 
-def _cameras(given: Metadata, content: Content, images: Images) -> Cameras:
+def _cameras(given: Metadata, content: Content, images: Record3dImages) -> Cameras:
     """The cameras that are stated, of the depth images."""
     K = given.K
     stated = np.array([given.perFrameIntrinsicCoeffs[n][:4] for n in images.numbers

@@ -37,7 +37,7 @@ from fusion.recording.images import check_shape, grey_in, image_size, read_bytes
 from fusion.recording.laid import in_proportion, out_of_proportion
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source, with_color_of
+from fusion.recording.streamed import ImageSource, with_color_of
 from fusion.recording.text_files import data_lines, number, stamp
 
 PICTURE = (1920, 1440)  # [px] what camera_matrix.csv is of, says the format
@@ -47,7 +47,7 @@ COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 @dataclass(frozen=True)
-class Images:
+class StrayImages:
     """The depth images of a recording: names of their files, and of those that tell how sure they are."""
 
     folder: Path
@@ -97,7 +97,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     if not names:
         raise RecordingError("the recording is empty", folder, "no depth image", "depth/000000.png and so on")
     shape = _shape(folder / names[0])
-    images = Images(folder, names, shape)
+    images = StrayImages(folder, names, shape)
     images = replace(images, confident=confidence_of(images, len(names)))
     warnings = list(images.confident.told)
     video, more = open_video(folder, "rgb.mp4")
@@ -105,7 +105,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     camera = replace(sized(camera, shape) if camera else _camera(folder, shape, video), depth_scale=DEPTH_SCALE)
     frames = [int(Path(name).stem) for name in names]
     stamps, poses, more = _odometry(inside(folder, "odometry.csv", RecordingError), frames)
-    source = Source(
+    source = ImageSource(
         path=folder,
         camera=camera,
         stamps=stamps,

@@ -13,12 +13,12 @@ from fusion.files.limits import check_size
 from fusion.files.reading import open_regular
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import say_camera
-from fusion.recording.formats.recorded.parts import Part, counts_of, even_or_stated, read_part, unzipped
+from fusion.recording.formats.recorded.parts import ByteRange, counts_of, even_or_stated, read_part, unzipped
 from fusion.recording.image_header import read_header
 from fusion.recording.images import color_in
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 
 COUNT = struct.Struct("<i")
 FRAME = struct.Struct("<qii")  # microseconds, bytes of depth and of colour
@@ -63,7 +63,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     has_color = np.array([part.size > 0 for part in color])
     warnings += ["writers of this format differ in the order of red and blue"] if has_color.any() else []
     counts = partial(_counts, path, depth, shape)
-    source = Source(
+    source = ImageSource(
         path=path,
         camera=camera,
         stamps=stamps,
@@ -75,11 +75,11 @@ def read(path: Path, camera: Camera | None) -> Recording:
     return source.recording("klg", None, warnings)
 
 
-def _places(path: Path) -> tuple[list[int], list[Part], list[Part], int]:
+def _places(path: Path) -> tuple[list[int], list[ByteRange], list[ByteRange], int]:
     """Stamps [us], depth and colour of the whole frames, and how many the file claims."""
     stamps: list[int] = []
-    depths: list[Part] = []
-    colors: list[Part] = []
+    depths: list[ByteRange] = []
+    colors: list[ByteRange] = []
     with open_regular(path, RecordingError, "the recording", takes=0) as file:
         size = file.seek(0, 2)
         file.seek(0)
@@ -94,14 +94,14 @@ def _places(path: Path) -> tuple[list[int], list[Part], list[Part], int]:
             if depth < 0 or color < 0 or at > size:
                 break
             stamps.append(stamp)
-            depths.append(Part(begin, depth))
-            colors.append(Part(begin + depth, color))
+            depths.append(ByteRange(begin, depth))
+            colors.append(ByteRange(begin + depth, color))
     if not stamps:
         raise RecordingError("the recording is empty", path, "no whole frame", "one or more")
     return stamps, depths, colors, claimed
 
 
-def _shape(path: Path, depth: Part, color: Part) -> tuple[int, int]:
+def _shape(path: Path, depth: ByteRange, color: ByteRange) -> tuple[int, int]:
     """(height, width) of the images: as the first picture says, else what the format takes for granted."""
     size = depth.size
     if size != 2 * VGA[0] * VGA[1]:
@@ -116,13 +116,13 @@ def _shape(path: Path, depth: Part, color: Part) -> tuple[int, int]:
     return VGA
 
 
-def _counts(path: Path, places: list[Part], shape: tuple[int, int], index: int) -> NDArray[np.uint16]:
+def _counts(path: Path, places: list[ByteRange], shape: tuple[int, int], index: int) -> NDArray[np.uint16]:
     data, most = read_part(path, places[index], "a depth image"), 2 * shape[0] * shape[1]
     where = f"{path}, frame {index}"
     return counts_of(data if len(data) == most else unzipped(data, most, where, "a depth image"), shape, where)
 
 
-def _color(path: Path, places: list[Part], shape: tuple[int, int], index: int) -> NDArray[np.uint8] | None:
+def _color(path: Path, places: list[ByteRange], shape: tuple[int, int], index: int) -> NDArray[np.uint8] | None:
     part = places[index]
     if not part.size:
         return None

@@ -17,10 +17,10 @@ from fusion.files.reading import beginning, open_regular
 from fusion.geometry.camera import Camera
 from fusion.recording.camera_presets import say_camera
 from fusion.recording.formats.recorded import sixteen_z
-from fusion.recording.formats.recorded.parts import Part, counts_of, even_or_stated, read_part
+from fusion.recording.formats.recorded.parts import ByteRange, counts_of, even_or_stated, read_part
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 
 START = b"NI10"
 BEGIN = 24  # bytes of the file's head
@@ -35,14 +35,14 @@ FRAMES_PER_SECOND = 30.0
 
 
 @dataclass
-class Node:
+class OniStream:
     """One stream of a file, as far as it is read."""
 
     kind: int
     codec: str
     properties: dict[str, bytes] = field(default_factory=dict)
     stamps: list[int] = field(default_factory=list)
-    parts: list[Part] = field(default_factory=list)
+    parts: list[ByteRange] = field(default_factory=list)
 
     def integer(self, name: str) -> int | None:
         """A property that is one number, or None."""
@@ -83,13 +83,13 @@ def read(path: Path, camera: Camera | None) -> Recording:
     warnings += ["colour in this file is not read"] if any(n.parts for n in nodes.values() if n.kind == 3) else []
     stamps, more = even_or_stated(np.array(node.stamps) * 1e-6, FRAMES_PER_SECOND)
     counts = partial(_counts, path, node, (height, width), mirrored)
-    source = Source(
+    source = ImageSource(
         path=path, camera=camera, stamps=stamps, depth=lambda i: counts_to_metres(counts(i), unit), counts=counts
     )
     return source.recording("oni", None, warnings + more)
 
 
-def _nominal(node: Node, width: int, height: int, path: Path) -> Camera:
+def _nominal(node: OniStream, width: int, height: int, path: Path) -> Camera:
     """A camera of the stated field of view [rad], as OpenNI itself uses it. Raises RecordingError where none is.
 
     Its converter (Source/Core/OniStream.cpp, convertDepthToWorldCoordinates) takes the number of a pixel's column:
@@ -104,7 +104,7 @@ def _nominal(node: Node, width: int, height: int, path: Path) -> Camera:
     return Camera(width, height, float(fx), float(fy), width / 2, height / 2)
 
 
-def _counts(path: Path, node: Node, shape: tuple[int, int], mirrored: bool, index: int) -> NDArray[np.uint16]:
+def _counts(path: Path, node: OniStream, shape: tuple[int, int], mirrored: bool, index: int) -> NDArray[np.uint16]:
     data = read_part(path, node.parts[index], "a depth image")
     where = f"{path}, frame {index}"
     if node.codec == "NONE":
@@ -118,9 +118,9 @@ def _counts(path: Path, node: Node, shape: tuple[int, int], mirrored: bool, inde
     return np.ascontiguousarray(image[:, ::-1]) if mirrored else image
 
 
-def _nodes(path: Path) -> tuple[dict[int, Node], bool]:
+def _nodes(path: Path) -> tuple[dict[int, OniStream], bool]:
     """The streams by number with the places of their images, and whether the file has its end."""
-    nodes: dict[int, Node] = {}
+    nodes: dict[int, OniStream] = {}
     with open_regular(path, RecordingError, "the recording", takes=0) as file:
         size = file.seek(0, 2)
         at, count = BEGIN, 0
@@ -142,15 +142,15 @@ def _nodes(path: Path) -> tuple[dict[int, Node], bool]:
                 check_size(TAKES * count, path, RecordingError, "the list of frames")
                 # with a sign: since the first frame, before it where the device's clock was set back
                 nodes[number].stamps.append(int.from_bytes(values[:8], "little", signed=True))
-                nodes[number].parts.append(Part(at + fields, data))
+                nodes[number].parts.append(ByteRange(at + fields, data))
             at += fields + data
     return nodes, False
 
 
-def _node(values: bytes) -> Node:
+def _node(values: bytes) -> OniStream:
     _, rest = _named(values)
     kind = int.from_bytes(rest[:4], "little")
-    return Node(kind, rest[4:8].decode("ascii", "replace"))
+    return OniStream(kind, rest[4:8].decode("ascii", "replace"))
 
 
 def _named(values: bytes) -> tuple[str, bytes]:

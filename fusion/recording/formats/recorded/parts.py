@@ -13,14 +13,14 @@ from fusion.files.reading import open_regular
 
 
 @dataclass(frozen=True)
-class Part:
+class ByteRange:
     """Bytes of a file: from where, how many."""
 
     begin: int
     size: int
 
 
-def read_part(path: Path, part: Part, what: str) -> bytes:
+def read_part(path: Path, part: ByteRange, what: str) -> bytes:
     """The bytes of a part. Raises RecordingError where the file ends before."""
     check_size(part.size, path, RecordingError, what)
     with open_regular(path, RecordingError, "the recording", takes=0) as file:

@@ -19,11 +19,11 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, is_rigid
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.camera_file import are_focal
-from fusion.recording.formats.recorded.parts import Part, counts_of, even_or_stated, read_part, unzipped
+from fusion.recording.formats.recorded.parts import ByteRange, counts_of, even_or_stated, read_part, unzipped
 from fusion.recording.images import color_in
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 
 VERSION = 4
 LONGEST_NAME = 4096  # of the sensor
@@ -51,13 +51,13 @@ class Head:
 
 
 @dataclass(frozen=True)
-class Place:
+class FramePlace:
     """Where a frame lies."""
 
     pose: tuple[float, ...]
     stamp: int
-    color: Part
-    depth: Part
+    color: ByteRange
+    depth: ByteRange
 
 
 def recognises(path: Path) -> bool:
@@ -80,7 +80,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     camera = replace(camera or _camera(head, path), depth_scale=head.scale)
     stamps, more = even_or_stated(np.array([place.stamp for place in places]) * 1e-6, FRAMES_PER_SECOND)
     counts = partial(_counts, path, head, places)
-    source = Source(
+    source = ImageSource(
         path=path,
         camera=camera,
         stamps=stamps,
@@ -120,9 +120,9 @@ def _head(path: Path) -> Head | None:
                 (cw, ch), (dw, dh), float(scale), frames, end)  # fmt: skip
 
 
-def _places(path: Path, head: Head) -> list[Place]:
+def _places(path: Path, head: Head) -> list[FramePlace]:
     """Where the whole frames lie; a frame that claims more than there is ends them."""
-    places: list[Place] = []
+    places: list[FramePlace] = []
     with open_regular(path, RecordingError, "the recording", takes=0) as file:
         size = file.seek(0, 2)
         # no more frames than their heads have room
@@ -131,16 +131,16 @@ def _places(path: Path, head: Head) -> list[Place]:
         while len(places) < head.frames and at + FRAME.size <= size:
             file.seek(at)
             *pose, _, depth_stamp, color_size, depth_size = FRAME.unpack(file.read(FRAME.size))
-            color = Part(at + FRAME.size, color_size)
-            depth = Part(color.begin + color_size, depth_size)
+            color = ByteRange(at + FRAME.size, color_size)
+            depth = ByteRange(color.begin + color_size, depth_size)
             at = depth.begin + depth_size
             if at > size:
                 break
-            places.append(Place(tuple(pose), depth_stamp, color, depth))
+            places.append(FramePlace(tuple(pose), depth_stamp, color, depth))
     return places
 
 
-def _counts(path: Path, head: Head, places: list[Place], index: int) -> NDArray[np.uint16]:
+def _counts(path: Path, head: Head, places: list[FramePlace], index: int) -> NDArray[np.uint16]:
     shape = head.depth_size[1], head.depth_size[0]
     data = read_part(path, places[index].depth, "a depth image")
     where = f"{path}, frame {index}"
@@ -149,7 +149,7 @@ def _counts(path: Path, head: Head, places: list[Place], index: int) -> NDArray[
     return counts_of(data, shape, where)
 
 
-def _color(path: Path, head: Head, places: list[Place], index: int) -> NDArray[np.uint8] | None:
+def _color(path: Path, head: Head, places: list[FramePlace], index: int) -> NDArray[np.uint8] | None:
     part = places[index].color
     if not part.size:
         return None
@@ -186,7 +186,7 @@ def _pinhole(K: Array, size: tuple[int, int], path: Path, head: Head) -> Camera:
     return Camera(*size, fx, fy, cx, cy, depth_scale=head.scale, sensor=head.name[:60])
 
 
-def _poses(places: list[Place], stamps: Array) -> Trajectory | None:
+def _poses(places: list[FramePlace], stamps: Array) -> Trajectory | None:
     """Camera to world; where tracking was lost the numbers are infinite, or no pose."""
     poses = np.array([place.pose for place in places]).reshape(-1, 4, 4)
     good = [is_rigid(T, 0.01) and np.abs(T[:3, 3]).max() <= FARTHEST_M for T in poses]

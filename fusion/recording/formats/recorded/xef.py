@@ -17,10 +17,10 @@ from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.formats.folders.freenect2 import turned_back
 from fusion.recording.formats.recorded.parts import counts_of, even_or_stated, read_part, unzipped
-from fusion.recording.formats.recorded.xef_events import BEGINNING, Events, Stream, events_of
+from fusion.recording.formats.recorded.xef_events import BEGINNING, Events, XefStream, events_of
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 
 DEPTH = UUID("0a3914d6-3b16-11e1-aac3-001e4fd58c0f")
 INFRARED = UUID("0a3914d7-3b16-11e1-aac3-001e4fd58c0f")
@@ -51,7 +51,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     camera = turned_back(camera, warnings)
     counts, infrared = partial(_pixels, path, depth, "a depth image"), events.of(INFRARED)
     places = _infrared(infrared, depth)
-    source = Source(
+    source = ImageSource(
         path=path,
         camera=replace(camera, depth_scale=DEPTH_SCALE),
         stamps=stamps,
@@ -71,7 +71,7 @@ def _left_out(events: Events) -> list[str]:
     return told
 
 
-def _infrared(infrared: Stream | None, depth: Stream) -> NDArray[np.int64]:
+def _infrared(infrared: XefStream | None, depth: XefStream) -> NDArray[np.int64]:
     """For each depth image the infrared image of the same number and moment, -1 where there is none."""
     at: dict[tuple[int, int], int] = {}
     if infrared is not None:
@@ -79,12 +79,12 @@ def _infrared(infrared: Stream | None, depth: Stream) -> NDArray[np.int64]:
     return np.array([at.get(key, -1) for key in zip(depth.ticks, depth.numbers, strict=True)])
 
 
-def _beside(path: Path, infrared: Stream, places: NDArray[np.int64], index: int) -> NDArray[np.uint16] | None:
+def _beside(path: Path, infrared: XefStream, places: NDArray[np.int64], index: int) -> NDArray[np.uint16] | None:
     place = int(places[index])
     return None if place < 0 else _pixels(path, infrared, "an infrared image", place)
 
 
-def _pixels(path: Path, stream: Stream, what: str, index: int) -> NDArray[np.uint16]:
+def _pixels(path: Path, stream: XefStream, what: str, index: int) -> NDArray[np.uint16]:
     """(h, w) numbers of an image, not mirrored. Raises RecordingError."""
     data, where = read_part(path, stream.parts[index], what), f"{path}, frame {index}"
     data = unzipped(data, BYTES, where, what) if stream.packed else data

@@ -16,10 +16,10 @@ from fusion.errors import RecordingError
 from fusion.files.reading import open_regular
 from fusion.geometry.camera import Camera
 from fusion.recording.formats.folders.freenect2 import turned_back
-from fusion.recording.formats.recorded.parts import Part, counts_of, read_part
+from fusion.recording.formats.recorded.parts import ByteRange, counts_of, read_part
 from fusion.recording.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
-from fusion.recording.streamed import Source
+from fusion.recording.streamed import ImageSource
 
 HEAD = struct.Struct("<qIII")
 WIDTH, HEIGHT = 512, 424
@@ -45,7 +45,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
     warnings += [f"cut off: {frames} of {claimed} frames are whole"] if frames < claimed else []
     camera = turned_back(camera, warnings)
     counts = partial(_counts, path)
-    source = Source(
+    source = ImageSource(
         path=path,
         camera=replace(camera, depth_scale=DEPTH_SCALE),
         stamps=np.arange(frames) / FRAMES_PER_SECOND,
@@ -73,5 +73,5 @@ def _frames(path: Path) -> tuple[int, int]:
 def _counts(path: Path, index: int) -> NDArray[np.uint16]:
     """(h, w) millimetres of a frame, 0 where missing, not mirrored. Raises RecordingError."""
     begin = HEAD.size + index * (NUMBER + BYTES) + NUMBER
-    data = read_part(path, Part(begin, BYTES), "a depth image")
+    data = read_part(path, ByteRange(begin, BYTES), "a depth image")
     return np.ascontiguousarray(counts_of(data, (HEIGHT, WIDTH), f"{path}, frame {index}")[:, ::-1])

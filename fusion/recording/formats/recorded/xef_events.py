@@ -14,7 +14,7 @@ from uuid import UUID
 
 from fusion.errors import RecordingError
 from fusion.files.reading import open_regular
-from fusion.recording.formats.recorded.parts import Part
+from fusion.recording.formats.recorded.parts import ByteRange
 
 BEGINNING = b"EVENTS1\0"
 START = struct.Struct("<8sIIQ")  # the beginning, a version, streams and one more (0: not said), bytes of data
@@ -28,7 +28,7 @@ FILLED = (0x6000, 0x7000, 0xC000)  # bytes that these have been seen to have
 
 
 @dataclass
-class Stream:
+class XefStream:
     """One stream of a file.
 
     Attributes:
@@ -45,7 +45,7 @@ class Stream:
     tag: int
     ticks: list[int] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
-    parts: list[Part] = field(default_factory=list)
+    parts: list[ByteRange] = field(default_factory=list)
 
 
 @dataclass
@@ -57,10 +57,10 @@ class Events:
         broken: where reading stopped before the file's end [bytes]; None where it was read to its end.
     """
 
-    streams: dict[int, Stream] = field(default_factory=dict)
+    streams: dict[int, XefStream] = field(default_factory=dict)
     broken: int | None = None
 
-    def of(self, kind: UUID) -> Stream | None:
+    def of(self, kind: UUID) -> XefStream | None:
         """The stream of this type; None where there is none."""
         return next((stream for stream in self.streams.values() if stream.kind == kind), None)
 
@@ -124,13 +124,13 @@ class _Walk:
         if stream.kind in self.kept:
             stream.ticks.append(ticks)
             stream.numbers.append(int.from_bytes(self._bytes(at + HEAD.size, min(4, stream.tag)), "little"))
-            stream.parts.append(Part(begin, size))
+            stream.parts.append(ByteRange(begin, size))
         return begin + size
 
     def _behind(self, at: int) -> Iterator[int]:
         return (at + HEAD.size + length for length in FILLED)
 
-    def _image(self, stream: Stream, size: int, unpacked: int) -> bool:
+    def _image(self, stream: XefStream, size: int, unpacked: int) -> bool:
         return (unpacked if stream.packed else size) == self.kept[stream.kind]
 
     def _whole(self, at: int) -> bool:
@@ -159,7 +159,7 @@ class _Walk:
         if len(said) < NAMED.size:
             return None
         _, packed, kind, _ = TAG.unpack(self._bytes(tag, TAG.size))
-        stream = Stream(UUID(bytes_le=kind), bool(packed & 1), NAMED.unpack(said)[2])
+        stream = XefStream(UUID(bytes_le=kind), bool(packed & 1), NAMED.unpack(said)[2])
         behind = tag + TAG.size + size + (UNSAID if stream.packed else 0)
         head = self._bytes(behind, HEAD.size)
         if len(head) < HEAD.size:
