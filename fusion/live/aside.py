@@ -1,8 +1,7 @@
 """Work that a process of its own does, so that a view and a recorder need not wait for it.
 
 A thread keeps them waiting: Python lets one thread at a time work, and numpy gives way between its steps only. A
-process does not, and it yields to both where there are too few cores for all. It is started as a program, not by
-`multiprocessing`, which runs a user's own script once more.
+process does not. It is started as a program, not by `multiprocessing`, which runs a user's own script once more.
 """
 
 import contextlib
@@ -15,7 +14,6 @@ from collections.abc import Callable
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from typing import Any
 
-YIELDING = 10  # steps of niceness: of a core that two want it gets a tenth
 PATIENCE = 2.0  # [s] for the process to end once nobody asks it any more
 
 
@@ -72,8 +70,6 @@ class Aside(Executor):
 def _serve() -> None:
     """Answer until nobody asks."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the recorder, which ends this when it is done
-    if hasattr(os, "nice"):
-        os.nice(YIELDING)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints is no answer
     with contextlib.suppress(EOFError, OSError):

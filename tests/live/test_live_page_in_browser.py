@@ -237,10 +237,10 @@ SERVER = """
 import sys, time
 from dataclasses import replace
 import numpy as np
-from fusion.live.page import Page
-from fusion.live.state import LiveState, Surface
+from fusion.live.page import LivePage
+from fusion.live.state import LiveState, ShownSurface
 rng = np.random.default_rng(1)
-page, state = Page(int(sys.argv[1])), LiveState(tracking="good", reason="")
+page, state = LivePage(int(sys.argv[1])), LiveState(tracking="good", reason="")
 def memory():
     return int(open("/proc/self/statm").read().split()[1]) * 4 / 1024
 print("ready", flush=True)
@@ -249,7 +249,7 @@ for count in range(1, 1001):
     if count % 10 == 0:
         n = int(rng.integers(20_000, 30_000))
         points, sigma = rng.normal(0, 0.05, (n, 3)).astype(np.float32), np.full(n, 1e-3, np.float32)
-        state = replace(state, surface=Surface(points, sigma))
+        state = replace(state, surface=ShownSurface(points, sigma))
     pictures = {name: rng.integers(0, 255, (240, 320, 3)).astype(np.uint8) for name in ("color", "depth")}
     state = replace(state, recorded=count, turned=float(count), **pictures)
     page.show(state)

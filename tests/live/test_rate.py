@@ -9,7 +9,7 @@ import pytest
 
 import fusion.live.watch as watch_of
 from fusion.commands.main import main
-from fusion.live import grow
+from fusion.live import feed, grow
 from fusion.recording.open import open_recording
 from fusion.volume.prepared import fuse
 
@@ -50,7 +50,8 @@ def test_while_the_view_is_late_every_frame_is_placed_but_not_fused(turn, monkey
     assert watch.grower.turned.angle == pytest.approx(usual.grower.turned.angle, abs=np.deg2rad(1.0))
 
 
-def test_a_machine_that_is_too_slow_leaves_frames_out_of_the_view_and_counts_them(turn):
+def test_a_machine_that_is_too_slow_leaves_frames_out_of_the_view_and_counts_them(turn, monkeypatch):
+    monkeypatch.setattr(feed, "PATIENCE", 2.0)  # [s] of the seven that there are
     watch, _ = fed(turn, 30.0, pace=0.05)
     assert watch.feed.dropped > FRAMES // 5 and watch.tracked > FRAMES // 2
     assert watch.tracked + watch.untracked + len(watch.waiting) + watch.feed.dropped == FRAMES
