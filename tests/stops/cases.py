@@ -47,7 +47,7 @@ class Case:
 
 FRAMES, SIGHT = "fusion.simulation.simulate:Simulation.frames", "fusion.simulation.write:check_sight"
 SCAN, COMPARE = "fusion.scan.pipeline:scan_turntable", "fusion.mesh.compare:compare"
-ENCODE = "fusion.recording.write:cv2.imencode"
+ENCODE = "fusion.recording.write:png_bytes"
 EXPLAIN = ("fusion.discrepancy.explain:explain", "fusion.discrepancy.verdict.verdict:verdict_of")
 CASES = [
     Case("convert", "IN/ball.ply OUT", file=True, quick=True),
