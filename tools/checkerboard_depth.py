@@ -42,11 +42,11 @@ from fusion.calibration.lens.board import Board, read_board
 from fusion.calibration.lens.pictures import read_picture
 from fusion.commands.main import main as fusion
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_file import read_camera
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.cameras.presets import PRESETS
+from fusion.recording.native.camera_file import read_camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View, stretch
 

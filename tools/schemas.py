@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from fusion.calibration.lens.board import BoardFile
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 from fusion.files.schema import schema_of
-from fusion.recording.camera_file import CameraFile
-from fusion.sensor.sensor_fields import sensor_file
-from fusion.simulation.scene_fields import SceneFile
+from fusion.recording.native.camera_file import CameraFile
+from fusion.sensor.files.sensor_fields import sensor_file
+from fusion.simulation.scene.fields import SceneFile
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "schemas"
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.calibration.depth.calibration import DepthSettings, calibrate_depth
     from fusion.calibration.lens.board import read_board
     from fusion.recording.open import open_recording, stated_camera
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
 
     settings = DepthSettings(
         board=None if options.board is None else read_board(options.board),
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> None:
 def fill(folder: Path, found: "DepthCalibration", settings: dict[str, Any] | None) -> None:
     """sensor.json with its maps, and report.html with the settings if any, into a folder."""
     from fusion.report.depth_calibration import depth_report
-    from fusion.sensor.file import write_sensor
+    from fusion.sensor.files.sensor_file import write_sensor
 
     write_sensor(folder / "sensor.json", found.sensor)
     if settings is not None:

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> None:
     """Calibrate and write sensor.json and report.html."""
     from fusion.calibration.noise.calibration import NoiseSettings, calibrate_noise
     from fusion.recording.open import open_recording, stated_camera
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
 
     settings = NoiseSettings(
         camera=stated_camera(options.camera, options.recordings[0], options.topic),
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> None:
 def fill(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | None) -> None:
     """sensor.json with its maps, and report.html with the settings if any, into a folder."""
     from fusion.report.noise_calibration import noise_report
-    from fusion.sensor.file import write_sensor
+    from fusion.sensor.files.sensor_file import write_sensor
 
     write_sensor(folder / "sensor.json", found.sensor)
     if settings is not None:
@@ -91,7 +91,7 @@ def summary(found: "NoiseCalibration") -> dict[str, Any]:
 
 
 def _fit(fit: "NoiseFit", effect: Any) -> dict[str, Any]:
-    from fusion.sensor.quantity import fitted
+    from fusion.sensor.words.quantity import fitted
 
     wide = fit.half_width()
     return {
@@ -147,7 +147,7 @@ def _lines(numbers: dict[str, Any]) -> list[str]:
 
 
 def _rows(fitted_numbers: dict[str, Any]) -> list[str]:
-    from fusion.sensor.quantity import shown
+    from fusion.sensor.words.quantity import shown
 
     known = {name: (p["value"], p["std"], p["unit"], p["determined"]) for name, p in fitted_numbers.items()}
     return [f"  {name:<15} {shown(*one)}" for name, one in known.items()]

@@ -13,7 +13,7 @@ from fusion.progress import stage
 from fusion.quantity import MAX_DISTANCE
 
 if TYPE_CHECKING:
-    from fusion.mesh.compare import Comparison
+    from fusion.mesh.comparison.compare import Comparison
     from fusion.repeatability.repeat import Repeat
 
 EXAMPLE = "fusion compare mesh.ply reference.stl -o out --scale"
@@ -61,9 +61,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Compare and write the results."""
-    from fusion.mesh.compare import CompareSettings, compare, write_comparison
+    from fusion.mesh.comparison.compare import CompareSettings, compare, write_comparison
+    from fusion.mesh.comparison.seen import read_seen
     from fusion.mesh.files import read_mesh
-    from fusion.mesh.seen import read_seen
     from fusion.repeatability.bias import bias_and_spread
     from fusion.report.comparison import Circumstances, comparison_report
     from fusion.results.comparison import judge_comparison

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check(options: argparse.Namespace) -> None:
     """What OUT cannot be, before anything is read: a recording becomes a folder or an MCAP file, a mesh a file."""
-    from fusion.files.publish import place_of
+    from fusion.files.output.publish import place_of
     from fusion.mesh.files import FORMATS, WRITTEN, check_written
     from fusion.recording.formats.known import refusal
     from fusion.recording.open import recognised
@@ -77,12 +77,12 @@ def check(options: argparse.Namespace) -> None:
 def run(options: argparse.Namespace) -> None:
     """Convert a recording to one of another format, a mesh to another mesh format."""
     if options.recorded:
-        from fusion.recording.convert import fill_conversion
         from fusion.recording.formats.bags.write import write_mcap
+        from fusion.recording.native.trajectory_file import read_trajectory
         from fusion.recording.open import open_recording
-        from fusion.recording.trajectory_file import read_trajectory
-        from fusion.recording.write_folders import fill_open3d, fill_tum
-        from fusion.recording.write_nerfstudio import fill_nerfstudio
+        from fusion.recording.writing.convert import fill_conversion
+        from fusion.recording.writing.folders import fill_open3d, fill_tum
+        from fusion.recording.writing.nerfstudio import fill_nerfstudio
 
         recording = open_recording(options.input, options.camera, options.topic)
         if options.poses is not None:
@@ -96,8 +96,8 @@ def run(options: argparse.Namespace) -> None:
         with options.claim.folder() as partial:
             others.get(options.format, fill_conversion)(partial, recording)
     else:
-        from fusion.mesh.conventions import STL_UNIT, for_file, from_file
         from fusion.mesh.files import read_mesh, write_mesh
+        from fusion.mesh.formats.conventions import STL_UNIT, for_file, from_file
 
         source, target = options.input.suffix.lower(), options.output.suffix.lower()
         unit = options.unit or STL_UNIT

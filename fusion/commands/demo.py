@@ -30,13 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Simulate, correct, track, integrate, close the loop, integrate again, export, compare."""
     from fusion.commands import turntable
-    from fusion.mesh.compare import CompareSettings, compare, write_comparison
+    from fusion.mesh.comparison.compare import CompareSettings, compare, write_comparison
     from fusion.mesh.files import read_mesh, write_mesh
     from fusion.recording.open import open_recording
     from fusion.scan.pipeline import scan_turntable
     from fusion.scan.settings import ScanSettings
-    from fusion.sensor.file import read_sensor
-    from fusion.simulation.demo import fill_demo_recording
+    from fusion.sensor.files.sensor_file import read_sensor
+    from fusion.simulation.demo.demo import fill_demo_recording
 
     out = options.output
     with options.claim.folder() as partial:

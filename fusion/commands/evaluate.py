@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.evaluation.evaluate import EvaluationSettings, evaluate
     from fusion.evaluation.numbers import numbers
     from fusion.recording.open import open_recording
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
 
     settings = EvaluationSettings(
         sensor=None if options.sensor is None else read_sensor(options.sensor),

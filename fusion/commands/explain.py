@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.recording.open import open_recording
     from fusion.report.claim_sections import with_masks
     from fusion.report.explanation import explanation_report
-    from fusion.sensor.file import read_sensor, write_sensor
+    from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 
     sensor = read_sensor(options.sensor)
     recordings = [open_recording(path, options.camera, options.topic) for path in options.recordings]

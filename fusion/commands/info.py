@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print what is in the recording; 1 when something in it cannot be used."""
-    from fusion.recording.inspect import CHECKS, inspect
+    from fusion.recording.looking.inspect import CHECKS, inspect
     from fusion.recording.open import open_recording
 
     recording = open_recording(options.recording, options.camera, options.topic)

@@ -7,7 +7,7 @@ from pathlib import Path
 # options that hold a file or a name, and who knows the names
 NAMED = {
     "sensor": "fusion.sensor.presets.PRESETS",
-    "camera": "fusion.recording.camera_presets.PRESETS",
+    "camera": "fusion.recording.cameras.presets.PRESETS",
     "scene": "fusion.simulation.scenes.SCENES",
     "poses": "",
     "reflectance": "",

@@ -50,10 +50,10 @@ def run(options: argparse.Namespace) -> None:
     """Record and show; then scan what was recorded, as `fusion turntable` does."""
     from fusion.devices.open import open_source
     from fusion.devices.record import RecordSettings
-    from fusion.files.claim import claimed
+    from fusion.files.output.claim import claimed
     from fusion.live.session import record_live
     from fusion.recording.open import open_recording
-    from fusion.recording.write import MEMBERS
+    from fusion.recording.writing.write import MEMBERS
     from fusion.scan.pipeline import scan_turntable
     from fusion.scan.settings import ScanSettings
 

@@ -100,8 +100,8 @@ def _run(name: str, command: ModuleType, options: argparse.Namespace, stop: Stop
     # not at the top: `fusion --help` needs none of them
     from fusion.commands.screen import showing
     from fusion.commands.verbose import tell_begin, tell_end
-    from fusion.files.claim import claimed
-    from fusion.files.staging import remove_held
+    from fusion.files.output.claim import claimed
+    from fusion.files.output.staging import remove_held
 
     options.claim = None
     try:

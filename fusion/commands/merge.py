@@ -70,8 +70,8 @@ def run(options: argparse.Namespace) -> None:
 
 def _passes(options: argparse.Namespace) -> list["Pass"]:
     from fusion.passes.opened import open_pass
-    from fusion.sensor.file import read_sensor
-    from fusion.sensor.unit import refuse_other_unit
+    from fusion.sensor.correction.unit import refuse_other_unit
+    from fusion.sensor.files.sensor_file import read_sensor
 
     count = len(options.passes)
     sensors = _each(None if options.sensor is None else [read_sensor(s) for s in options.sensor], count, "--sensor")
@@ -111,7 +111,7 @@ def fill(folder: Path, merged: "Merged", page: bool = True) -> None:
     """All files of the command (CONTRACT) into a folder; report.html if `page`."""
     from fusion.mesh.files import write_mesh
     from fusion.passes.pipeline import before
-    from fusion.recording.trajectory_file import write_trajectory
+    from fusion.recording.native.trajectory_file import write_trajectory
     from fusion.report.merge import MergeReport, merge_report
 
     def write(name: str, content: Any) -> None:

@@ -111,7 +111,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "Reconstru
 
 def _poses(name: str, recording: "Recording") -> Any:
     from fusion.errors import RecordingError
-    from fusion.recording.trajectory_file import read_trajectory
+    from fusion.recording.native.trajectory_file import read_trajectory
 
     if name not in ("stated", "groundtruth"):
         return read_trajectory(Path(name))
@@ -128,7 +128,7 @@ def fill(
     Of a `large` one mesh.ply is there already, and the mesh of its overview becomes overview.ply.
     """
     from fusion.mesh.files import write_mesh
-    from fusion.recording.trajectory_file import write_trajectory
+    from fusion.recording.native.trajectory_file import write_trajectory
     from fusion.report.scan import scan_report
 
     write_mesh(folder / ("mesh.ply" if large is None else "overview.ply"), result.mesh)
@@ -155,7 +155,7 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
     import numpy as np
 
     from fusion.geometry.trajectory import Trajectory
-    from fusion.recording.inspect import fingerprint
+    from fusion.recording.looking.inspect import fingerprint
     from fusion.report.scan import ScanReport
     from fusion.report.seen import times_seen
 

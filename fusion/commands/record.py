@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> None:
     """Record until the source ends, the options say so, or Ctrl-C."""
     from fusion.devices.open import open_source
     from fusion.devices.record import RecordSettings, fill_recorded
-    from fusion.recording.write import MEMBERS
+    from fusion.recording.writing.write import MEMBERS
 
     settings = RecordSettings(options.frames, watches_turn(options), options.every, options.color)
     places = None if options.frames is None else options.frames * options.every

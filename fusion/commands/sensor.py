@@ -68,8 +68,8 @@ def run(options: argparse.Namespace) -> int | None:
         return None
     if options.action in FURTHER:
         return FURTHER[options.action](options)
-    from fusion.sensor.description import description
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
+    from fusion.sensor.words.description import description
 
     content = description(read_sensor(options.sensor))
     print(json.dumps(content, indent=1, allow_nan=False) if options.json else "\n".join(table(content)))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def run_export(options: argparse.Namespace) -> None:
     """Write the model for another simulator, and print what is lost."""
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
     from fusion.simulation.exporting.export import export_sensor, table
     from fusion.simulation.exporting.targets import TARGETS
 
@@ -51,7 +51,7 @@ def run_export(options: argparse.Namespace) -> None:
 def run_compare(options: argparse.Namespace) -> None:
     """Print the table of two sides, and write the page where one is asked for."""
     from fusion.recording.open import open_recording
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
     from fusion.simulation.exporting.compare import compare_recording, compare_sensors
 
     if options.other is None:
@@ -76,7 +76,7 @@ def run_compare(options: argparse.Namespace) -> None:
 
 
 def _camera(options: argparse.Namespace, sensor: "Sensor") -> "Camera":
-    from fusion.recording.camera_presets import find_camera
+    from fusion.recording.cameras.presets import find_camera
     from fusion.simulation.exporting.loss import usual_camera
 
     return usual_camera(sensor) if options.camera is None else find_camera(options.camera)

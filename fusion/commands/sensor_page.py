@@ -7,8 +7,8 @@ import re
 
 def run_check(options: argparse.Namespace) -> int:
     """Print what a model does not say; 1 where it is something."""
-    from fusion.sensor.contributed import shortcomings
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.contributed import shortcomings
+    from fusion.sensor.files.sensor_file import read_sensor
 
     sensor = read_sensor(options.sensor)
     found = shortcomings(sensor)
@@ -22,9 +22,9 @@ def run_check(options: argparse.Namespace) -> int:
 
 def run_page(options: argparse.Namespace) -> int:
     """Write the page and its picture."""
-    from fusion.recording.camera_presets import find_camera
+    from fusion.recording.cameras.presets import find_camera
     from fusion.report.camera_page import camera_page, camera_picture
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
     from fusion.simulation.exporting.loss import usual_camera
 
     sensor = read_sensor(options.sensor)

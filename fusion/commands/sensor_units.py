@@ -26,7 +26,7 @@ YEAR = 365.25  # days
 def run_units(options: argparse.Namespace) -> int:
     """Print the table of the spread, and write units.json and the page where a folder is named."""
     from fusion.progress import stage
-    from fusion.recording.camera_presets import find_camera
+    from fusion.recording.cameras.presets import find_camera
     from fusion.simulation.exporting.loss import usual_camera
     from fusion.simulation.exporting.units import units
 
@@ -85,7 +85,7 @@ def listed(place: Path) -> list[tuple[Path, str, float]]:
 
 def measured(rows: list[tuple[Path, str, float]]) -> list["Measured"]:
     """The sensor models. Raises SensorError of a file."""
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
     from fusion.simulation.exporting.units import Measured
 
     found = []
@@ -98,7 +98,7 @@ def measured(rows: list[tuple[Path, str, float]]) -> list["Measured"]:
 def read(rows: list[tuple[Path, str, float]]) -> list["Reading"]:
     """What cameras, or evaluations, state. Raises FusionError of a file."""
     from fusion.files.json_file import read_json
-    from fusion.recording.camera_file import read_camera
+    from fusion.recording.native.camera_file import read_camera
     from fusion.simulation.exporting.quantities import Reading, stated_by_camera, stated_by_evaluation
 
     found = []

@@ -45,8 +45,8 @@ def add_common(parser: argparse.ArgumentParser, frame: str = FIRST_CAMERA) -> No
 
 def shown_sensor(options: argparse.Namespace, camera: "Camera") -> "Sensor | None":
     """The model of `--sensor`; SensorError when it belongs to another camera and `--force` is not given."""
-    from fusion.sensor.file import read_sensor
-    from fusion.sensor.unit import refuse_other_unit
+    from fusion.sensor.correction.unit import refuse_other_unit
+    from fusion.sensor.files.sensor_file import read_sensor
 
     if options.sensor is None:
         return None

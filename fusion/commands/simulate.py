@@ -12,7 +12,7 @@ from fusion.errors import FusionError
 from fusion.quantity import SEED
 
 if TYPE_CHECKING:
-    from fusion.simulation.scene import Scene
+    from fusion.simulation.scene.scene import Scene
 
 EXAMPLE = "fusion simulate wall --set distance_m=0.8,1.2 -o rec --sensor kinect-v1 --seed 1"
 
@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int | None:
     if options.ideal is not None:
         run_ideal(options)
         return None
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
     from fusion.sensor.sensor import Sensor
     from fusion.simulation.simulate import simulate
     from fusion.simulation.write import fill_simulation
@@ -71,8 +71,8 @@ def _scene(options: argparse.Namespace) -> "Scene":
     """The scene with its settings, and with another camera where one is given."""
     from dataclasses import replace
 
-    from fusion.recording.camera_presets import find_camera
-    from fusion.simulation.scene_file import read_scene
+    from fusion.recording.cameras.presets import find_camera
+    from fusion.simulation.scene.scene_file import read_scene
     from fusion.simulation.scenes import SCENES, built_in
 
     settings = {}

@@ -32,7 +32,7 @@ def add_ideal_arguments(parser: argparse.ArgumentParser) -> None:
 def run_ideal(options: argparse.Namespace) -> None:
     """Sense and write the recording."""
     from fusion.recording.open import open_recording
-    from fusion.sensor.file import read_sensor
+    from fusion.sensor.files.sensor_file import read_sensor
     from fusion.simulation.ideal.recording import fill_sensed
 
     if options.sensor is None:

@@ -110,8 +110,8 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
 def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None, page: bool = True) -> None:
     """All files of the command (CONTRACT) into a folder; report.html if `page`."""
     from fusion.mesh.files import write_mesh
-    from fusion.recording.camera_file import write_camera
-    from fusion.recording.trajectory_file import write_trajectory
+    from fusion.recording.native.camera_file import write_camera
+    from fusion.recording.native.trajectory_file import write_trajectory
     from fusion.report.scan import scan_report
 
     write_mesh(folder / "mesh.ply", scan.mesh)
@@ -142,7 +142,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
     import numpy as np
 
     from fusion.geometry.trajectory import Trajectory
-    from fusion.recording.inspect import fingerprint
+    from fusion.recording.looking.inspect import fingerprint
     from fusion.report.scan import ScanReport
     from fusion.report.seen import times_seen
 

@@ -20,7 +20,7 @@ def verdict_lines(verdict: dict[str, Any], width: int) -> list[str]:
 
 def _claim(mark: str, entry: dict[str, Any], established: bool, width: int) -> Iterator[str]:
     from fusion.discrepancy.verdict.words import how_sure, name_of, numbers_of, rivals_said, size_of, what_it_is
-    from fusion.sensor.in_words import plain
+    from fusion.sensor.words.in_words import plain
 
     yield from textwrap.wrap(f"{mark} {name_of(entry)}: {what_it_is(entry)}", width, subsequent_indent="   ")
     if size := size_of(entry):
@@ -38,7 +38,7 @@ def _claim(mark: str, entry: dict[str, Any], established: bool, width: int) -> I
 
 def _rest(verdict: dict[str, Any], width: int) -> Iterator[str]:
     """What was looked for in vain, and what these recordings cannot show."""
-    from fusion.sensor.in_words import plain
+    from fusion.sensor.words.in_words import plain
 
     unseen = verdict["invisible"]
     if unseen:

@@ -16,8 +16,8 @@ from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.own_pattern import own_patterns
 from fusion.discrepancy.shapes import mesh_columns, shape_covariance
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.surface import moved_rigidly
 from fusion.sensor.parameter import parameters
-from fusion.sensor.surface import moved_rigidly
 
 Vector = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from fusion.discrepancy.wall import wall_of
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.files import read_mesh
+from fusion.recording.native.scene_file import scene_mesh, stated_scene
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import scene_mesh, stated_scene
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.render import RayCaster
+from fusion.simulation.rendering.render import RayCaster
 
 WALL_M = 0.0003  # guess: how far a wall that was chosen for calibration is from flat
 RECONSTRUCTED_M = 0.005  # guess: what usual sensors measure wrong, and a mesh made of their frames holds

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array, inverse
+from fusion.recording.native.scene_file import CourseFields, SceneFields, scene_content, stated_scene
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import CourseFields, SceneFields, scene_content, stated_scene
 from fusion.sensor.moments import moments_of
-from fusion.simulation.motion import twist_between
+from fusion.simulation.rendering.motion import twist_between
 
 STEADY_S = 0.5  # frames that follow each other faster, each at an angle of its own, are taken while the table turns
 LEAST_TURN = np.deg2rad(5.0)

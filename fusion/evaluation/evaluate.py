@@ -22,8 +22,8 @@ from fusion.evaluation.surface import ExpectedSurface, expected_depth, surface_o
 from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
+from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import stated_scene
 from fusion.sensor.sensor import Sensor
 
 VARIABLES = ("depth", "incidence", "brightness")

@@ -15,8 +15,8 @@ from fusion.errors import FusionError, RecordingError
 from fusion.evaluation.reference import Reference, reference_of
 from fusion.evaluation.robust import RobustSpread
 from fusion.progress import stage
+from fusion.recording.looking.sample import spread
 from fusion.recording.recording import Frame
-from fusion.recording.sample import spread
 
 KEPT = 32  # frames in memory, for the reference
 READERS = 2  # images are decoded outside Python's lock

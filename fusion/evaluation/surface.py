@@ -13,7 +13,7 @@ from fusion.evaluation.mesh_depth import scene_depth
 from fusion.evaluation.reference import MAD_TO_STD
 from fusion.evaluation.still import StretchSample, centre_of
 from fusion.geometry.camera import Camera
-from fusion.sensor.estimate import normals_of
+from fusion.sensor.correction.estimate import normals_of
 from fusion.sensor.view import incidence_of
 
 FLAT = 0.01  # share of the depth: a piece that leaves its plane by more is no plane

@@ -6,9 +6,9 @@ import numpy as np
 
 from fusion.geometry.camera import Camera
 from fusion.report.palette import BLUE, new_figure, styled, to_svg
-from fusion.sensor.contributed import shortcomings
-from fusion.sensor.description import description
+from fusion.sensor.files.contributed import shortcomings
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.words.description import description
 from fusion.simulation.exporting.loss import stated
 from fusion.simulation.exporting.target import StatedWall
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.explain import Explanation
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 from fusion.report.claims import claim_section
 from fusion.report.evidence import claims_of
 from fusion.report.figures.explanation import Unit

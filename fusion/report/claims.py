@@ -15,8 +15,8 @@ from fusion.report.figures.explanation import BinnedCurve, Unit, claim_figure
 from fusion.report.page import Figure, Section
 from fusion.report.tables import folded, numbers_table
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.in_words import plain
 from fusion.sensor.parameter import parameters
+from fusion.sensor.words.in_words import plain
 
 Vector = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
-from fusion.mesh.knowable import OVER, knowable
+from fusion.mesh.comparison.knowable import OVER, knowable
+from fusion.mesh.drawing.sight import SightSide, sides
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import SightSide, sides
 from fusion.report.figures.distance import distance_scale, distance_views, histogram_figure, shares
 from fusion.report.figures.sure import OVER_SCALE, over_sigma_figure
 from fusion.report.figures.views import ViewRow, mesh_views

@@ -11,7 +11,7 @@ from fusion.report.figures.depth_bias import SHOWN, candidates_figure, curve_fig
 from fusion.report.page import Figure, Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.results.light import Light, level
-from fusion.sensor.description import description
+from fusion.sensor.words.description import description
 
 LONGEST = 20  # rows of a table that is open
 LITTLE = 0.2  # share of the image below which one picture's map tells nothing

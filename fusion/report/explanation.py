@@ -15,7 +15,7 @@ from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import folded, numbers_table
 from fusion.report.visibility import invisible_section, limits_section, visibility_section
 from fusion.results.light import Light, level
-from fusion.sensor.in_words import plain
+from fusion.sensor.words.in_words import plain
 
 NOTHING = (
     "No effect passes the tests. That is no proof that there is none; the tables below say how large each could still "

@@ -10,7 +10,7 @@ from fusion.evaluation.quantization import Quantization, quantization_of
 from fusion.report.claims import lead, parameters_table, questions
 from fusion.report.page import Figure, Section
 from fusion.report.palette import BLUE, GREY, new_figure, styled, to_svg
-from fusion.sensor.in_words import plain
+from fusion.sensor.words.in_words import plain
 
 STEPS = 12  # shown one by one
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.mesh.drawing.sight import SightSide, sides
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import SightSide, sides
 from fusion.report.facts import fact_numbers
 from fusion.report.figures.views import Scale, ViewRow, mesh_views, nice_length, scale_colors, seen_alone
 from fusion.report.page import Figure, Number, Page, Section, write_page

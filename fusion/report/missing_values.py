@@ -12,7 +12,7 @@ from fusion.report.claims import lead, parameters_table, questions
 from fusion.report.evidence import painted_mask
 from fusion.report.figures.missing_values import MissingCurve, missing_figure
 from fusion.report.page import Figure, Section
-from fusion.sensor.in_words import plain
+from fusion.sensor.words.in_words import plain
 
 Vector = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from fusion.report.page import Number, Page, Section, write_page
 from fusion.report.tables import numbers_table
 from fusion.results.light import Light, level
 from fusion.sensor.parameter import parameters
-from fusion.sensor.quantity import NOT_DETERMINED, fitted
+from fusion.sensor.words.quantity import NOT_DETERMINED, fitted
 
 # where a line turns yellow, and red (guesses)
 WIDE_SHARE = (0.05, 0.2)  # half the 90 % interval over the noise, at the poses

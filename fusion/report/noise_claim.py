@@ -14,7 +14,7 @@ from fusion.report.evidence import mask_of, variables_here
 from fusion.report.figures.explanation import Unit
 from fusion.report.figures.spread import SpreadCurve, spread_figure
 from fusion.report.page import Figure, Section
-from fusion.sensor.in_words import plain
+from fusion.sensor.words.in_words import plain
 
 Vector = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 from fusion.progress import timeless
 from fusion.report.tables import folded, lights, settings_table, tiles
 from fusion.report.versions import versions

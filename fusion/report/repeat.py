@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from fusion.geometry.pose import Array
+from fusion.mesh.drawing.sight import sides
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import sides
 from fusion.repeatability.repeat import Repeat
 from fusion.repeatability.spread import SPREAD
 from fusion.report.figures.sure import sigma_scale

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.drawing.shading import Lit
+from fusion.mesh.drawing.sight import SightSide, sides
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.shading import Lit
 from fusion.mesh.shape import shape_of
-from fusion.mesh.sight import SightSide, sides
 from fusion.report.facts import fact_numbers
 from fusion.report.figures.circle import Paths, circle_figure, circle_points, has_axis
 from fusion.report.figures.coverage import azimuth_figure, coverage_figure, coverage_scale

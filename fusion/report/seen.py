@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse, transform
 from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.drawing.shading import vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.shading import vertex_normals
 
 GRAZING = 0.17  # cosine of 80 degrees: beyond, depth cameras give no usable depth (guess)
 NEARER = 0.99  # a surface hides a vertex when it stands nearer than this share of the way to it

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
+from fusion.mesh.drawing.sight import sides
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import sides
 from fusion.report.figures.views import Scale, scale_colors
 from fusion.report.page import Section
 from fusion.report.thinning import thinned

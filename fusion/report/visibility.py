@@ -9,8 +9,8 @@ from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
 from fusion.report.page import Section
 from fusion.report.tables import folded, numbers_table
-from fusion.sensor.in_words import plain
-from fusion.sensor.quantity import quantity
+from fusion.sensor.words.in_words import plain
+from fusion.sensor.words.quantity import quantity
 
 
 def limits_section(found: Explanation, verdict: dict[str, Any]) -> Section:

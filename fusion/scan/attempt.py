@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.recording.masks import open_masks
+from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import find_region, load, object_alone, told_angles
 from fusion.scan.motion import find_motion

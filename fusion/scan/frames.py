@@ -9,9 +9,9 @@ from scipy import ndimage
 from fusion.errors import RecordingError, TrackingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
-from fusion.recording.masks import Masks
+from fusion.recording.images.masks import Masks
+from fusion.recording.native.telemetry_file import PLAUSIBLE
 from fusion.recording.recording import Recording
-from fusion.recording.telemetry_file import PLAUSIBLE
 from fusion.scan.colors import Colors
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.moments import moments_of

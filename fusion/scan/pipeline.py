@@ -11,7 +11,7 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 from fusion.progress import each, stage
-from fusion.recording.masks import open_masks
+from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.results.color_light import color_lights
 from fusion.results.light import Light
@@ -27,10 +27,10 @@ from fusion.scan.result import Scan
 from fusion.scan.seen import looked_through, seen_by_any
 from fusion.scan.settings import ScanSettings
 from fusion.scan.sure import scan_sigma
-from fusion.sensor.corrected_recording import corrected_recording
+from fusion.sensor.correction.corrected_recording import corrected_recording
+from fusion.sensor.correction.summary import Told
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.told import Told
 from fusion.turntable.circle import fit_circle, onto_circle
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import find_jump

@@ -24,7 +24,7 @@ from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.report.depth_calibration import depth_report
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
@@ -32,7 +32,7 @@ from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ, View

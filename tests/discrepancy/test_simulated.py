@@ -17,7 +17,7 @@ from fusion.recording.recording import Frame, Recording
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.readout.depth_scale import DepthScale
-from fusion.sensor.file import write_sensor
+from fusion.sensor.files.sensor_file import write_sensor
 from fusion.sensor.sensor import Sensor
 
 FRAMES = 7

@@ -25,7 +25,7 @@ from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.tabulated import Tabulated
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.view import Image, View
 
 PERIOD = 37.0

@@ -10,10 +10,10 @@ import synthetic
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
-from fusion.recording.convert import convert_recording
-from fusion.recording.inspect import inspect
+from fusion.recording.looking.inspect import inspect
 from fusion.recording.open import open_recording
-from fusion.recording.write import depth_counts, write_recording
+from fusion.recording.writing.convert import convert_recording
+from fusion.recording.writing.write import depth_counts, write_recording
 
 FRAMES = synthetic.frames(3)
 POSES = synthetic.poses(3)

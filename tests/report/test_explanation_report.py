@@ -24,10 +24,10 @@ from fusion.report.explanation import explanation_report
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
-from fusion.sensor.file import read_sensor, write_sensor
-from fusion.sensor.in_words import in_words
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.parameter import parameters
-from fusion.sensor.quantity import is_determined, quantity, shown
+from fusion.sensor.words.in_words import in_words
+from fusion.sensor.words.quantity import is_determined, quantity, shown
 
 HOSTILE = '<script>document.title="taken"</script> onmouseover=x $\\frac{'
 

@@ -9,8 +9,8 @@ from made_up import UP, bumpy_sphere, made_up_comparison, made_up_scan
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.drawing.sight import look, sides
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import look, sides
 from fusion.report.comparison import comparison_report
 from fusion.report.figures.distance import distance_scale, shares
 from fusion.report.figures.views import nice_length

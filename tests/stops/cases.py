@@ -13,7 +13,7 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(32, 24, fx=30.0, fy=30.0, cx=15.5, cy=11.5, principle="structured_light")
 
@@ -46,7 +46,7 @@ class Case:
 
 
 FRAMES, SIGHT = "fusion.simulation.simulate:Simulation.frames", "fusion.simulation.write:check_sight"
-SCAN, COMPARE = "fusion.scan.pipeline:scan_turntable", "fusion.mesh.compare:compare"
+SCAN, COMPARE = "fusion.scan.pipeline:scan_turntable", "fusion.mesh.comparison.compare:compare"
 EXPLAIN = ("fusion.discrepancy.explain:explain", "fusion.discrepancy.verdict.verdict:verdict_of")
 CASES = [
     Case("convert", "IN/ball.ply OUT", file=True, quick=True),

@@ -10,7 +10,7 @@ from fusion.errors import TrackingError
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
-from fusion.simulation.demo import looking_at
+from fusion.simulation.demo.demo import looking_at
 from fusion.turntable.guess.alone import Alone, find_alone, found_again
 from fusion.turntable.guess.everywhere import Heard
 from fusion.turntable.views import Region, view

@@ -20,7 +20,7 @@ from fusion.geometry.pose import inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from real_scenes.scene import flat_mesh, write_scene
 
 BOARD, SIZE = Board(5, 7, 0.03), (512, 424)

@@ -10,7 +10,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from real_scenes.scene import write_scene
 
 # of the recording's own program

@@ -17,7 +17,7 @@ from fusion.discrepancy.naming import candidates
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.recording.open import open_recording
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 
 
 def main() -> None:

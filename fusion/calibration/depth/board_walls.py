@@ -18,8 +18,8 @@ from fusion.calibration.lens.views import BoardView, view_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
+from fusion.recording.looking.sample import spread
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.sample import spread
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import MODULATIONS_HZ

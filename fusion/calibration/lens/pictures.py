@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.inside import all_inside
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_file import read_camera
-from fusion.recording.frame_files import associate
-from fusion.recording.images import read_color, read_ir
+from fusion.recording.images.frame_files import associate
+from fusion.recording.images.read import read_color, read_ir
+from fusion.recording.native.camera_file import read_camera
+from fusion.recording.native.text_files import read_image_list
 from fusion.recording.open import open_recording, recognised
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import read_image_list
 
 ENDINGS = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"}
 IR_WORDS, COLOR_WORDS = {"ir", "infrared", "nir"}, {"rgb", "color", "colour"}

@@ -13,9 +13,9 @@ from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
+from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.readable import moving_notes, readable, unread_text
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import stated_scene
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.parameter import parameters

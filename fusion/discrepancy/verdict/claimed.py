@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.parameter import Parameter
-from fusion.sensor.quantity import is_determined
+from fusion.sensor.words.quantity import is_determined
 
 
 def claimed(about: Parameter, value: float, std: float | None) -> dict[str, Any]:

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from fusion.sensor.catalogue import IMPLEMENTED
-from fusion.sensor.in_words import in_words, plain
-from fusion.sensor.quantity import shown
+from fusion.sensor.words.in_words import in_words, plain
+from fusion.sensor.words.quantity import shown
 
 CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
 AT_CHANCE = 0.1  # a probability from which on it is told as so many of 100

@@ -8,8 +8,8 @@ from scipy import ndimage
 
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array, angle, inverse, transform
-from fusion.recording.finding import Finding
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 
 # relative depth difference up to which a warped pixel agrees: poses of motion capture are off by 1 to 2 cm
 TOLERANCE = 0.03

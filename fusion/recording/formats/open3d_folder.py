@@ -17,14 +17,14 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import DepthScale, Size, are_focal
-from fusion.recording.camera_presets import say_camera
+from fusion.recording.cameras.presets import say_camera
 from fusion.recording.formats.recorded.parts import even_or_stated
 from fusion.recording.formats.tum import with_color_placed
-from fusion.recording.frame_files import FrameFiles
-from fusion.recording.load_frame import load_frame
+from fusion.recording.images.frame_files import FrameFiles
+from fusion.recording.images.load_frame import load_frame
+from fusion.recording.native.camera_file import DepthScale, Size, are_focal
+from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import data_lines, number
 
 COLOR_FOLDERS = ("color", "rgb", "image")
 CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json")

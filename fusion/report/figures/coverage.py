@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from fusion.geometry.pose import Array
+from fusion.mesh.drawing.shading import Lit
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.shading import Lit
 from fusion.report.figures.circle import Cylinder
 from fusion.report.figures.views import Scale, ViewRow, mesh_views, scale_colors
 from fusion.report.page import Figure

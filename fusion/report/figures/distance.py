@@ -3,8 +3,8 @@
 import numpy as np
 
 from fusion.geometry.pose import Array
+from fusion.mesh.drawing.sight import SightSide
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import SightSide
 from fusion.report.figures.views import Scale, ViewRow, mesh_views, nice_length, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import BLUE, DIVERGING, GREEN, GREY, INK, ORANGE, new_figure, styled, to_svg

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.geometry.pose import Array
-from fusion.mesh.knowable import OVER, Knowable
+from fusion.mesh.comparison.knowable import OVER, Knowable
+from fusion.mesh.drawing.shading import Lit
+from fusion.mesh.drawing.sight import SightSide
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.shading import Lit
-from fusion.mesh.sight import SightSide
 from fusion.report.figures.views import Scale, ViewRow, mesh_views, nice_length, scale_colors
 from fusion.report.page import Figure
 from fusion.report.palette import DIVERGING, SEQUENTIAL

@@ -12,9 +12,9 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.mesh.drawing.shading import CLAY, Lit, lit, picture, vertex_normals
+from fusion.mesh.drawing.sight import SightSide, look_around
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.shading import CLAY, Lit, lit, picture, vertex_normals
-from fusion.mesh.sight import SightSide, look_around
 from fusion.report.page import Figure
 from fusion.report.palette import INK, SOFT, themed, webp
 

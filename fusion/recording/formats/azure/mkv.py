@@ -29,8 +29,8 @@ from fusion.recording.formats.azure.pictures import (
     grey_image,
 )
 from fusion.recording.formats.recorded.parts import read_part
-from fusion.recording.frame_files import ASSOCIATION_SECONDS, associate, in_time
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.frame_files import ASSOCIATION_SECONDS, associate, in_time
+from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource
 

@@ -16,8 +16,8 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.recording.formats.bags.messages import header_stamps
 from fusion.recording.formats.bags.pictures import color_image, depth_image, grey_image
 from fusion.recording.formats.bags.store import Topic
-from fusion.recording.frame_files import ASSOCIATION_SECONDS, associate, in_time
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.frame_files import ASSOCIATION_SECONDS, associate, in_time
+from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.streams import FrameStreams
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect
-from fusion.sensor.fields import frozen_map
+from fusion.sensor.laws.fields import frozen_map
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
-from fusion.sensor.fields import frozen_field
+from fusion.sensor.laws.disparity import depth_change
+from fusion.sensor.laws.fields import frozen_field
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
