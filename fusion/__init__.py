@@ -38,7 +38,7 @@ _PUBLIC = {
     "sensor.files.sensor_file": "read_sensor write_sensor",
     "sensor.sensor": "Sensor",
     "calibration.depth.calibration": "DepthSettings calibrate_depth",
-    "calibration.lens.board": "read_board",
+    "calibration.lens.boards.board": "read_board",
     "calibration.lens.intrinsics": "LensSettings calibrate_intrinsics",
     "calibration.noise.calibration": "NoiseSettings calibrate_noise",
     "evaluation.evaluate": "EvaluationSettings evaluate",

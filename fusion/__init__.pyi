@@ -2,7 +2,7 @@
 
 from fusion.calibration.depth.calibration import DepthSettings as DepthSettings
 from fusion.calibration.depth.calibration import calibrate_depth as calibrate_depth
-from fusion.calibration.lens.board import read_board as read_board
+from fusion.calibration.lens.boards.board import read_board as read_board
 from fusion.calibration.lens.intrinsics import LensSettings as LensSettings
 from fusion.calibration.lens.intrinsics import calibrate_intrinsics as calibrate_intrinsics
 from fusion.calibration.noise.calibration import NoiseSettings as NoiseSettings

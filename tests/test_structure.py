@@ -95,7 +95,8 @@ def test_help_loads_nothing_slow():
     """Neither the overview nor the help of any command may load the large libraries."""
     program = """
 import contextlib, io, sys
-from fusion.commands.main import COMMANDS, main
+from fusion.commands.catalogue import COMMANDS
+from fusion.commands.main import main
 for arguments in [["--help"], *([name, "--help"] for name in COMMANDS)]:
     with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
         main(arguments)

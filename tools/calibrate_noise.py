@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.calibration.noise.axial import AxialLaw
 from fusion.calibration.noise.calibration import NoiseCalibration, calibrate_poses
+from fusion.calibration.noise.laws.axial import AxialLaw
 from fusion.calibration.noise.poses import Pose, pose_of
 from fusion.calibration.noise.target_noise import measure_target
 from fusion.errors import FusionError

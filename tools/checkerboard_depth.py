@@ -38,8 +38,8 @@ from fusion.calibration.depth.board_walls import middle_of_nine, seen_board
 from fusion.calibration.depth.calibration import DepthSettings, calibrate_walls, walls_of
 from fusion.calibration.depth.known import start
 from fusion.calibration.depth.wall import Wall
-from fusion.calibration.lens.board import Board, read_board
-from fusion.calibration.lens.pictures import read_picture
+from fusion.calibration.lens.boards.board import Board, read_board
+from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.commands.main import main as fusion
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import PRESETS

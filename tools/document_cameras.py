@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from fusion.files.output.publish import atomic_file
-from fusion.report.camera_page import camera_page, camera_picture
+from fusion.report.evaluations.camera_page import camera_page, camera_picture
 from fusion.sensor.files.contributed import shortcomings
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.presets import PRESETS

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from fusion.calibration.lens.board import BoardFile
+from fusion.calibration.lens.boards.board import BoardFile
 from fusion.files.output.publish import atomic_file
 from fusion.files.schema import schema_of
 from fusion.recording.native.camera_file import CameraFile

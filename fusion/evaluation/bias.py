@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.evaluation.still import Still, centre_of
+from fusion.evaluation.still.statistics import Still, centre_of
 from fusion.evaluation.surface import WALL, ExpectedSurface
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor

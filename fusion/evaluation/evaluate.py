@@ -11,13 +11,13 @@ from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError
 from fusion.evaluation.bias import Bias, bias_of
-from fusion.evaluation.drift import Drift, drift_of
 from fusion.evaluation.light import ambient_light
 from fusion.evaluation.near_limit import NearLimit, SurfaceSeen, near_limits
 from fusion.evaluation.notes import Note, notes_on
 from fusion.evaluation.quantization import Quantization, quantization_of
-from fusion.evaluation.shares import Shares, StretchTiles, brightness_of, joined, shares_over, tiles_of
-from fusion.evaluation.still import Still, StretchSample, measure_still, sample_of
+from fusion.evaluation.still.drift import Drift, drift_of
+from fusion.evaluation.still.shares import Shares, StretchTiles, brightness_of, joined, shares_over, tiles_of
+from fusion.evaluation.still.statistics import Still, StretchSample, measure_still, sample_of
 from fusion.evaluation.surface import ExpectedSurface, expected_depth, surface_of
 from fusion.geometry.camera import Camera
 from fusion.progress import each

@@ -228,7 +228,7 @@ def test_the_command_writes_all_that_the_contract_names(folder, tmp_path, capsys
 
 def test_the_summary_is_short_and_poses_can_be_a_file(folder, tmp_path, capsys, monkeypatch):
     # drawing takes seconds, and the test above has done it
-    monkeypatch.setattr("fusion.report.scan.scan_report", lambda path, report: path.write_text("drawn"))
+    monkeypatch.setattr("fusion.report.scans.scan.scan_report", lambda path, report: path.write_text("drawn"))
     poses = folder / "groundtruth.txt"
     assert main(["reconstruct", str(folder), "-o", str(tmp_path / "o"), *OPTIONS, "--poses", str(poses)]) == 0
     text = capsys.readouterr().out

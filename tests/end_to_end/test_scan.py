@@ -240,8 +240,8 @@ def test_an_interruption_while_writing_leaves_nothing(scan, left, tmp_path, monk
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("fusion.report.scan.scan_report", interrupted)
-    from fusion.commands.turntable import fill
+    monkeypatch.setattr("fusion.report.scans.scan.scan_report", interrupted)
+    from fusion.commands.scan.turntable import fill
 
     with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / "out") as partial:
         fill(partial, left[1], scan)

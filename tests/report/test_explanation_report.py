@@ -12,15 +12,15 @@ import pytest
 from browser import BINARY, Browser
 from explained import explanation_of
 
-from fusion.commands.verdict_lines import verdict_lines
+from fusion.commands.terminal.verdict_lines import verdict_lines
 from fusion.discrepancy.compared import cleaned, compared
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.discrepancy.verdict.words import chance
-from fusion.report.claim_sections import with_masks
-from fusion.report.evidence import claims_of
-from fusion.report.explanation import explanation_report
+from fusion.report.explanations.claim_sections import with_masks
+from fusion.report.explanations.evidence import claims_of
+from fusion.report.explanations.explanation import explanation_report
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise

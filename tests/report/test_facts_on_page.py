@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from made_up import UP, bumpy_sphere
 
-from fusion.commands import turntable
+from fusion.commands.scan import turntable
 from fusion.mesh.shape import shape_of
-from fusion.report.facts import fact_numbers
+from fusion.report.scans.facts import fact_numbers
 from fusion.results.facts import Gap, ScanFacts, TableFacts
 from fusion.results.verdict import Verdict
 

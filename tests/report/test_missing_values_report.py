@@ -4,8 +4,8 @@ import pytest
 from explained import explanation_of
 
 from fusion.discrepancy.verdict.verdict import verdict_of
-from fusion.report.claim_sections import with_masks
-from fusion.report.explanation import explanation_report
+from fusion.report.explanations.claim_sections import with_masks
+from fusion.report.explanations.explanation import explanation_report
 from fusion.sensor.effects.readout.amplitude_dropout import AmplitudeDropout
 
 

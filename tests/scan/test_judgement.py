@@ -10,7 +10,7 @@ from made_up_scan import AGREEING, CAMERA, COUNT, good_scan, with_evidence, with
 from fusion.certainty.common import Common
 from fusion.certainty.shared import NOTHING
 from fusion.certainty.sigma import Sure
-from fusion.commands.turntable import failure, lines
+from fusion.commands.scan.turntable import failure, lines
 from fusion.mesh.mesh import Mesh
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump

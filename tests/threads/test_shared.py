@@ -10,7 +10,7 @@ from side_by_side import compared, switching_often
 
 from fusion.calibration.noise import repeats, rounding
 from fusion.geometry.camera import Camera
-from fusion.report.palette import new_figure, styled, to_svg
+from fusion.report.kit.palette import new_figure, styled, to_svg
 from fusion.sensor.effects.readout import lateral_noise
 from fusion.sensor.effects.triangulation import vertical_banding
 from fusion.sensor.laws.fields import frozen_field, frozen_map

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.lens.pictures import read_picture
+from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh

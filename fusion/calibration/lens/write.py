@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from fusion.calibration.lens.boards.search import Search
 from fusion.calibration.lens.intrinsics import CameraFit, Intrinsics
-from fusion.calibration.lens.search import Search
 from fusion.recording.native.camera_file import camera_to_dict
 
 

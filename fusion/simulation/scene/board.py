@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.lens.board import Board as CalibrationBoard
-from fusion.calibration.lens.board import knows_markers
+from fusion.calibration.lens.boards.board import Board as CalibrationBoard
+from fusion.calibration.lens.boards.board import knows_markers
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array, transform
 from fusion.mesh.mesh import Mesh

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from fusion.calibration.lens.board import DrawnBoard
+from fusion.calibration.lens.boards.board import DrawnBoard
 from fusion.files.values import FileName, Metres
 from fusion.recording.native.camera_file import CameraFile
 from fusion.recording.native.scene_file import CourseFields, Pose, SceneFields, Share

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.calibration.lens.board import DrawnBoard
+from fusion.calibration.lens.boards.board import DrawnBoard
 from fusion.errors import SceneError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rendered_boards import SIZE, TRUTH, picture
 
-from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.boards.pictures import find_pictures, thinned
 from fusion.calibration.lens.intrinsics import calibrate_intrinsics
-from fusion.calibration.lens.pictures import find_pictures, thinned
 from fusion.commands.main import main
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera

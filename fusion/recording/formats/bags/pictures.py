@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.files.limits import check_size
-from fusion.recording.formats.bags.messages import decoded
-from fusion.recording.formats.bags.rvl import unpack_rvl
-from fusion.recording.formats.bags.store import Topic
+from fusion.recording.formats.bags.containers.store import Topic
+from fusion.recording.formats.bags.messages.rvl import unpack_rvl
+from fusion.recording.formats.bags.messages.values import decoded
 from fusion.recording.images.header import JPEG_START, PNG_START
 from fusion.recording.images.read import decode_image
 

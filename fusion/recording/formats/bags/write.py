@@ -9,7 +9,7 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse, to_tum
-from fusion.recording.formats.bags.mcap_writer import McapWriter
+from fusion.recording.formats.bags.containers.mcap_writer import McapWriter
 from fusion.recording.formats.bags.ros import CAMERA_TOPIC, DEVICE_TOPIC, SCENE_TOPIC, TELEMETRY_TOPIC
 from fusion.recording.native.camera_file import camera_to_dict
 from fusion.recording.native.device_file import device_text
