@@ -65,7 +65,7 @@ $(STAMP): pyproject.toml
 	touch $(STAMP)
 
 $(TOOLS): $(STAMP)
-	@echo "installing what tests and checks need: some 0.6 GB"
+	@echo "installing what tests and checks need: some 0.8 GB"
 	@$(PIP) --editable '.[dev]'
 	@touch $(TOOLS)
 
