@@ -25,5 +25,5 @@ with tempfile.TemporaryDirectory() as folder:
     verdict = fusion.verdict_of(found)
 
 print(found)
-for claim in verdict["missing"]:
-    print(claim["effect"], claim["parameters"])
+for claim in verdict.missing:
+    print(claim.effect, {name: number.value for name, number in claim.parameters.items()})
