@@ -32,7 +32,7 @@ for seed, (distance, tilt) in enumerate([(0.8, 0), (1.1, 30), (1.4, -25), (1.9, 
 # The answer is a list of claims with what they rest on, and a model that holds them.
 
 found = fusion.explain(recordings, known)
-for claim in fusion.verdict_of(found)["missing"]:
-    for name, value in claim["parameters"].items():
-        print(f"{claim['effect']}.{name} = {value['value']:.5f} +- {value['std']:.5f} {value['unit']}")
+for claim in fusion.verdict_of(found).missing:
+    for name, number in claim.parameters.items():
+        print(f"{claim.effect}.{name} = {number.value:.5f} +- {number.std:.5f} {number.unit}")
 found

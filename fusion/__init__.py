@@ -57,6 +57,7 @@ _PUBLIC = {
     "simulation.simulate": "Simulation simulate",
     "simulation.write": "write_simulation",
     "discrepancy.explain": "Explanation explain",
+    "discrepancy.verdict.content": "Verdict",
     "discrepancy.verdict.verdict": "verdict_of",
     "reconstruction.pipeline": "reconstruct",
     "reconstruction.result": "Reconstruction",

@@ -16,6 +16,7 @@ from fusion.devices.source import Source as Source
 from fusion.devices.source import SourceFrame as SourceFrame
 from fusion.discrepancy.explain import Explanation as Explanation
 from fusion.discrepancy.explain import explain as explain
+from fusion.discrepancy.verdict.content import Verdict as Verdict
 from fusion.discrepancy.verdict.verdict import verdict_of as verdict_of
 from fusion.errors import FusionError as FusionError
 from fusion.evaluation.evaluate import EvaluationSettings as EvaluationSettings

@@ -20,7 +20,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.simulation.scenes import built_in
 
 PROJECT = Path(__file__).resolve().parent.parent
-KINDS = ("camera", "sensor", "scene", "board")
+KINDS = ("camera", "sensor", "scene", "board", "verdict")
 SMALL = fusion.Camera(40, 30, 35.0, 35.0, 19.5, 14.5)
 
 

@@ -122,7 +122,7 @@ def explain(
 
     >>> walls = [fusion.open_recording(f"wall_{i}") for i in range(5)]
     >>> found = fusion.explain(walls, fusion.read_sensor("kinect-v2-indoors"))
-    >>> fusion.verdict_of(found)["nothing_missing"]
+    >>> fusion.verdict_of(found).nothing_missing
     True
     """
     _same_cameras(recordings, sensor)

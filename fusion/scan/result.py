@@ -100,7 +100,7 @@ class Scan:
                 zip(("angle_rad", "distance"), value, strict=True)
             )  # fmt: skip
 
-        axis, verdict = self.motion.axis, self.judgement.verdict
+        axis, worth = self.motion.axis, self.judgement.worth
         return {
             "frame": "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0",
             "axis_point": axis.point.tolist(),
@@ -110,8 +110,8 @@ class Scan:
             "angles_rad": [None if np.isnan(a) else float(a) for a in self.motion.angles],
             "angles_std_rad": [None if np.isnan(a) else float(a) for a in self.motion.angle_std],
             "told_rad": None if self.told is None else [float(a) for a in self.told],
-            "verdict": verdict.word,
-            "reasons": verdict.sentences(),
+            "verdict": worth.word,
+            "reasons": worth.sentences(),
             "direction": self.steps.direction,
             "radial_rms": self.circle.radial_rms,
             "axial_rms": self.circle.axial_rms,

@@ -165,7 +165,7 @@ def test_a_log_in_radians_is_called_that():
 )
 def test_the_verdict_is_the_worst_of_the_lights(word, plant):
     scan = plant(good_scan())
-    assert scan.judgement.verdict.word == word
+    assert scan.judgement.worth.word == word
     assert scan.turntable()["verdict"] == word and bool(scan.turntable()["reasons"]) == (word != "good")
     assert lines(scan)[0].startswith(f"verdict   {word}")
     assert (failure(scan, "scan") is not None) == (word == "failed")
@@ -188,7 +188,7 @@ def test_a_calibrated_camera_that_a_scan_contradicts_may_have_a_wrong_depth_law(
 def test_print_that_does_not_agree_is_told(share, level):
     scan = with_motion(good_scan(), against_print=share)
     assert light(scan, "Print").level == level
-    assert scan.judgement.verdict.word == ("doubtful" if level == "bad" else "good")
+    assert scan.judgement.worth.word == ("doubtful" if level == "bad" else "good")
 
 
 def test_what_has_no_print_is_not_asked_for_it():

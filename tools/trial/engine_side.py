@@ -38,7 +38,7 @@ def main() -> None:
 def explain_into(paths: list[Path], sensor: Path, out: Path) -> None:
     found = explain([open_recording(path) for path in paths], read_sensor(sensor))
     out.mkdir(parents=True, exist_ok=True)
-    (out / "verdict.json").write_text(json.dumps(verdict_of(found), indent=1))
+    (out / "verdict.json").write_text(json.dumps(verdict_of(found).to_dict(), indent=1))
     write_sensor(out / "sensor.json", found.sensor)
 
 

@@ -54,6 +54,8 @@ def left_out(recording: "Recording") -> list[str]:
 
 def run(options: argparse.Namespace) -> None:
     """Explain and write the results."""
+    from msgspec.structs import replace
+
     from fusion.discrepancy.explain import explain
     from fusion.discrepancy.verdict.verdict import verdict_of
     from fusion.progress import seconds, stage
@@ -74,15 +76,15 @@ def run(options: argparse.Namespace) -> None:
         if options.report:
             with stage("report"):
                 explanation_report(partial, found, verdict)
-        verdict = {**verdict, "seconds": seconds()}
-        (partial / "verdict.json").write_text(json.dumps(verdict, indent=1) + "\n")
+        verdict = replace(verdict, seconds=seconds())
+        (partial / "verdict.json").write_text(json.dumps(verdict.to_dict(), indent=1) + "\n")
         write_sensor(partial / "sensor.json", found.sensor)
     if options.json:
-        print(json.dumps(verdict))
+        print(json.dumps(verdict.to_dict()))
     else:
         width = min(WIDEST, shutil.get_terminal_size((100, 24)).columns)
         last = [
             *made(options, "verdict", "sensor", "report", width=LABEL),
-            f"{'took':<{LABEL}}{took(verdict['seconds'])}",
+            f"{'took':<{LABEL}}{took(verdict.seconds or {})}",
         ]
         print("\n".join([*verdict_lines(verdict, width), *last]))

@@ -144,7 +144,7 @@ def fill(folder: Path, merged: "Merged", page: bool = True) -> None:
                 merged.facts,
                 merged.mesh.scalars["passes_apart"],
                 merged.merge(),
-                merged.judgement.verdict.line(),
+                merged.judgement.worth.line(),
                 merged.judgement.lights,
                 {name: value for name, value in content.items() if name not in ("result", "judgement", "warnings")},
                 "fusion " + " ".join(sys.argv[1:]),
@@ -157,7 +157,7 @@ def lines(merged: "Merged") -> list[str]:
     from fusion.results.words import mesh_words
 
     facts = merged.facts
-    out = [f"verdict   {merged.judgement.verdict.line()}", *merged.judgement.lines()]
+    out = [f"verdict   {merged.judgement.worth.line()}", *merged.judgement.lines()]
     for one, pair in zip(merged.passes[1:], merged.pairs, strict=True):
         on = merged.passes[pair.onto].name
         out.append(

@@ -78,10 +78,10 @@ def run(options: argparse.Namespace) -> None:
 
 def failure(scan: "Scan", where: Path) -> TrackingError | None:
     """Why a scan is not handed out, in one line; None where it is good, or only doubtful."""
-    verdict = scan.judgement.verdict
-    if verdict.word != "failed":
+    worth = scan.judgement.worth
+    if worth.word != "failed":
         return None
-    worst = verdict.reasons[0]
+    worst = worth.reasons[0]
     do = f"{worst.do} --keep-failed writes what there is"
     return TrackingError("the scan failed", where, worst.reason.rstrip("."), do=do)
 
@@ -165,7 +165,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
         mesh_raw=scan.mesh_raw,
         up=np.array([0.0, 0.0, 1.0]),
         settings=scan.settings,
-        verdict=scan.judgement.verdict.line(),
+        verdict=scan.judgement.worth.line(),
         summary=scan.judgement.lights,
         warnings=[("ok", text) for text in scan.judgement.footnotes],
         fingerprint=fingerprint(recording),
@@ -199,7 +199,7 @@ def lines(scan: "Scan") -> list[str]:
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned
     return [
-        f"verdict   {scan.judgement.verdict.line()}",
+        f"verdict   {scan.judgement.worth.line()}",
         *scan.judgement.lines(),
         f"frames    {facts.placed} of {facts.frames} placed",
         f"table     {table_words(table)}; {closing_words(table)}",

@@ -1,7 +1,7 @@
 """What a report shows of an explanation: what each claim changes in the residuals, and where."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from fusion.discrepancy.compared import cleaned
 from fusion.discrepancy.explain import Explanation, variables_of
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.verdict.claim import Claim
+from fusion.discrepancy.verdict.content import Verdict
+from fusion.sensor.where import BoundFields
 
 Vector = NDArray[np.float64]
 
@@ -21,29 +24,26 @@ def painted(patch: Patch, values: Vector) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True)
-class Claim:
-    """One entry of the verdict against the fitted frames.
+class Footprint:
+    """What a claim of the verdict changes in the fitted frames.
 
     Attributes:
         number: its place in the verdict.
-        entry: of the verdict.
+        claim: of the verdict.
         white: (n,) what it changes, whitened.
         left: (n,) what all claims together leave, whitened.
     """
 
     number: int
-    entry: dict[str, Any]
+    claim: Claim
     white: Vector
     left: Vector
 
     def mask(self, found: Explanation) -> NDArray[np.uint8]:
         """(h, w) how much each pixel tells for the claim: 255 the most, 0 nothing or never seen."""
         model, rest = cleaned(found.gauge, self.white), cleaned(found.gauge, self.left)
-        energy = (
-            np.maximum(model * (model + rest), 0)
-            / spread(found.gauge) ** 2
-            * inside(found, self.entry["where"]["region"])
-        )
+        tells = np.maximum(model * (model + rest), 0) / spread(found.gauge) ** 2
+        energy = tells * inside(found, self.claim.where.region)
         return mask_of(found, energy)
 
 
@@ -65,19 +65,19 @@ def painted_mask(observations: Observations, energy: Vector) -> NDArray[np.uint8
     return np.asarray(np.clip(share / most, 0, 1) * 255 if most > 0 else share * 0).round().astype(np.uint8)
 
 
-def claims_of(found: Explanation, verdict: dict[str, Any]) -> list[Claim]:
+def footprints_of(found: Explanation, verdict: Verdict) -> list[Footprint]:
     """The established claims of a verdict on the mean depth, with their footprints."""
     beyond = found.beyond.law.footprint if found.beyond is not None and found.unknown else np.zeros_like(found.white)
     left = found.named.white - beyond
     out = []
-    for number, entry in enumerate(verdict["missing"]):
-        if entry["channel"] != "bias":
+    for number, claim in enumerate(verdict.missing):
+        if claim.channel != "bias":
             continue
-        own = [step.footprint for step in found.named.steps if step.effect.name == entry["effect"]]
-        if not own and entry["effect"] != "unknown":
+        own = [step.footprint for step in found.named.steps if step.effect.name == claim.effect]
+        if not own and not claim.unknown:
             continue  # steps of the stored depths: tiles do not show them
-        white = beyond if entry["effect"] == "unknown" else np.sum([np.zeros_like(left), *own], axis=0)
-        out.append(Claim(number, entry, white, left))
+        white = beyond if claim.unknown else np.sum([np.zeros_like(left), *own], axis=0)
+        out.append(Footprint(number, claim, white, left))
     return out
 
 
@@ -86,14 +86,14 @@ def spread(gauge: Gauge) -> Vector:
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", gauge.bare, gauge.bare)))
 
 
-def inside(found: Explanation, region: list[dict[str, Any]]) -> NDArray[np.bool_]:
+def inside(found: Explanation, region: Sequence[BoundFields]) -> NDArray[np.bool_]:
     """(n,) True for tiles in the region of a claim; bounds on variables that tiles do not have are passed over."""
     known = variables_here(found)
     out = np.ones(len(found.white), bool)
     for bound in region:
-        values = known.get(bound["variable"])
+        values = known.get(bound.variable)
         if values is not None:
-            out &= (values >= bound["low"]) & (values <= bound["high"])
+            out &= (values >= bound.low) & (values <= bound.high)
     return out
 
 

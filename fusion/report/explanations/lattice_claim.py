@@ -1,11 +1,10 @@
 """The part of the page about the steps in which depths are stored: which values occur, and how the step grows."""
 
-from typing import Any
-
 import numpy as np
 
 from fusion.discrepancy.channels.lattice import Stored, stored_of
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.verdict.claim import Claim
 from fusion.evaluation.quantization import Quantization, quantization_of
 from fusion.report.explanations.claims import lead, parameters_table, questions
 from fusion.report.kit.page import Figure, Section
@@ -15,13 +14,13 @@ from fusion.sensor.words.in_words import plain
 STEPS = 12  # shown one by one
 
 
-def lattice_section(found: Explanation, number: int, entry: dict[str, Any]) -> Section:
+def lattice_section(found: Explanation, number: int, claim: Claim) -> Section:
     """Everything about a claim on the steps."""
     stored = stored_of(found.before)
     law = quantization_of(stored.counts, stored.per_metre)
-    title = f"{'Also missing' if number else 'Missing'}: {plain(entry['effect'])} (steps)"
+    title = f"{'Also missing' if number else 'Missing'}: {plain(claim.effect)} (steps)"
     figures = () if law is None else (_figure(stored, law, f"claim-{number}"),)
-    return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))
+    return Section(title, lead(claim), figures, html=parameters_table(claim) + questions(claim))
 
 
 def _figure(stored: Stored, law: Quantization, name: str) -> Figure:

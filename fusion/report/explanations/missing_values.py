@@ -1,13 +1,13 @@
 """The part of the page about a claim on missing values: which share of the values is lost, and where."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.validity import Validity, validity_of
 from fusion.discrepancy.explain import Explanation, variables_of
+from fusion.discrepancy.verdict.claim import Claim
 from fusion.report.explanations.claims import lead, parameters_table, questions
 from fusion.report.explanations.evidence import painted_mask
 from fusion.report.explanations.share_figure import MissingCurve, missing_figure
@@ -44,11 +44,11 @@ def missing_of(found: Explanation) -> Missing | None:
     return Missing(given, given.missing, given.share(), better.share())
 
 
-def missing_section(number: int, entry: dict[str, Any], missing: Missing) -> Section:
+def missing_section(number: int, claim: Claim, missing: Missing) -> Section:
     """Everything about one claim on missing values."""
-    name = "an unknown law" if entry["effect"] == "unknown" else plain(entry["effect"])
+    name = "an unknown law" if claim.unknown else plain(claim.effect)
     title = f"{'Also missing' if number else 'Missing'}: {name} (missing values)"
-    curves = [_curve(missing, variable) for variable in _shown(missing, entry)]
+    curves = [_curve(missing, variable) for variable in _shown(missing, claim)]
     lost = float(np.mean(np.maximum(missing.measured - missing.given, 0.0)))
     text = Figure(
         f"{100 * lost:.1f} % of the values are missing beyond what the model loses",
@@ -58,12 +58,12 @@ def missing_section(number: int, entry: dict[str, Any], missing: Missing) -> Sec
         "with it. Bright pixels of the picture: most values missing that the given model does not lose.",
     )
     figures = (missing_figure(curves, missing.mask, text),) if curves else ()
-    return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))
+    return Section(title, lead(claim), figures, html=parameters_table(claim) + questions(claim))
 
 
-def _shown(missing: Missing, entry: dict[str, Any]) -> list[str]:
+def _shown(missing: Missing, claim: Claim) -> list[str]:
     known = variables_of(missing.seen.observations)
-    return [name for name in entry["where"]["variables"] if name in known][:2] or ["depth"]
+    return [name for name in claim.where.variables if name in known][:2] or ["depth"]
 
 
 def _curve(missing: Missing, variable: str) -> MissingCurve:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.channels.scatter import variance
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.observations import predicted
+from fusion.discrepancy.verdict.claim import Claim
 from fusion.report.explanations.claim_figures import Unit
 from fusion.report.explanations.claims import bins, lead, parameters_table, questions, shown_variables
 from fusion.report.explanations.evidence import mask_of, variables_here
@@ -44,12 +45,12 @@ def noise_mask(found: Explanation, noise: Noise) -> NDArray[np.uint8]:
 
 
 def noise_section(
-    found: Explanation, number: int, entry: dict[str, Any], noise: Noise, mask: NDArray[Any], unit: Unit
+    found: Explanation, number: int, claim: Claim, noise: Noise, mask: NDArray[Any], unit: Unit
 ) -> Section:
     """Everything about one claim on the noise."""
-    title = f"{'Also missing' if number else 'Missing'}: {plain(entry['effect'])} (noise)"
+    title = f"{'Also missing' if number else 'Missing'}: {plain(claim.effect)} (noise)"
     ratio = np.sqrt(noise.extended / np.maximum(noise.given, 1e-300))
-    curves = [_curve(found, noise, name, unit) for name in shown_variables(found, entry)]
+    curves = [_curve(found, noise, name, unit) for name in shown_variables(found, claim)]
     curves = [curve for curve in curves if len(curve.at) > 1]
     low, high = (float(x) for x in np.quantile(ratio, (0.1, 0.9)))
     changed = f"It makes the noise up to {high:.2f} times as large"
@@ -58,12 +59,12 @@ def noise_section(
     text = Figure(
         changed,
         f"claim-{number}",
-        f"Noise of repeated frames with and without {plain(entry['effect'])}.",
+        f"Noise of repeated frames with and without {plain(claim.effect)}.",
         "Above: standard deviation of a pixel over repeated frames, as recorded and as the model predicts it. Below: "
         "recorded over predicted noise; 1 is right. Bright pixels of the picture: changed most.",
     )
     figures = (spread_figure(curves, mask, unit, text),) if curves else ()
-    return Section(title, lead(entry), figures, html=parameters_table(entry) + questions(entry))
+    return Section(title, lead(claim), figures, html=parameters_table(claim) + questions(claim))
 
 
 def _curve(found: Explanation, noise: Noise, variable: str, unit: Unit) -> SpreadCurve:

@@ -10,7 +10,7 @@ from fusion.files.values import Name
 from fusion.recording.native.camera_file import Principle
 from fusion.sensor.catalogue import IMPLEMENTED, KNOWN
 from fusion.sensor.parameter import Parameter, Setting, parameters, settings
-from fusion.sensor.variables import VARIABLES
+from fusion.sensor.where import BoundFields
 
 SHAPE: dict[str, Any] = {"frozen": True, "kw_only": True}
 FORMAT: Literal["fusion-sensor/1"] = "fusion-sensor/1"
@@ -21,14 +21,6 @@ Std = Annotated[float, Meta(ge=0)]
 
 
 NpyName = Annotated[str, Meta(extra_json_schema={"pattern": r"\.npy$"}, description="the name of a .npy file")]
-
-
-class BoundFields(Struct, frozen=True, kw_only=True):
-    """Where an effect acts: one variable within bounds, both included; a billion stands for infinity."""
-
-    variable: Literal[tuple(VARIABLES)]  # type: ignore[valid-type]
-    low: float
-    high: float
 
 
 class EffectEntry(Struct, frozen=True, kw_only=True):

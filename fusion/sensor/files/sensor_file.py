@@ -9,6 +9,7 @@ import numpy as np
 from fusion.errors import SensorError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json, shown
+from fusion.files.json_values import json_values
 from fusion.files.output.publish import atomic_file
 from fusion.files.schema import one_of
 from fusion.sensor.catalogue import IMPLEMENTED
@@ -104,7 +105,7 @@ def _entry(effect: Effect, sensor: Sensor, path: Path) -> dict[str, Any]:
     out["source"] = sensor.sources.get(effect.name, "")
     if effect.name in sensor.fitted:
         out["fitted"] = True
-    return out | ({"where": [bound.entry() for bound in effect.where]} if effect.where else {})
+    return out | ({"where": json_values([bound.entry() for bound in effect.where])} if effect.where else {})
 
 
 def _stored(effect: Effect, about: Parameter, path: Path) -> Any:

@@ -1,4 +1,4 @@
-"""The verdict on a result in one word, with its reasons: one place decides what the words mean."""
+"""What a result is worth in one word, with its reasons: one place decides what the words mean."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from fusion.results.light import Light
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Worth:
     """What a result is worth.
 
     Attributes:
@@ -28,10 +28,10 @@ class Verdict:
         return f"{self.word}: {', '.join(subjects)}" if subjects else self.word
 
 
-def verdict_of(lights: Sequence[Light]) -> Verdict:
+def worth_of(lights: Sequence[Light]) -> Worth:
     """Failed where a light says so, doubtful where one is red, else good."""
     red = [light for light in lights if light.level == "bad"]
     fatal = [light for light in red if light.fails]
     if fatal:
-        return Verdict("failed", (*fatal, *(light for light in red if not light.fails)))
-    return Verdict("doubtful", tuple(red)) if red else Verdict("good")
+        return Worth("failed", (*fatal, *(light for light in red if not light.fails)))
+    return Worth("doubtful", tuple(red)) if red else Worth("good")
