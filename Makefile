@@ -43,6 +43,7 @@ types: $(TOOLS)
 
 # without a network: pages need nothing but themselves
 docs: $(SITE_MADE)
+	rm -rf out/site
 	$(SITE)/bin/python -m sphinx -b html -W --keep-going -q -d out/site_build/doctrees docs out/site
 	$(SITE)/bin/python -m tools.documentation.standalone out/site
 
