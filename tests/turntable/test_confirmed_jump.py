@@ -9,8 +9,9 @@ import pytest
 from fusion.geometry import pose
 from fusion.geometry.depth import point_map
 from fusion.geometry.trajectory import Trajectory
-from fusion.scan import poses
-from fusion.scan.poses import about_axis, confirmed
+from fusion.scan import missed
+from fusion.scan.missed import confirmed
+from fusion.scan.poses import about_axis
 from fusion.turntable.jumps import Jump
 from fusion.turntable.views import Region
 
@@ -51,11 +52,23 @@ def test_where_tracking_lost_its_way_nothing_moved(scan):
 def test_views_that_slide_on_each_other_show_no_push(scan, monkeypatch):
     """They lie elsewhere when they are aligned directly, and fit no better there."""
     frames, region, places = scan
-    aligned = poses._aligned
+    aligned = missed.aligned
 
     def loose(*arguments):
         found = aligned(*arguments)
         return None if found is None else replace(found, information=1e-4 * found.information)
 
-    monkeypatch.setattr(poses, "_aligned", loose)
+    monkeypatch.setattr(missed, "aligned", loose)
     assert confirmed(Jump(PUSHED, 0.006, "object"), frames, region, pushed(places, 0.006)) is None
+
+
+def test_a_gap_is_told_in_deviations_of_what_the_two_views_tell(scan):
+    """Where the axis is right the noise of the views explains it, where the object was pushed by 6 mm it does not."""
+    frames, region, places = scan
+    pair = (PUSHED - 1, PUSHED)
+    direct = missed.aligned(frames, region, places, pair)
+    right, wrong = (missed.gap_of(frames, region, t, pair, direct) for t in (places, pushed(places, 0.006)))
+    assert right.deviations < 1 and wrong.deviations > 5
+    assert wrong.distance == pytest.approx(0.006, rel=0.2)
+    loose = replace(direct, information=1e-4 * direct.information)
+    assert missed.gap_of(frames, region, pushed(places, 0.006), pair, loose).deviations < 1
