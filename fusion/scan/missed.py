@@ -19,10 +19,12 @@ from fusion.tracking.icp import IcpResult, align
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.focal import SURE
 from fusion.turntable.jumps import Jump
+from fusion.turntable.steps import closing_pair
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
+OTHERS = 6  # pairs whose median tells what views of this scan miss each other by: to a quarter of itself
 
 
 def aligned(
@@ -54,6 +56,40 @@ def gap_of(
     twist = np.concatenate([turn, moved - about])
     deviations = float(np.sqrt(EFFECTIVE * twist @ direct.information @ twist))
     return Gap(pose.angle(pose.inverse(direct.T_model_source) @ T), float(np.linalg.norm(shift)), deviations)
+
+
+def closing_gaps(
+    frames: list[Prepared | None], region: Region, trajectories: tuple[Trajectory, Trajectory], angles: Array
+) -> tuple[Gap | None, Gap | None]:
+    """Where a turn closes: by how much two trajectories, after and before the fit, miss two views about a turn apart.
+
+    The deviations are those of noise, or more where other views, between which no turn lies, miss each other as well:
+    errors of depth that stand still in the image, which no noise tells of. None without a full turn.
+    """
+    pair = closing_pair(angles)
+    direct = None if pair is None else aligned(frames, region, trajectories[0], pair)
+    if pair is None or direct is None:
+        return None, None
+    others = []
+    for other in _as_far_apart(angles, pair):
+        found = aligned(frames, region, trajectories[0], other)
+        gap = None if found is None else gap_of(frames, region, trajectories[0], other, found)
+        others += [] if gap is None else [gap.deviations]
+    usual = max(1.0, float(np.median(others))) if others else 1.0
+    gaps = [gap_of(frames, region, t, pair, direct) for t in trajectories]
+    after, before = (None if g is None else replace(g, deviations=g.deviations / usual) for g in gaps)
+    return after, before
+
+
+def _as_far_apart(angles: Array, pair: tuple[int, int]) -> list[tuple[int, int]]:
+    """Some pairs of frames with about the same turn between them as these two have but for whole turns."""
+    i, j = np.triu_indices(len(angles), 1)
+    turn = np.abs(angles[j] - angles[i])
+    known = turn < np.pi  # of NaN it is not true
+    i, j, turn = i[known], j[known], turn[known]
+    rest = np.abs((angles[pair[1]] - angles[pair[0]] + np.pi) % (2 * np.pi) - np.pi)
+    near = np.sort(np.argsort(np.abs(turn - rest), kind="stable")[: 4 * OTHERS])[::4]
+    return [(int(i[k]), int(j[k])) for k in near]
 
 
 def confirmed(jump: Jump | None, frames: list[Prepared | None], region: Region, by_axis: Trajectory) -> Jump | None:

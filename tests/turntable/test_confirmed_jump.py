@@ -72,3 +72,22 @@ def test_a_gap_is_told_in_deviations_of_what_the_two_views_tell(scan):
     assert wrong.distance == pytest.approx(0.006, rel=0.2)
     loose = replace(direct, information=1e-4 * direct.information)
     assert missed.gap_of(frames, region, pushed(places, 0.006), pair, loose).deviations < 1
+
+
+def test_the_closing_gap_counts_in_what_other_views_miss_each_other_by(scan):
+    """One turn and a little: closed it is no gap, left open by 6 mm it is one, unless all views miss by that."""
+    frames, region, places = scan
+    again, turns = [*frames, *frames[:2]], np.deg2rad(20.0) * np.arange(len(frames) + 2)
+    whole = Trajectory(np.arange(float(len(again))), np.concatenate([places.poses, places.poses[:2]]))
+    off = pose.inverse(pose.pose(np.eye(3), np.array([0.006, 0, 0])))
+    opened = replace(whole, poses=np.concatenate([places.poses, off @ places.poses[:2]]))
+    shaken = whole.poses.copy()
+    shaken[1::2] = off @ shaken[1::2]
+    # an odd frame lies 6 mm from the even ones all along; the last two are as far from the first two
+    shaken[-2:] = opened.poses[-2:]
+    closed, wide, usual = (
+        missed.closing_gaps(again, region, (t, t), turns)[0] for t in (whole, opened, replace(whole, poses=shaken))
+    )
+    assert closed.deviations < 1 and wide.deviations > 5
+    assert usual.deviations < 0.5 * wide.deviations
+    assert missed.closing_gaps(frames[:8], region, (places, places), turns[:8]) == (None, None)
