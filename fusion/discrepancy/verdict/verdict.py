@@ -31,7 +31,7 @@ def verdict_of(found: Explanation) -> dict[str, Any]:
     before = float(found.white @ found.white)
     plans = Plans(found.named.sensor, found.looks)
     missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
-    missing += [channel_claim(found, step) for step in found.channels.steps if step.established]
+    missing += _beside(missing, [channel_claim(found, step) for step in found.channels.steps if step.established])
     likely = [found.named.likely] if found.named.likely else []
     indicated = [_with_next(mean_claim([step], found, before), [step], found, plans) for step in likely]
     indicated += [channel_claim(found, step) for step in found.channels.steps if not step.established]
@@ -76,6 +76,16 @@ def _with_next(entry: dict[str, Any], steps: list[Step], found: Explanation, pla
     """A claim with the recording that parts it from its look-alikes."""
     following = planned_next(steps, entry["indistinguishable_from"], found.candidates, plans)
     return entry if following is None else {**entry, "record_next": following["text"], "next": following}
+
+
+def _beside(named: list[dict[str, Any]], others: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Claims of the channels, without those of an effect that the mean has named: its squares and its grain are one."""
+    own = {entry["effect"]: entry for entry in named}
+    for entry in others:
+        for label, number in entry["parameters"].items() if entry["effect"] in own else ():
+            known = own[entry["effect"]]["parameters"].setdefault(label, {**number, "value": 0.0})
+            known["value"] = float(np.hypot(known["value"], number["value"]))
+    return [entry for entry in others if entry["effect"] not in own]
 
 
 def _by_name(found: Explanation) -> list[list[Step]]:
