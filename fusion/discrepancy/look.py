@@ -171,7 +171,7 @@ def _seen(
             else (replace(view, ir=np.asarray(ir, np.float32)), given)
         )
     assert stage.caster is not None
-    twist = None if stage.table is None else stage.table.twists[list(frames)].mean(axis=0)
+    twist = None if stage.twists is None else stage.twists[list(frames)].mean(axis=0)
     body = Body(stage.caster, turning=stage.table is not None)
     view = view_of((body,), stage.recording.camera, T_world_camera, channels, twist)
     view = replace(view, placed_by_images=stage.placed_by_images)
