@@ -1,6 +1,7 @@
 """Depth laws from walls: what was put in comes back, what cannot be seen is said, what is not there is not found."""
 
 import json
+import re
 from dataclasses import replace
 
 import cv2
@@ -229,6 +230,33 @@ def test_depth_along_stated_rays_is_taken_to_the_true_ones():
     found = calibrate_walls(walls, begin, surface=False)
     corrected = found.sensor.correct(stated, begin.camera)
     assert np.abs(corrected - depth).mean() < 2 * NOISE
+
+
+@pytest.mark.parametrize("off", [-0.18, 0.015])
+def test_a_wall_of_a_wrong_distance_is_named_and_left_out(off):
+    walls = walls_of(SL, (DisparityOffset(0.4),))
+    wrong = len(walls) // 2
+    walls[wrong] = replace(walls[wrong], distance=walls[wrong].distance + off)
+    found = calibrate_walls(walls, start([_Recording(SL)], None, None), surface=False)
+    assert len(found.walls) == len(walls) - 1
+    (level, text), *_ = found.notes
+    assert level == "warning" and text.startswith(f"{walls[wrong].name} is left out")
+    there = float(re.search(r"does at ([0-9.]+) m", text)[1])
+    assert there == pytest.approx(walls[wrong].distance - off, abs=3 * LASER)
+
+
+def test_two_walls_whose_distances_were_swapped_are_both_named():
+    walls = walls_of(SL, (DisparityOffset(0.4),))
+    one, other = walls[3], walls[4]
+    walls[3:5] = [replace(one, distance=other.distance), replace(other, distance=one.distance)]
+    found = calibrate_walls(walls, start([_Recording(SL)], None, None), surface=False)
+    assert {text.partition(" is left out")[0] for _, text in found.notes[:2]} == {one.name, other.name}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_walls_that_are_right_are_all_used(seed):
+    found = calibrated(SL, (DisparityOffset(0.4),), seed=seed)
+    assert len(found.walls) == len(walls_of(SL, ()))
 
 
 def test_models_are_bound_to_their_unit():

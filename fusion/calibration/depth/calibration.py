@@ -16,6 +16,7 @@ from fusion.calibration.depth.harmonics import harmonics
 from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
 from fusion.calibration.depth.lamp import with_lamp
+from fusion.calibration.depth.misstated import BETTER, MOST, misstated, told
 from fusion.calibration.depth.notes import notes_on
 from fusion.calibration.depth.radial_limit import radial_limit, within
 from fusion.calibration.depth.selection import JudgedLaw, Problem, fit, judge, judge_all, level
@@ -149,7 +150,21 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 
 
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
-    """The same from walls that are already reduced."""
+    """The same from walls that are already reduced; walls whose stated distance cannot be are left out and named."""
+    first = found = _calibrated(walls, begin, surface)
+    flight, left = begin.known.principle == "itof", []
+    for _ in range(int(MOST * len(walls))):
+        if (which := misstated(found.walls, found.judged, found.chosen, flight)) is None:
+            return first
+        left.append(found.walls[which])
+        found = _calibrated([wall for wall in found.walls if wall is not left[-1]], begin, surface)
+        if found.best.error < BETTER * first.best.error:
+            named = [("warning", told(wall, found.sensor, found.camera, len(found.walls))) for wall in left]
+            return replace(found, notes=(*named, *found.notes))
+    return first
+
+
+def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibration:
     camera, known = begin.camera, begin.known
     nodes, light = _nodes(walls, begin), _ir_reference(walls)
     have = {effect.name for effect in begin.uncorrected.effects}
