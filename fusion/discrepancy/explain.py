@@ -13,7 +13,6 @@ from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import with_grain
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
-from fusion.discrepancy.copies import Prints, refuse_copies
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after
 from fusion.discrepancy.likely_pose import at_likely_poses
@@ -33,6 +32,7 @@ from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
 from fusion.errors import FusionError
 from fusion.progress import each, stage
+from fusion.recording.looking.copies import Prints, refuse_copies
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 

@@ -32,6 +32,7 @@ from fusion.geometry.camera import Camera
 from fusion.progress import each, stage
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.quantity import RADIAL_LIMIT
+from fusion.recording.looking.copies import refuse_repeated
 from fusion.recording.readable import moving_notes
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
@@ -130,7 +131,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
         recordings: one per wall, its distance in `distance_m` of the telemetry where it is known.
         settings: camera, known sensor and so on.
     Raises:
-        FusionError: no recording, recordings of different cameras, no wall in view.
+        FusionError: no recording, one that is given twice, recordings of different cameras, no wall in view.
 
     >>> found = fusion.calibrate_depth([fusion.open_recording(f"wall_{i}") for i in range(5)])
     >>> fusion.write_sensor("sensor.json", found.sensor)
@@ -138,6 +139,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     settings = settings or DepthSettings()
     if not recordings:
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
+    refuse_repeated(recordings)
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
     walls = [wall for recording in each(recordings, "reading") for wall in walls_of(recording, begin, settings)]
     if settings.board is None and settings.radial_limit is None:  # each of them leaves walls out as well
