@@ -337,6 +337,10 @@ def test_a_board_places_itself(tmp_path):
     assert any("printed squares" in text for _, text in found.notes)
     depth_report(tmp_path / "report.html", found)
     assert "printed size looks like a scale" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert not any("check square_m" in text for _, text in found.notes)
+    larger = DepthSettings(board=replace(board, square_m=1.1 * board.square_m), surface=False)
+    notes = calibrate_depth([open_recording(tmp_path / "board")], larger).notes
+    assert any(level == "bad" and "0.92 times as far away" in text and "square_m" in text for level, text in notes)
     with pytest.raises(FusionError, match="no picture shows the board"):
         calibrate_depth([open_recording(tmp_path / "board")], DepthSettings(board=Board(9, 8, 0.06)))
 
