@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.results.light import Light, level
 from fusion.turntable.all_views.log import departure
@@ -11,6 +12,7 @@ from fusion.turntable.focal import SURE
 if TYPE_CHECKING:
     from fusion.scan.result import Scan
 
+Array = NDArray[np.float64]
 # up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
 CLOSED = (3.0, SURE)  # standard deviations
 WORSE = np.deg2rad(1.0)
@@ -21,6 +23,10 @@ SLIPS = "What was measured is used; fix the object to the plate, and look at the
 PULLED = (
     "Errors of depth that stand still in the image pull angles: calibrate camera and depth, and record two turns or "
     "more; or the log is wrong (--ignore-log)."
+)
+MIRRORED = (
+    "If the table counts clockwise, all is well; else the images are mirrored, as some drivers give them (print on the "
+    "object reads backwards), and so is the mesh: flip them."
 )
 OFF_LOG = np.deg2rad(2.0)  # less is no harm that could be told from a table's own unevenness (guess)
 LOG_RATIO = (0.03, 0.2)  # of all turns, as seen and as told
@@ -58,6 +64,8 @@ def _log(scan: "Scan") -> Light | None:
     judged = level(abs(np.log(max(seen, 1e-9) / max(told, 1e-9))), LOG_RATIO)
     said = f"The images turn by {np.rad2deg(seen):.0f} deg in all, as told: {np.rad2deg(told):.0f} deg."
     left, allowed = departure(scan.motion.angles, scan.told, [slip.frame for slip in scan.steps.slips])
+    if judged == "ok" and scan.settings.get("step") is None and _against(scan.motion.angles, scan.told):
+        return Light("warning", "Log", f"{said} But they turn the other way than the log says.", MIRRORED)
     if judged == "ok" and left > max(allowed, OFF_LOG):
         said += f" In between they leave it smoothly by {np.rad2deg(left):.1f} deg"
         said += f", where steps as even as these could by {np.rad2deg(allowed):.1f} deg."
@@ -67,6 +75,12 @@ def _log(scan: "Scan") -> Light | None:
     if 0.8 < seen / told / np.rad2deg(1) < 1.25:
         return Light(judged, "Log", said, "The log seems to be in radians: turntable_deg is read as degrees.")
     return Light(judged, "Log", said, "Check the unit of the log or --step, or leave it out with --ignore-log.")
+
+
+def _against(angles: Array, told: Array) -> bool:
+    """Whether angles (n,) [rad] run against a log, which counts right-handed about the axis that points up."""
+    known = np.isfinite(angles) & np.isfinite(told)
+    return bool(np.sum(np.diff(told[known]) * np.diff(angles[known])) < 0)
 
 
 def _print(scan: "Scan") -> Light | None:

@@ -84,6 +84,7 @@ PLANTED = {
     ],
     "Log": [
         ("warning", off_its_log),
+        ("warning", lambda s: replace(s, told=-s.motion.angles)),
         ("bad", lambda s: replace(s, told=s.motion.angles / 57.3)),
         ("bad", lambda s: replace(s, told=1.5 * s.motion.angles)),
     ],
