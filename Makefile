@@ -74,7 +74,7 @@ $(STAMP): pyproject.toml
 	touch $(STAMP)
 
 $(TOOLS): $(STAMP)
-	@echo "installing what tests and checks need: some 0.5 GB"
+	@echo "installing what tests and checks need: some 0.8 GB"
 	@$(PIP) --editable '.[dev]'
 	@touch $(TOOLS)
 

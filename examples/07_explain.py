@@ -36,9 +36,9 @@ for seed, (distance, tilt) in enumerate([(0.8, 0), (1.1, 30), (1.4, -25), (1.9, 
 
 found = fusion.explain(recordings, known)
 verdict = fusion.verdict_of(found)
-for claim in verdict["missing"]:
-    for name, value in claim["parameters"].items():
-        print(f"{claim['effect']}.{name} = {value['value']:.5f} +- {value['std']:.5f} {value['unit']}")
+for claim in verdict.missing:
+    for name, number in claim.parameters.items():
+        print(f"{claim.effect}.{name} = {number.value:.5f} +- {number.std:.5f} {number.unit}")
 found
 
 # %%
@@ -46,7 +46,7 @@ found
 
 distance = np.linspace(0.6, 2.6, 400)
 hidden = (0.003, 0.62, 0.5)
-named = [verdict["missing"][0]["parameters"][key]["value"] for key in ("amplitude", "period", "phase")]
+named = [verdict.missing[0].parameters[key].value for key in ("amplitude", "period", "phase")]
 for label, (amplitude, period, phase) in {"hidden": hidden, "found": named}.items():
     wave = 1e3 * amplitude * np.sin(2 * np.pi * distance / period + phase)
     plt.plot(distance, wave, "--" if label == "found" else "-", label=label)

@@ -44,7 +44,7 @@ def test_no_module_takes_the_place_of_a_name():
 
 def test_reconstruct_is_the_function_though_modules_are_imported_first():
     program = (
-        "import fusion.reconstruction.pipeline as pipeline, fusion.commands.reconstruct\n"
+        "import fusion.reconstruction.pipeline as pipeline, fusion.commands.scan.reconstruct\n"
         "from fusion import reconstruct\n"
         "import fusion\n"
         "print(reconstruct is fusion.reconstruct is pipeline.reconstruct)"

@@ -20,7 +20,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.simulation.scenes import built_in
 
 PROJECT = Path(__file__).resolve().parent.parent
-KINDS = ("camera", "sensor", "scene", "board")
+KINDS = ("camera", "sensor", "scene", "board", "verdict")
 SMALL = fusion.Camera(40, 30, 35.0, 35.0, 19.5, 14.5)
 
 
@@ -131,7 +131,7 @@ def harmed(value, rng):
 
 def test_what_is_read_fits_the_schema(checks, tmp_path):
     # the other way round does not hold: a schema cannot look at everything
-    from fusion.recording.scene_file import read_scene_fields
+    from fusion.recording.native.scene_file import read_scene_fields
 
     readers = {"camera": fusion.find_camera, "scene": read_scene_fields, "sensor": fusion.read_sensor}
     full = CAMERA | {"std": {"fx": 1}, "color": CAMERA, "distortion": [0.1] * 5, "principle": "itof", "serial": "a"}

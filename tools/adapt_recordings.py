@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import find_camera
-from fusion.recording.images import read_counts
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.cameras.presets import find_camera
+from fusion.recording.images.load_frame import counts_to_metres
+from fusion.recording.images.read import read_counts
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 # inferred by the set's SOURCE.md, never proven: 4500 mm at 65535
 FLOOR_COUNTS_PER_METRE = 65535 / 4.5

@@ -21,7 +21,7 @@ import numpy as np
 from calibrate_noise import CAMERAS, NOISE, measured, seen_at, simulated
 
 from fusion.calibration.noise.ambient import AmbientEstimate, estimate_ambient, points_of
-from fusion.calibration.noise.light_law import OVERCAST, ROOM_LUX, SUN, effective, light_law
+from fusion.calibration.noise.laws.light_law import OVERCAST, ROOM_LUX, SUN, effective, light_law
 from fusion.calibration.noise.poses import Pose
 from fusion.errors import FusionError
 from fusion.sensor.effects.light.ambient_light import AmbientLight

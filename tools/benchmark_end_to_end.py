@@ -90,7 +90,7 @@ def box(shared: Path, out: Path) -> tuple[list[str], list[str]]:
 
 def frames(shared: Path, out: Path) -> tuple[list[str], list[str]]:
     """180 simulated frames of 640 x 480 px, made once."""
-    from fusion.simulation.demo import write_demo_recording
+    from fusion.simulation.demo.demo import write_demo_recording
 
     if not (out / "simulated").exists():
         write_demo_recording(out / "simulated", frames=180)
@@ -111,10 +111,10 @@ def explain(shared: Path, out: Path) -> tuple[list[str], list[str]]:
 
 def compare(shared: Path, out: Path) -> tuple[list[str], list[str]]:
     """A cloud of 1 million points, shifted and noisy, and the demo's mesh that it was taken from."""
+    from fusion.mesh.comparison.surface_samples import sample_surface
     from fusion.mesh.files import write_mesh
     from fusion.mesh.mesh import Mesh
-    from fusion.mesh.surface_samples import sample_surface
-    from fusion.simulation.demo import demo_truth
+    from fusion.simulation.demo.demo import demo_truth
 
     cloud, reference = out / "cloud.ply", out / "reference.ply"
     if not cloud.exists():

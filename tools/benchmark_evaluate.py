@@ -19,7 +19,7 @@ import numpy as np
 
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_scale=1000, principle="itof", sensor="benchmark")
 ASKED_S = 5.0

@@ -52,7 +52,7 @@ def draw(found: list[Growth], path: Path) -> None:
     """One panel a law."""
     from matplotlib.figure import Figure
 
-    from fusion.report import palette
+    from fusion.report.kit import palette
 
     with palette.styled():
         figure = Figure(figsize=(10, 2.9 * -(-len(found) // 3)), layout="constrained")

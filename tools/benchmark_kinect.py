@@ -20,7 +20,7 @@ from usb1 import _libusb1 as libusb
 from fusion.devices.kinect_v1.packets import BAYER, DEPTH_11, Assembler, RawFrame, StreamFormat
 from fusion.devices.kinect_v1.pixels import color, raw_depth
 from fusion.devices.kinect_v1.port import PACKET_BYTES, PACKETS
-from fusion.recording.zero_plane import ZeroPlane
+from fusion.recording.cameras.zero_plane import ZeroPlane
 
 RATE = 30
 PLANE = ZeroPlane(7.5, 2.4, 120.0, 0.1042, 200)  # of a typical unit

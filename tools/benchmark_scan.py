@@ -24,8 +24,8 @@ from fusion.recording.open import open_recording
 from fusion.scan import attempt, motion, pipeline
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
-from fusion.sensor.file import read_sensor
-from fusion.simulation.demo import write_demo_recording
+from fusion.sensor.files.sensor_file import read_sensor
+from fusion.simulation.demo.demo import write_demo_recording
 
 ASKED_S = 10.0
 FRAMES = 180

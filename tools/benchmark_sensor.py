@@ -22,21 +22,21 @@ import numpy as np
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
+from fusion.sensor.correction.estimate import estimated_view
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.tabulated import Tabulated
-from fusion.sensor.estimate import estimated_view
 from fusion.sensor.moment import Moment
 from fusion.sensor.parameter import parameters
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
-from fusion.simulation.demo import CAMERA, demo_truth, looking_at, plate, surroundings
+from fusion.simulation.demo.demo import CAMERA, demo_truth, looking_at, plate, surroundings
 from fusion.simulation.ideal.frame import IdealFrame
 from fusion.simulation.ideal.sense import sense
-from fusion.simulation.indirect import Bounce
-from fusion.simulation.render import Channels, RayCaster
-from fusion.simulation.shapes import joined, sheet
+from fusion.simulation.rendering.indirect import Bounce
+from fusion.simulation.rendering.render import Channels, RayCaster
+from fusion.simulation.scene.shapes import joined, sheet
 
 RENDERED_MS, SAMPLED_MS, SENSED_MS = 150.0, 60.0, 20.0  # what a frame may take on two cores
 AS_FAST = 1.3  # times a curve: what undoing a stack may take

@@ -12,14 +12,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fusion.calibration.lens.board import Board, read_board
-from fusion.calibration.lens.charuco import find_charuco
-from fusion.calibration.lens.detect import ATTEMPTS, DetectorTry, find_checkerboard
-from fusion.calibration.lens.grid import upright
+from fusion.calibration.lens.boards.board import Board, read_board
+from fusion.calibration.lens.boards.charuco import find_charuco
+from fusion.calibration.lens.boards.detect import ATTEMPTS, DetectorTry, find_checkerboard
+from fusion.calibration.lens.boards.grid import upright
+from fusion.calibration.lens.boards.pictures import read_picture
+from fusion.calibration.lens.fit.solve import NAMES, matrix
 from fusion.calibration.lens.intrinsics import CameraFit, LensSettings, calibrate_intrinsics, fit_camera
 from fusion.calibration.lens.photogrammetric import PhotogrammetricCamera, to_opencv, to_photogrammetric
-from fusion.calibration.lens.pictures import read_picture
-from fusion.calibration.lens.solve import NAMES, matrix
 from fusion.calibration.lens.views import BoardView, view_of
 
 KINECT = "data/kinect_v2_checkerboard"

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.calibration.noise.axial import AxialLaw
 from fusion.calibration.noise.calibration import NoiseCalibration, calibrate_poses
+from fusion.calibration.noise.laws.axial import AxialLaw
 from fusion.calibration.noise.poses import Pose, pose_of
 from fusion.calibration.noise.target_noise import measure_target
 from fusion.errors import FusionError
@@ -28,7 +28,7 @@ from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
-from fusion.simulation.render import Channels, render
+from fusion.simulation.rendering.render import Channels, render
 
 CAMERAS = {
     "v1": Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle="structured_light", sensor="Kinect for Xbox 360"),

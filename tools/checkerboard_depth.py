@@ -38,15 +38,15 @@ from fusion.calibration.depth.board_walls import middle_of_nine, seen_board
 from fusion.calibration.depth.calibration import DepthSettings, calibrate_walls, walls_of
 from fusion.calibration.depth.known import start
 from fusion.calibration.depth.wall import Wall
-from fusion.calibration.lens.board import Board, read_board
-from fusion.calibration.lens.pictures import read_picture
+from fusion.calibration.lens.boards.board import Board, read_board
+from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.commands.main import main as fusion
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_file import read_camera
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.cameras.presets import PRESETS
+from fusion.recording.native.camera_file import read_camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View, stretch
 

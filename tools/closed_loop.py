@@ -19,7 +19,7 @@ from fusion.discrepancy.look import looks_of, wanted_channels
 from fusion.discrepancy.observations import Observations, observe
 from fusion.discrepancy.stage import stage_of
 from fusion.recording.open import open_recording
-from fusion.sensor.file import read_sensor
+from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
 
 PROGRAM = [sys.executable, "-c", "import sys; from fusion.commands.main import main; sys.exit(main())"]

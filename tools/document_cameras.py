@@ -12,10 +12,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from fusion.files.publish import atomic_file
-from fusion.report.camera_page import camera_page, camera_picture
-from fusion.sensor.contributed import shortcomings
-from fusion.sensor.file import read_sensor
+from fusion.files.output.publish import atomic_file
+from fusion.report.evaluations.camera_page import camera_page, camera_picture
+from fusion.sensor.files.contributed import shortcomings
+from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.presets import PRESETS
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exporting.loss import usual_camera

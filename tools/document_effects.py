@@ -11,7 +11,7 @@ from pathlib import Path
 
 from effect_pages import text
 
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 from fusion.sensor.effects import EFFECTS
 
 PROJECT = Path(__file__).resolve().parent.parent

@@ -21,7 +21,7 @@ from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
-from fusion.simulation.render import Channels, render
+from fusion.simulation.rendering.render import Channels, render
 
 CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof", sensor="Kinect v2")
 V1 = Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle="structured_light", sensor="Kinect for Xbox 360")

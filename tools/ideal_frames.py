@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.estimate import reflectance_of
-from fusion.sensor.file import read_sensor
+from fusion.sensor.correction.estimate import reflectance_of
+from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.simulation.ideal.frame import IdealFrame

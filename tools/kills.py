@@ -20,8 +20,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fusion.files.claim import MARK
-from fusion.files.staging import sweep
+from fusion.files.output.claim import MARK
+from fusion.files.output.staging import sweep
 
 START = "from fusion.commands.console import run; raise SystemExit(run())"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)

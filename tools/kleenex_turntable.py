@@ -21,8 +21,8 @@ from kleenex_markers import find_stickers, fit, load
 from numpy.typing import NDArray
 
 from fusion.errors import FusionError
+from fusion.mesh.comparison.surface_samples import face_areas, face_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import face_areas, face_normals
 from fusion.recording.open import open_recording
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings

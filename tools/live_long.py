@@ -24,14 +24,14 @@ import numpy as np
 from fusion.devices.record import RecordSettings
 from fusion.devices.replay import Replay
 from fusion.devices.source import Description, SourceFrame
-from fusion.files.publish import output_folder
+from fusion.files.output.publish import output_folder
 from fusion.live.feed import Feed
 from fusion.live.page import page
 from fusion.live.session import record_live
 from fusion.live.watch import Watch
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
-from fusion.recording.write import MEMBERS
+from fusion.recording.writing.write import MEMBERS
 
 EVERY = 30.0  # [s] between two lines
 GROWN = 0.1  # share that memory may grow after the first fifth

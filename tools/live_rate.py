@@ -22,13 +22,13 @@ from fusion.devices.growing import GrowingFolder
 from fusion.devices.record import RecordSettings
 from fusion.devices.replay import Replay
 from fusion.devices.source import SourceFrame
-from fusion.files.publish import output_folder
+from fusion.files.output.publish import output_folder
 from fusion.live.feed import Feed
 from fusion.live.session import record_live
 from fusion.live.watch import Watch
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
-from fusion.recording.write import MEMBERS
+from fusion.recording.writing.write import MEMBERS
 
 
 class Fed:

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import fusion
-from fusion.files.publish import atomic_file
-from fusion.mesh.picture import raised, shaded
-from fusion.mesh.sight import SightSide, sides
-from fusion.report.figures.views import Scale, scale_colors
-from fusion.report.palette import DIVERGING, INK, SOFT, new_figure, styled
+from fusion.files.output.publish import atomic_file
+from fusion.mesh.drawing.picture import raised, shaded
+from fusion.mesh.drawing.sight import SightSide, sides
+from fusion.report.kit.palette import DIVERGING, INK, SOFT, new_figure, styled
+from fusion.report.kit.views import Scale, scale_colors
 
 OUT = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "scan.png"
 PIXELS = 620  # of the object's longest edge

@@ -10,12 +10,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from fusion.calibration.lens.board import BoardFile
-from fusion.files.publish import atomic_file
+from fusion.calibration.lens.boards.board import BoardFile
+from fusion.discrepancy.verdict.content import Verdict
+from fusion.files.output.publish import atomic_file
 from fusion.files.schema import schema_of
-from fusion.recording.camera_file import CameraFile
-from fusion.sensor.sensor_fields import sensor_file
-from fusion.simulation.scene_fields import SceneFile
+from fusion.recording.native.camera_file import CameraFile
+from fusion.sensor.files.sensor_fields import sensor_file
+from fusion.simulation.scene.fields import SceneFile
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "schemas"
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -23,7 +24,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 def schemas() -> dict[str, dict[str, Any]]:
     """Every schema by the name of its file."""
-    kinds = {"camera": CameraFile, "sensor": sensor_file(), "scene": SceneFile, "board": BoardFile}
+    kinds = {"camera": CameraFile, "sensor": sensor_file(), "scene": SceneFile, "board": BoardFile, "verdict": Verdict}
     return {
         f"{name}.schema.json": {"$schema": DIALECT, "title": f"{name}.json"} | schema_of(kind)
         for name, kind in kinds.items()

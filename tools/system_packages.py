@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 
-from fusion.commands.system_libraries import install_command, missing_libraries, packages_of
+from fusion.commands.terminal.system_libraries import install_command, missing_libraries, packages_of
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 

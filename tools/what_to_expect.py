@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 import fusion
-from fusion.files.publish import atomic_file
-from fusion.recording.camera_presets import DEVICES
+from fusion.files.output.publish import atomic_file
+from fusion.recording.cameras.presets import DEVICES
 from fusion.sensor.presets import PRESETS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "first_scan.md"

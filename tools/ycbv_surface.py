@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import exp, inverse, pose, transform
-from fusion.mesh.distances import Surface, surface_of
+from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.files import read_mesh
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.result import Reconstruction

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fusion.errors import FusionError
-from fusion.files.claim import MARK
+from fusion.files.output.claim import MARK
 from fusion.files.reading import read_text
 from fusion.recording.formats.folders.plain import natural
 from fusion.recording.open import recognised

@@ -8,8 +8,8 @@ from urllib.parse import quote
 
 from fusion.batch.job import JobRow
 from fusion.batch.work import BOOKS
-from fusion.report.page import Number, Page, Section, write_page
-from fusion.report.tables import shown
+from fusion.report.kit.page import Number, Page, Section, write_page
+from fusion.report.kit.tables import shown
 
 # what a person looks at first, by the endings of their names; the tables have all
 TELLING = (

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from fusion import __version__
-from fusion.files.claim import MARK, refuse_input, refuse_other_kind, replaceable
-from fusion.files.publish import atomic_file, place_of
-from fusion.files.refused_output import told
-from fusion.files.staging import staging
+from fusion.files.output.claim import MARK, refuse_input, refuse_other_kind, replaceable
+from fusion.files.output.publish import atomic_file, place_of
+from fusion.files.output.refused import told
+from fusion.files.output.staging import staging
 
 COMMAND = "batch"
 

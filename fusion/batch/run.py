@@ -18,7 +18,7 @@ from fusion.batch.table import write_tables, write_timings
 from fusion.batch.work import Done, forget, kept, work
 from fusion.errors import FusionError
 from fusion.files.extra import extra
-from fusion.files.staging import sweep
+from fusion.files.output.staging import sweep
 from fusion.progress import each
 
 RUNNER = "fusion.commands.main:main"

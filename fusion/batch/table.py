@@ -9,7 +9,7 @@ from typing import Any
 from fusion.batch.job import JobRow
 from fusion.batch.work import Done
 from fusion.files.extra import extra
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 
 FIRST = ("recording", "name", "status", "light", "reason", "folder", "key")
 

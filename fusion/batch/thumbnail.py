@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import FusionError
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 
 WIDTH, HEIGHT = 192, 128  # [px]
 QUALITY = 80
@@ -35,8 +35,8 @@ def _of_mesh(result: Path) -> NDArray[np.uint8] | None:
     path = result / "mesh.ply" if result.is_dir() else result
     if path.suffix != ".ply" or not path.is_file():
         return None
+    from fusion.mesh.drawing.picture import png
     from fusion.mesh.files import read_mesh
-    from fusion.mesh.picture import png
 
     try:
         mesh = read_mesh(path)

@@ -9,7 +9,7 @@ from fusion.batch.job import Job, JobRow
 from fusion.batch.numbers import light_of, numbers_in
 from fusion.batch.thumbnail import write_thumbnail
 from fusion.batch.warm import Answer, run_warm
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 
 BOOKS = ".batch"  # in the batch's folder: a row and a picture of each job
 REASON = 500  # characters

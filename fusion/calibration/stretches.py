@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import FusionError, RecordingError
-from fusion.recording.load_frame import load_depth
-from fusion.recording.moved import unmoved_parts
+from fusion.recording.images.load_frame import load_depth
+from fusion.recording.looking.moved import unmoved_parts
+from fusion.recording.looking.sample import spread
 from fusion.recording.recording import Recording
-from fusion.recording.sample import spread
 
 LOOKS = 32  # frames compared with each other
 GRID = 4  # [px] between the pixels compared

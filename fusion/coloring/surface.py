@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
+from fusion.mesh.comparison.surface_samples import vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import vertex_normals
 
 
 class RayMesh:

@@ -1,7 +1,6 @@
 """`fusion completion SHELL`: what a shell needs to complete commands and options with the Tab key."""
 
 import argparse
-import importlib
 from pathlib import Path
 
 EXAMPLE = "fusion completion bash > ~/.local/share/bash-completion/completions/fusion"
@@ -32,13 +31,14 @@ def whole() -> argparse.ArgumentParser:
     """One parser with all commands and their options inside, which completion needs and nothing else."""
     import shtab
 
-    from fusion.commands.main import COMMANDS, overview
+    from fusion.commands.catalogue import COMMANDS, load
+    from fusion.commands.main import overview
     from fusion.commands.parser import CommandParser
 
     parser = overview()
     parts = parser.add_subparsers(parser_class=CommandParser)
     for name, text in COMMANDS.items():
-        command = importlib.import_module(f"fusion.commands.{name}")
+        command = load(name)
         part = parts.add_parser(name, help=text)
         command.add_arguments(part)
     _complete_files(parser, shtab.FILE)

@@ -2,7 +2,6 @@
 
 import argparse
 import errno
-import importlib
 import os
 import sys
 import traceback
@@ -11,37 +10,15 @@ from pathlib import Path
 from types import ModuleType
 
 from fusion import __version__
-from fusion.commands.inputs import inputs
+from fusion.commands.catalogue import COMMANDS, load
+from fusion.commands.options.inputs import inputs
 from fusion.commands.parser import CommandParser, Parser
-from fusion.commands.stopping import Stop, stoppable
-from fusion.commands.terminal import show_own_lines
+from fusion.commands.terminal.own_lines import show_own_lines
+from fusion.commands.terminal.stopping import Stop, stoppable
 from fusion.compute.process import tune_process
 from fusion.errors import FusionError
 from fusion.files.limits import USUAL_GB
 from fusion.files.trust import trust
-
-# command: what it does, in the order of the work
-COMMANDS = {
-    "demo": "the whole main job on an object that the program makes itself",
-    "record": "from a camera, or from a recording played back, frame by frame into a new recording",
-    "live": "the same while the object is seen growing; then a result as of `fusion turntable`",
-    "info": "what is in a recording, and what looks wrong with it",
-    "convert": "between recording formats, and between mesh formats",
-    "reconstruct": "correct, track, integrate: a recording becomes a mesh",
-    "turntable": "the same for an object on a turntable, with axis and closed loop",
-    "merge": "several passes of one object, turned over between them, become one",
-    "texture": "the colour images of a scan, laid on its mesh as a picture: GLB, OBJ, USDZ",
-    "batch": "a command over many recordings: a row, a folder and a picture for each",
-    "simulate": "a recording as a sensor would have made it; the same seed, the same bits",
-    "sensor": "a sensor model as a table with units and sources, for other simulators, or beside another one",
-    "calibrate": "camera, depth or noise from recordings of boards and walls",
-    "evaluate": "the sensor bench: noise, offset, shares, steps and drift of still recordings",
-    "explain": "where simulation and recording differ, which physics is missing, and the better model",
-    "compare": "signed distances between a mesh and a reference",
-    "doctor": "what is plugged in, installed, missing; whether a camera gives what it should",
-    "repeat": "several scans of one object: how far they spread, and where",
-    "completion": "what a shell needs to complete commands and options with the Tab key",
-}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -71,7 +48,7 @@ def _main(arguments: list[str] | None, stop: Stop) -> int:
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     chosen = parser.parse_args(arguments[:end])
     try:
-        command = importlib.import_module(f"fusion.commands.{chosen.command}")
+        command = load(chosen.command)
     except (ImportError, OSError) as error:
         sys.stderr.write(f"fusion {chosen.command}: {_refused(error, verbose=False)}\n")
         return 1
@@ -93,10 +70,10 @@ def _main(arguments: list[str] | None, stop: Stop) -> int:
 def _run(name: str, command: ModuleType, options: argparse.Namespace, stop: Stop) -> int:
     """The command's exit status; what goes wrong is told in one line."""
     # not at the top: `fusion --help` needs none of them
-    from fusion.commands.screen import showing
-    from fusion.commands.verbose import tell_begin, tell_end
-    from fusion.files.claim import claimed
-    from fusion.files.staging import remove_held
+    from fusion.commands.terminal.screen import showing
+    from fusion.commands.terminal.verbose import tell_begin, tell_end
+    from fusion.files.output.claim import claimed
+    from fusion.files.output.staging import remove_held
 
     options.claim = None
     try:
@@ -149,7 +126,7 @@ def _drop_stdout() -> None:
 
 def _refused(error: ImportError | OSError, verbose: bool) -> str:
     """What the system did not load or do."""
-    from fusion.commands.failed_import import failed_import  # seldom needed
+    from fusion.commands.terminal.failed_import import failed_import  # seldom needed
 
     if isinstance(error, OSError) and error.errno == errno.ENOSPC and not error.filename:  # none: it is no file
         _drop_stdout()

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
-from fusion.commands.numbers import number
+from fusion.commands.options.numbers import number
 from fusion.errors import FusionError
 from fusion.files.inside import OPTION as LINKS_OPTION
 from fusion.files.limits import OPTION as LIMIT_OPTION

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from fusion.devices.source import Description, SourceFrame
 from fusion.errors import RecordingError
-from fusion.recording.camera_file import write_camera
-from fusion.recording.device_file import write_device
-from fusion.recording.png import png_bytes
-from fusion.recording.telemetry_file import CLOCKS
-from fusion.recording.write import LISTS, depth_counts
+from fusion.recording.images.png import png_bytes
+from fusion.recording.native.camera_file import write_camera
+from fusion.recording.native.device_file import write_device
+from fusion.recording.native.telemetry_file import CLOCKS
+from fusion.recording.writing.write import LISTS, depth_counts
 
 COLUMNS = (*CLOCKS, "missed")  # of telemetry.csv, whatever the device tells beside them
 Color = Literal["png", "jpeg"]

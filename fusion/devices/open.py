@@ -9,7 +9,7 @@ from fusion.devices.source import Source
 from fusion.errors import DeviceError
 from fusion.geometry.camera import Camera
 from fusion.quantity import REPLAY_SPEED
-from fusion.recording.camera_presets import find_camera
+from fusion.recording.cameras.presets import find_camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 

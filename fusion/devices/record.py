@@ -18,10 +18,10 @@ from fusion.devices.growing import Color, GrowingFolder
 from fusion.devices.source import Description, Source, SourceFrame
 from fusion.devices.turn import TurnWatch
 from fusion.errors import DeviceError, FusionError
-from fusion.files.publish import output_folder
-from fusion.files.refused_output import told
+from fusion.files.output.publish import output_folder
+from fusion.files.output.refused import told
 from fusion.progress import stage
-from fusion.recording.write import MEMBERS
+from fusion.recording.writing.write import MEMBERS
 
 QUEUE_BYTES = 128 << 20  # some 40 frames of a Kinect v1 with colours: more than a second in which a disk may be busy
 SHOWN = 0.2  # [s] between two looks at how far it is

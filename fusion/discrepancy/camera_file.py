@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.geometry.camera import Camera
-from fusion.sensor.surface import seen_along
+from fusion.sensor.laws.surface import seen_along
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]

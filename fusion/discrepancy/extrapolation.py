@@ -1,7 +1,6 @@
 """Extrapolation: do the claims, with sizes fitted elsewhere, hold in recordings beyond all others?"""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,14 +28,6 @@ class Beyond:
     low: float
     before: float
     after: float
-
-    def entry(self) -> dict[str, Any]:
-        return {
-            "variable": self.variable,
-            "from": self.low,
-            "chi2_per_dof_before": self.before,
-            "chi2_per_dof_after": self.after,
-        }
 
 
 def extrapolated(found: Explanation) -> list[Beyond]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,18 +45,6 @@ class EffectVisibility:
     shape: dict[str, float]
     alike: tuple[str, ...]
     visible: bool
-
-    def entry(self) -> dict[str, Any]:
-        """As in the verdict."""
-        return {
-            "effect": self.effect,
-            "visible_share": self.share,
-            "parameter": self.parameter,
-            "detectable": self.detectable,
-            "unit": self.unit,
-            "shape": self.shape,
-            "looks_like": list(self.alike),
-        }
 
 
 def visibilities(candidates: Sequence[Candidate], gauge: Gauge) -> list[EffectVisibility]:

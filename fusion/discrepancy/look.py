@@ -16,14 +16,14 @@ from fusion.discrepancy.tiles import Tiling, tiling
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.progress import each
+from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import stated_scene
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
 from fusion.sensor.view import Image, View
-from fusion.simulation.casting import Body
-from fusion.simulation.indirect import Bounce
-from fusion.simulation.render import Channels, view_of
+from fusion.simulation.rendering.casting import Body
+from fusion.simulation.rendering.indirect import Bounce
+from fusion.simulation.rendering.render import Channels, view_of
 
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
@@ -171,7 +171,7 @@ def _seen(
             else (replace(view, ir=np.asarray(ir, np.float32)), given)
         )
     assert stage.caster is not None
-    twist = None if stage.table is None else stage.table.twists[list(frames)].mean(axis=0)
+    twist = None if stage.twists is None else stage.twists[list(frames)].mean(axis=0)
     body = Body(stage.caster, turning=stage.table is not None)
     view = view_of((body,), stage.recording.camera, T_world_camera, channels, twist)
     view = replace(view, placed_by_images=stage.placed_by_images)

@@ -14,8 +14,8 @@ from fusion.discrepancy.outliers import foreign
 from fusion.discrepancy.tiles import SIDE_PX, Tiling, tiling
 from fusion.discrepancy.views import views_of
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.surface import moved_beyond
 from fusion.sensor.view import Image, View
 
 MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores

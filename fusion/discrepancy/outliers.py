@@ -1,6 +1,7 @@
 """Outliers: what stands in a recording and not in its mesh, such as a thing before the wall; it takes no part."""
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,14 @@ if TYPE_CHECKING:
 FAR = 0.05  # of the depth beside the rest of the image: effects at their usual size stay below it (guess)
 MOST = 0.3  # of the image: where more is off, it is the prediction that is wrong
 RIM_PX = 5  # around it: mixed pixels, shadows, and light that it sends to its neighbours
+
+
+@dataclass(frozen=True)
+class OutlyingRecording:
+    """A recording with something that is not in its mesh, and what is seen of that in a sentence."""
+
+    recording: str
+    text: str
 
 
 def foreign(measured: Image, predicted: Image) -> NDArray[np.bool_]:
@@ -34,8 +43,8 @@ def foreign(measured: Image, predicted: Image) -> NDArray[np.bool_]:
     return np.asarray(binary_dilation(pieces, iterations=RIM_PX))
 
 
-def outliers_of(observations: "Observations") -> list[dict[str, Any]]:
-    """Recordings with something that is not in their mesh, as they stand in a verdict."""
+def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
+    """Recordings with something that is not in their mesh."""
     out: dict[str, str] = {}
     for patch in observations.patches:
         where = foreign(patch.look.mean, patch.predicted)
@@ -44,4 +53,4 @@ def outliers_of(observations: "Observations") -> list[dict[str, Any]]:
             share, side = np.mean(where), "before" if off < 0 else "behind"
             text = f"something stands {abs(off):.2g} m {side} the scene in {share:.1%} of the image; left out"
             out.setdefault(patch.look.stage.recording.path.name, text)
-    return [{"recording": name, "text": text} for name, text in out.items()]
+    return [OutlyingRecording(name, text) for name, text in out.items()]

@@ -18,7 +18,7 @@ from scipy.stats import f as variance_ratio
 from fusion.discrepancy.look import FrameBlock
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.surface import moved_rigidly
+from fusion.sensor.laws.surface import moved_rigidly
 from fusion.sensor.view import Image
 
 Vector = NDArray[np.float64]

@@ -7,7 +7,7 @@ from fusion.discrepancy.covariance import BENDS_M, bend, bending, bow
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.stage import KnownScene
-from fusion.sensor.surface import moved_rigidly, towards
+from fusion.sensor.laws.surface import moved_rigidly, towards
 from fusion.sensor.view import Image
 
 Vector = NDArray[np.float64]

@@ -11,7 +11,7 @@ from fusion.calibration.series import PixelSeries
 from fusion.discrepancy.given import GivenImages
 from fusion.errors import RecordingError
 from fusion.recording.recording import Recording
-from fusion.sensor.estimate import estimated_view
+from fusion.sensor.correction.estimate import estimated_view
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View, incidence_of
 

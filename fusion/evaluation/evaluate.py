@@ -11,19 +11,19 @@ from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError
 from fusion.evaluation.bias import Bias, bias_of
-from fusion.evaluation.drift import Drift, drift_of
 from fusion.evaluation.light import ambient_light
 from fusion.evaluation.near_limit import NearLimit, SurfaceSeen, near_limits
 from fusion.evaluation.notes import Note, notes_on
 from fusion.evaluation.quantization import Quantization, quantization_of
-from fusion.evaluation.shares import Shares, StretchTiles, brightness_of, joined, shares_over, tiles_of
-from fusion.evaluation.still import Still, StretchSample, measure_still, sample_of
+from fusion.evaluation.still.drift import Drift, drift_of
+from fusion.evaluation.still.shares import Shares, StretchTiles, brightness_of, joined, shares_over, tiles_of
+from fusion.evaluation.still.statistics import Still, StretchSample, measure_still, sample_of
 from fusion.evaluation.surface import ExpectedSurface, expected_depth, surface_of
 from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
+from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import stated_scene
 from fusion.sensor.sensor import Sensor
 
 VARIABLES = ("depth", "incidence", "brightness")
@@ -165,7 +165,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
     surface = surface_of(sample, camera)
     u, v = settings.pixel or (camera.width // 2, camera.height // 2)
     still = measure_still(sample, expected_depth(surface, sample.reference.depth), (v, u))
-    bias = bias_of(still, surface, camera, (settings.sensor, settings.distance_std))
+    bias = bias_of(still, surface, camera, settings.sensor, settings.distance_std)
     noise = _noise(sample, surface, camera)
     tiles = tiles_of(still, surface)
     stated = stated_scene(stretch.recording).reflectance

@@ -10,7 +10,7 @@ from fusion.errors import SceneError
 from fusion.geometry.camera import Camera
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
-from fusion.recording.scene_file import scene_mesh, stated_scene
+from fusion.recording.native.scene_file import scene_mesh, stated_scene
 
 
 def scene_depth(stretch: Stretch, camera: Camera) -> NDArray[np.floating] | None:

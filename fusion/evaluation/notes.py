@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fusion.evaluation.still import centre_of
+from fusion.evaluation.still.statistics import centre_of
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.ambient import AmbientEstimate
-from fusion.evaluation.drift import Drift
 from fusion.evaluation.evaluate import Evaluation, StretchLook
 from fusion.evaluation.quantization import Quantization
-from fusion.evaluation.shares import Shares
+from fusion.evaluation.still.drift import Drift
+from fusion.evaluation.still.shares import Shares
 from fusion.evaluation.summary import summary
 
 FORMAT = "fusion-evaluation/1"

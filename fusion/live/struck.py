@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 from fusion.files.reading import read_text
-from fusion.recording.write import LISTS
+from fusion.recording.writing.write import LISTS
 
 ASIDE = "undone.txt"  # which stamps were taken back
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from fusion.mesh.comparison.surface_samples import face_areas
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import face_areas
 from fusion.mesh.vertices import vertices_kept
 
 

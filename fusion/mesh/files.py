@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError, MeshError
 from fusion.files.limits import check_size
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 from fusion.files.reading import TEXT_TAKES, read_bytes
-from fusion.mesh.clouds import read_pcd, read_xyz, write_pcd, write_xyz
-from fusion.mesh.exchange import by_trimesh, to_trimesh
+from fusion.mesh.formats.clouds import read_pcd, read_xyz, write_pcd, write_xyz
 from fusion.mesh.formats.e57 import read_e57
+from fusion.mesh.formats.exchange import by_trimesh, to_trimesh
 from fusion.mesh.formats.gltf import NamedFiles, check_gltf
 from fusion.mesh.formats.obj import checked_obj
 from fusion.mesh.formats.off import checked_off

@@ -38,7 +38,7 @@ class Mesh:
         >>> shown.to_legacy().is_watertight()  # for functions that take the older `open3d.geometry`
         True
         """
-        from fusion.mesh.exchange import to_open3d
+        from fusion.mesh.formats.exchange import to_open3d
 
         return to_open3d(self)
 
@@ -48,7 +48,7 @@ class Mesh:
         >>> round(1e6 * float(fusion.read_mesh("ball.ply").to_trimesh().volume))  # [cm^3]
         519
         """
-        from fusion.mesh.exchange import to_trimesh
+        from fusion.mesh.formats.exchange import to_trimesh
 
         return to_trimesh(self)
 
@@ -59,7 +59,7 @@ class Mesh:
         >>> fusion.Mesh.from_open3d(open3d.t.io.read_triangle_mesh("ball.ply"))
         <Mesh: 642 vertices, 1,280 triangles, 100 x 100 x 100 mm; normals, colors>
         """
-        from fusion.mesh.exchange import from_open3d
+        from fusion.mesh.formats.exchange import from_open3d
 
         return from_open3d(geometry)
 
@@ -70,7 +70,7 @@ class Mesh:
         >>> fusion.Mesh.from_trimesh(trimesh.creation.box((0.1, 0.2, 0.3)))
         <Mesh: 8 vertices, 12 triangles, 100 x 200 x 300 mm>
         """
-        from fusion.mesh.exchange import from_trimesh
+        from fusion.mesh.formats.exchange import from_trimesh
 
         return from_trimesh(geometry)
 
@@ -88,6 +88,6 @@ class Mesh:
 
     def _repr_png_(self) -> bytes | None:
         """A picture for notebooks, from both sides, z up."""
-        from fusion.mesh.picture import png
+        from fusion.mesh.drawing.picture import png
 
         return png(self)

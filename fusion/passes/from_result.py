@@ -10,12 +10,12 @@ from msgspec import Meta, Struct
 from fusion.errors import FusionError, RecordingError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json
+from fusion.mesh.comparison.surface_samples import vertex_normals
 from fusion.mesh.files import read_mesh
-from fusion.mesh.surface_samples import vertex_normals
 from fusion.passes.one_pass import Made, Pass, pass_of
+from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
-from fusion.recording.trajectory_file import read_trajectory
 from fusion.sensor.presets import PRESETS, default_sensor, preset
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.selfcheck import DEPTH, NAMES, SelfCheck

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
-from fusion.passes.outlook import Outlook
-from fusion.recording.masks import open_masks
+from fusion.passes.poses.outlook import Outlook
+from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.frames import load
 from fusion.scan.object import typical_noise
 from fusion.scan.relieved import relieved
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
-from fusion.sensor.corrected_recording import corrected_recording
+from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.selfcheck import SelfCheck

@@ -41,8 +41,8 @@ def open_pass(
         what = open_recording(what, camera, topic)
     settings = ScanSettings(sensor=sensor)
     scan = scan_turntable(what, settings)
-    verdict = scan.judgement.verdict
-    if verdict.word == "failed":
-        reason = verdict.reasons[0].reason.rstrip(".")
-        raise TrackingError("the scan of a pass failed", what.path, reason, do=verdict.reasons[0].do)
+    worth = scan.judgement.worth
+    if worth.word == "failed":
+        reason = worth.reasons[0].reason.rstrip(".")
+        raise TrackingError("the scan of a pass failed", what.path, reason, do=worth.reasons[0].do)
     return pass_of_scan(what, scan, settings)

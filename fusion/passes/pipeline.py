@@ -11,17 +11,17 @@ from fusion.errors import FusionError
 from fusion.geometry import pose
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
-from fusion.passes.arranged import Arranged, arranged
-from fusion.passes.between import between
-from fusion.passes.colors import printed, slid
 from fusion.passes.fused import fused
-from fusion.passes.joint import loose, refined
-from fusion.passes.lying import judged
 from fusion.passes.one_pass import Pass
 from fusion.passes.opened import open_pass
+from fusion.passes.poses.arranged import Arranged, arranged
+from fusion.passes.poses.between import between
+from fusion.passes.poses.colors import printed, slid
+from fusion.passes.poses.joint import loose, refined
+from fusion.passes.poses.lying import judged
+from fusion.passes.poses.sides import PassSide, side_of
 from fusion.passes.result import Merged, PassPair
 from fusion.passes.settings import MergeSettings
-from fusion.passes.sides import PassSide, side_of
 from fusion.progress import stage
 from fusion.recording.recording import Recording
 

@@ -140,7 +140,7 @@ class Merged:
 
     def merge(self) -> dict[str, Any]:
         """The content of `merge.json`."""
-        verdict = self.judgement.verdict
+        worth = self.judgement.worth
         rows = []
         for k, one in enumerate(self.passes):
             pair = self.pairs[k - 1].values() if k else {}
@@ -166,6 +166,6 @@ class Merged:
             "symmetric": any(pair.symmetric for pair in self.pairs),
             "transforms_told": self.told,
             "closed": not self.facts.shape.holes,
-            "verdict": verdict.word,
-            "reasons": verdict.sentences(),
+            "verdict": worth.word,
+            "reasons": worth.sentences(),
         }

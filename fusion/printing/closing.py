@@ -13,9 +13,9 @@ from scipy.spatial import cKDTree
 
 from fusion.errors import MeshError
 from fusion.mesh.cleanup import fill_small_holes, parts
-from fusion.mesh.distances import MeshSurface
+from fusion.mesh.comparison.distances import MeshSurface
+from fusion.mesh.comparison.surface_samples import face_areas, vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import face_areas, vertex_normals
 from fusion.mesh.vertices import vertices_kept
 from fusion.printing.base import Base, base_of
 from fusion.printing.touching import without_touching

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError
 from fusion.files.extra import extra
+from fusion.mesh.comparison.surface_samples import sample_surface
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import sample_surface
 
 SAMPLES = 20_000  # points at which the walls are measured
 THIN = 0.8e-3  # [m] two lines of a nozzle of 0.4 mm, as most filament printers have (guess)

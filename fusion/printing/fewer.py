@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fusion.mesh.distances import surface_of
+from fusion.mesh.comparison.distances import surface_of
+from fusion.mesh.comparison.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import sample_surface, vertex_normals
 from fusion.printing.touching import without_touching
 
 SAMPLES = 20_000  # points that tell how far a surface was moved, each way

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from fusion.errors import MeshError
+from fusion.mesh.comparison.surface_samples import face_areas
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import face_areas
 from fusion.printing.closing import close_holes
 from fusion.printing.faults import THIN, Faults, faults_of
 from fusion.printing.fewer import decimated, moved_by, smoothed

@@ -14,7 +14,7 @@ from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.walk import WalkedFrames
 from fusion.recording.recording import Recording
 from fusion.results.light import Light
-from fusion.sensor.corrected_recording import corrected_recording
+from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.presets import default_sensor
 from fusion.tiles.fusing import Way, one_by_one, pieces
 from fusion.tiles.stream import Streamed, stream

@@ -19,16 +19,16 @@ from fusion.reconstruction.settling import settled
 from fusion.reconstruction.sure import walk_sigma
 from fusion.reconstruction.walk import WalkedFrames, track
 from fusion.recording.checks.stillness import check_camera_moves
-from fusion.recording.doctor import quick_look, refuse_if_certain
+from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.color_light import color_lights
 from fusion.results.course import Course
 from fusion.results.light import Light, note
 from fusion.results.off_course import off_course
-from fusion.sensor.corrected_recording import corrected_recording
+from fusion.sensor.correction.corrected_recording import corrected_recording
+from fusion.sensor.correction.summary import Told
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.told import Told
 from fusion.tracking.tracker import Tracked
 from fusion.volume.volume import Volume
 from fusion.volume.voxel_check import voxel_check

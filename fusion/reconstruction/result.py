@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from fusion.certainty.sigma import Sure
 from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.drawing.picture import png
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.picture import png
 from fusion.mesh.shape import shape_of
 from fusion.reconstruction.judgement import judge
 from fusion.results.course import Course

@@ -13,17 +13,17 @@ from fusion.errors import RecordingError
 from fusion.files.inside import part
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import DEVICES, find_camera
+from fusion.recording.cameras.presets import DEVICES, find_camera
+from fusion.recording.cameras.said_camera import are_numbers, said_camera
 from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
 from fusion.recording.formats.folders import freenect2, nerfstudio, plain
 from fusion.recording.formats.phones import polycam, record3d, stray
 from fusion.recording.formats.recorded import klg, oni, sens, xef, xef_depth
-from fusion.recording.load_frame import check_frame_size
+from fusion.recording.images.load_frame import check_frame_size
+from fusion.recording.native.scene_file import read_scene_fields
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.said_camera import are_numbers, said_camera
-from fusion.recording.scene_file import read_scene_fields
 
 # In the order of asking: the first that recognises it reads it. A format has `recognises(path)`, which looks at content
 # and raises nothing, and `read(path, camera)`; one with several depth streams also `HAS_TOPICS` and

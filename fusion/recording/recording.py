@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.frame_files import FrameFiles
+from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.streams import FrameStreams
 
 

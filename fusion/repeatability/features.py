@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fusion.geometry import pose
+from fusion.mesh.comparison.surface_samples import sample_surface, smooth_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import sample_surface, smooth_normals
 from fusion.repeatability.find_forms import ALIKE, FoundForm, find_forms
 from fusion.repeatability.forms import Form, Plane, Sphere, form_error, refit
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import MeshError
-from fusion.mesh.knowable import SIGMA
+from fusion.mesh.comparison.knowable import SIGMA
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.quantity import DIAMETER, SPACING

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.mesh.comparison.surface_samples import face_areas, sample_surface, vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import face_areas, sample_surface, vertex_normals
 from fusion.repeatability.together import Together
 
 Array = NDArray[np.float64]

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
-from fusion.mesh.align import align_meshes
-from fusion.mesh.distances import Surface, surface_of
+from fusion.mesh.alignment.align import align_meshes
+from fusion.mesh.comparison.distances import Surface, surface_of
+from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import SurfaceSamples, sample_surface
 from fusion.progress import each, stage
 
 Array = NDArray[np.float64]

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from fusion.results.light import Light
-from fusion.results.verdict import Verdict, verdict_of
+from fusion.results.worth import Worth, worth_of
 
 WORDS = {"ok": "good", "warning": "look here", "bad": "PROBLEM"}
 WIDTH = max(map(len, WORDS.values()))
@@ -28,9 +28,9 @@ class Judgement:
         return self.lights[0].level if self.lights else "ok"
 
     @property
-    def verdict(self) -> Verdict:
+    def worth(self) -> Worth:
         """What the result is worth, in one word."""
-        return verdict_of(self.lights)
+        return worth_of(self.lights)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -5,8 +5,8 @@ from typing import Any
 
 from fusion.geometry.trajectory import Trajectory
 from fusion.geometry.trajectory_error import TrajectoryError, trajectory_error
+from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
-from fusion.recording.scene_file import stated_scene
 
 NOMINAL = "nominal poses, as planned and not measured"
 

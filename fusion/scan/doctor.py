@@ -5,11 +5,11 @@ import numpy as np
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.checks.bumped import check_camera_bumped
 from fusion.recording.checks.stillness import check_object_turns
-from fusion.recording.doctor import quick_look, refuse_if_certain
+from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.light import Light, note
 from fusion.scan.settings import ScanSettings
-from fusion.sensor.told import Told
+from fusion.sensor.correction.summary import Told
 from fusion.turntable.motion import Motion
 from fusion.volume.voxel_check import voxel_check
 

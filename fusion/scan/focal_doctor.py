@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from fusion.errors import FusionError
 from fusion.progress import stage
 from fusion.recording.checks.stillness import turns_before_a_still_camera, turns_by_its_log
-from fusion.recording.finding import Finding
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 from fusion.recording.recording import Recording
-from fusion.recording.sample import Sample
 from fusion.scan.frames import find_region, load, told_angles
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor

@@ -13,7 +13,7 @@ from fusion.scan.object import choose_volume
 from fusion.scan.poses import about_axis
 from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
-from fusion.sensor.calibrated import depth_std, tilt_std
+from fusion.sensor.correction.calibrated import depth_std, tilt_std
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.log import with_log
 from fusion.turntable.axis import Axis

@@ -32,7 +32,7 @@ class Scan:
         trajectory, trajectory_raw: (n) `T_object_camera`, NaN for rejected frames.
         motion, steps: what the table did.
         circle: fitted to the raw centres.
-        closure, closure_raw: closing gap after and before, (angle [rad], distance [m]), None when the turn is not full.
+        closure, closure_raw: closing gap after and before, None when the turn is not full.
         residual, inlier_share: (n,) [m], [1].
         wobble: rms rocking of the axis over the freely tracked poses [rad].
         camera: used for the result (refined when asked for).
@@ -49,8 +49,8 @@ class Scan:
     motion: Motion
     steps: Steps
     circle: Circle
-    closure: tuple[float, float] | None
-    closure_raw: tuple[float, float] | None
+    closure: Gap | None
+    closure_raw: Gap | None
     residual: Array
     inlier_share: Array
     wobble: float
@@ -73,7 +73,6 @@ class Scan:
     @cached_property
     def facts(self) -> ScanFacts:
         """Every number that terminal, page and JSON tell."""
-        gap, gap_raw = (None if pair is None else Gap(*pair) for pair in (self.closure, self.closure_raw))
         slips = tuple(slip.frame for slip in self.steps.slips)
         # None: the plate is round, or none was seen
         cut = self.motion.table is not None and not self.settings["keep_plate"]
@@ -83,7 +82,7 @@ class Scan:
             placed=int(self.trajectory.valid.sum()),
             residual=rms_of(self.residual),
             inlier_share=median_of(self.inlier_share),
-            table=TableFacts(self.steps.mean, self.steps.std, slips, gap, gap_raw, cut),
+            table=TableFacts(self.steps.mean, self.steps.std, slips, self.closure, self.closure_raw, cut),
             sure=SureFacts.of(self.sure),
         )
 
@@ -95,12 +94,12 @@ class Scan:
     def turntable(self) -> dict[str, Any]:
         """The content of `turntable.json` (CONTRACT)."""
 
-        def gap(value: tuple[float, float] | None) -> dict[str, float | None]:
-            return {"angle_rad": None, "distance": None} if value is None else dict(
-                zip(("angle_rad", "distance"), value, strict=True)
-            )  # fmt: skip
+        def gap(found: Gap | None) -> dict[str, float | None]:
+            if found is None:
+                return dict.fromkeys(("angle_rad", "distance", "deviations"))
+            return {"angle_rad": found.angle, "distance": found.distance, "deviations": found.deviations}
 
-        axis, verdict = self.motion.axis, self.judgement.verdict
+        axis, worth = self.motion.axis, self.judgement.worth
         return {
             "frame": "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0",
             "axis_point": axis.point.tolist(),
@@ -110,8 +109,8 @@ class Scan:
             "angles_rad": [None if np.isnan(a) else float(a) for a in self.motion.angles],
             "angles_std_rad": [None if np.isnan(a) else float(a) for a in self.motion.angle_std],
             "told_rad": None if self.told is None else [float(a) for a in self.told],
-            "verdict": verdict.word,
-            "reasons": verdict.sentences(),
+            "verdict": worth.word,
+            "reasons": worth.sentences(),
             "direction": self.steps.direction,
             "radial_rms": self.circle.radial_rms,
             "axial_rms": self.circle.axial_rms,

@@ -4,18 +4,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fusion.results.light import LEVELS, Light, level
+from fusion.results.light import Light, level
 from fusion.turntable.all_views.log import departure
+from fusion.turntable.focal import SURE
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan
 
 # up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
-GAP_M = (0.003, 0.010)
-GAP_ANGLE = (np.deg2rad(1.0), np.deg2rad(3.0))
+CLOSED = (3.0, SURE)  # standard deviations
+WORSE = np.deg2rad(1.0)
 JUMP_M = (0.0, 0.004)
 WOBBLE = (np.deg2rad(0.5), np.deg2rad(2.0))
-UNLIKE_PAIRS = (0.03, 0.05)  # share of them; 0 to 0.02 where all views were right, 0.06 and more where some were not
+UNLIKE = (0.03, 0.05)  # share of pairs or views; 0 to 0.02 where all views were right, more where some were not
 SLIPS = "What was measured is used; fix the object to the plate, and look at the drive."
 PULLED = (
     "Errors of depth that stand still in the image pull angles: calibrate camera and depth, and record two turns or "
@@ -70,14 +71,16 @@ def _log(scan: "Scan") -> Light | None:
 
 def _print(scan: "Scan") -> Light | None:
     """Whether views that were laid on each other show the same print: a box looks alike from both sides in shape."""
-    share = scan.motion.against_print
-    if not np.isfinite(share):
+    found = scan.evidence.print
+    if found is None or not np.isfinite(found.loose):
         return None
-    judged = level(share, UNLIKE_PAIRS)
+    against = 0.0 if np.isnan(found.against) else found.against
+    judged = level(max(against, found.loose), UNLIKE)
     if judged == "ok":
         return Light("ok", "Print", "What is printed on the object agrees from view to view.")
-    said = f"{share:.0%} of the pairs of views show other print where they were laid on each other: some may be turned"
-    said += " to a side that looks alike in shape."
+    said = f"{against:.0%} of the pairs of views show other print where they were laid on each other"
+    said += f", and {found.loose:.0%} of the views are not held together with the rest by print: "
+    said += "some may be turned to a side that looks alike in shape."
     return Light(judged, "Print", said, "Record in smaller steps, in even light, or give --step.")
 
 
@@ -94,11 +97,11 @@ def _closing(scan: "Scan") -> Light | None:
     gap, before = scan.closure, scan.closure_raw
     if gap is None:
         return None
-    angle, distance = gap
-    judged = max(level(distance, GAP_M), level(angle, GAP_ANGLE), key=LEVELS.index)
-    said = (
-        f"Where the turn closes, two views miss each other by {distance * 1e3:.2f} mm and {np.rad2deg(angle):.2f} deg"
-    )
-    if before is not None and angle > max(before[0], GAP_ANGLE[0]):
-        said += f"; the angle got worse ({np.rad2deg(before[0]):.2f} deg before the post-pass)"
+    judged = level(gap.deviations, CLOSED)
+    said = f"Where the turn closes, two views miss each other by {gap.distance * 1e3:.2f} mm"
+    said += f" and {np.rad2deg(gap.angle):.2f} deg"
+    if judged != "ok":
+        said += f", {gap.deviations:.0f} standard deviations of what the two tell"
+    if before is not None and gap.angle > max(before.angle, WORSE):
+        said += f"; the angle got worse ({np.rad2deg(before.angle):.2f} deg before the post-pass)"
     return Light(judged, "Closing", said + ".", "Check camera and depth calibration." if judged != "ok" else "")

@@ -50,6 +50,7 @@ class Effect:
     # how far apart the only depths lie that it leaves: law of the distance ("constant", "z^2"), and its parameter
     lattice: ClassVar[dict[str, str]] = {}
 
+    grain: ClassVar[tuple[str, ...]] = ()  # parameters of what frozen pixels have each for themselves: size, window
     anew: ClassVar[bool] = False  # frozen for as long as the scene stands still, drawn anew for the next one
     own: ClassVar[bool] = False  # noise that every sensor has: a model without any is not finished
     shakes: ClassVar[bool] = False  # all pixels of a frame share the motion of a camera, of sigma_m and sigma_rad

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.recording.native.telemetry_file import PLAUSIBLE
 from fusion.recording.recording import Recording
-from fusion.recording.telemetry_file import PLAUSIBLE
 from fusion.sensor.moment import Moment
 
 Array = NDArray[np.float64]

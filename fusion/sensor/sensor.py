@@ -11,7 +11,7 @@ from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import place_of
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
-from fusion.sensor.moving import CameraEffect
+from fusion.sensor.laws.moving import CameraEffect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import BASELINE_M, MODULATIONS_HZ, Image, View
 

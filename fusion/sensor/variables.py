@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from fusion.sensor.disparity import disparity
+from fusion.sensor.laws.disparity import disparity
 from fusion.sensor.view import Image, View
 
 # each variable as an array that broadcasts to (h, w), or None where it is not known

@@ -2,15 +2,24 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from msgspec import Struct
 
 from fusion.errors import SensorError
 from fusion.sensor.variables import VARIABLES
 from fusion.sensor.view import Image, View
 
 MOST = 1e9  # JSON has no infinity
+
+
+class BoundFields(Struct, frozen=True, kw_only=True):
+    """Where an effect acts: one variable within bounds, both included; a billion stands for infinity."""
+
+    variable: Literal[tuple(VARIABLES)]  # type: ignore[valid-type]
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -30,10 +39,10 @@ class Bound:
         if self.variable not in VARIABLES:
             raise SensorError("an effect cannot be confined by this variable", found=str(self.variable)[:40])
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> BoundFields:
         """As it stands in files."""
         low, high = (float(np.clip(end, -MOST, MOST)) for end in (self.low, self.high))
-        return {"variable": self.variable, "low": low, "high": high}
+        return BoundFields(variable=self.variable, low=low, high=high)
 
 
 def inside(where: Sequence[Bound], depth: Image, view: View) -> Any:

@@ -12,16 +12,16 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, exp, inverse, transform
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.cameras.presets import PRESETS
 from fusion.recording.recording import Frame
 from fusion.sensor.effects.readout.lateral_noise import jump
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
-from fusion.simulation.exposure import Exposures, whole_mesh
-from fusion.simulation.infrared import infrared
-from fusion.simulation.light_level import with_light_level
-from fusion.simulation.scene import Scene
+from fusion.simulation.rendering.exposure import Exposures, whole_mesh
+from fusion.simulation.rendering.infrared import infrared
+from fusion.simulation.rendering.light_level import with_light_level
+from fusion.simulation.scene.scene import Scene
 
 # every use of randomness has its own stream, so that none shifts another
 TABLE, FRAME, INFRARED, POSES, PLACEMENT, SHAKE = range(6)

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from fusion import __version__
-from fusion.files.publish import output_folder
+from fusion.files.output.publish import output_folder
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each
-from fusion.recording.camera_file import write_camera
-from fusion.recording.trajectory_file import write_trajectory
-from fusion.recording.write import MEMBERS, fill_recording
-from fusion.sensor.file import write_sensor
-from fusion.simulation.check import check_sight
+from fusion.recording.native.camera_file import write_camera
+from fusion.recording.native.trajectory_file import write_trajectory
+from fusion.recording.writing.write import MEMBERS, fill_recording
+from fusion.sensor.files.sensor_file import write_sensor
+from fusion.simulation.scene.check import check_sight
 from fusion.simulation.simulate import Simulation
 
 OURS = ("scene.ply", "board.json", "truth")

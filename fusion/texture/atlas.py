@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.mesh.comparison.surface_samples import face_areas, vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import face_areas, vertex_normals
 
 GUTTER = 4  # [texels] between parts: halved twice they still do not mix
 LARGEST = 4096  # [texels] along an edge: phones and old graphics cards take no more

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fusion.files.publish import atomic_file
-from fusion.mesh.conventions import for_file
+from fusion.files.output.publish import atomic_file
+from fusion.mesh.formats.conventions import for_file
 from fusion.texture.textured import Textured
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from fusion.files.json_file import read_json
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
+from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
-from fusion.recording.trajectory_file import read_trajectory
 
 SAME_STAMP = 2e-6  # [s] trajectory.txt holds microseconds
 Focal = Annotated[float, Meta(gt=0, le=1e6, description="[px]")]

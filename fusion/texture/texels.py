@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from fusion.mesh.comparison.surface_samples import unit
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import unit
 from fusion.texture.atlas import Atlas
 
 

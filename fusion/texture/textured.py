@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from fusion.coloring.color_mesh import color_from
 from fusion.errors import MeshError, RecordingError
 from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.comparison.surface_samples import vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import vertex_normals
 from fusion.printing.fewer import decimated, moved_by
 from fusion.progress import stage
 from fusion.recording.recording import Recording

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.files.publish import atomic_file
-from fusion.mesh.conventions import for_file
+from fusion.files.output.publish import atomic_file
+from fusion.mesh.formats.conventions import for_file
 from fusion.mesh.formats.usdz import packed, stage_of, usd_library
 from fusion.texture.files import png
 from fusion.texture.textured import Textured

@@ -10,9 +10,9 @@ from fusion.geometry.depth import PointMap, point_map
 from fusion.geometry.pose import Array
 from fusion.recording.recording import Frame
 from fusion.sensor.moment import Moment
-from fusion.sensor.rating import sigma_by_incidence, weight_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
+from fusion.sensor.weights.rating import sigma_by_incidence, weight_of
 from fusion.volume.volume import Volume
 
 NOISIEST = 0.5  # standard deviations above this share of the truncation would tear the surface they are fused into

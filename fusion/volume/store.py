@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import VolumeError
 from fusion.files.npy import read_npz
-from fusion.files.publish import atomic_file
+from fusion.files.output.publish import atomic_file
 from fusion.volume.blocks import Blocks, by_row, by_voxel
 from fusion.volume.settings import LATTICE, VOXELS, VolumeSettings
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fusion.recording.finding import Finding
-from fusion.recording.inspect import Check
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.inspect import Check
+from fusion.recording.looking.sample import Sample
 
 COARSE = (4, 20)  # voxels across all that is seen: fewer show no shape at all, or hardly one (guess)
 FINE = 10  # voxels across one pixel: finer ones hold nothing more, and frames leave holes between them (guess)

@@ -17,7 +17,7 @@ from fusion.batch.warm import Warm
 from fusion.batch.work import keep, kept
 from fusion.commands.main import main
 from fusion.errors import FusionError
-from fusion.files.claim import MARK
+from fusion.files.output.claim import MARK
 
 RUNNER = "light_command:run"
 ROW = JobRow("a", "a", "done", "good", folder="a-0123", key="0123", numbers={"x.y": 1.5, "x.n": 3})

@@ -5,7 +5,7 @@ import pytest
 from made_up_targets import TOF, grid
 
 from fusion.calibration.noise.ambient import LightPoint, estimate_ambient, points_of
-from fusion.calibration.noise.light_law import effective, light_law
+from fusion.calibration.noise.laws.light_law import effective, light_law
 from fusion.geometry.camera import Camera
 from fusion.sensor.presets import preset
 

@@ -18,21 +18,21 @@ from fusion.calibration.depth.plane import WallPlane, find_wall
 from fusion.calibration.depth.radial_limit import radial_limit
 from fusion.calibration.depth.surface import _mean, _std_of_mean
 from fusion.calibration.depth.wall import Means, Wall, wall_of
-from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.boards.board import Board
 from fusion.commands.main import main
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
-from fusion.report.depth_calibration import depth_report
+from fusion.recording.writing.write import write_recording
+from fusion.report.calibrations.depth_calibration import depth_report
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ, View

@@ -10,12 +10,12 @@ from fusion.calibration.depth.lamp import WHITE, with_lamp
 from fusion.calibration.depth.plane import WallPlane
 from fusion.calibration.depth.wall import Means, Wall, wall_of
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction import undone
+from fusion.sensor.correction.correction import undone
+from fusion.sensor.correction.usual_light import USUAL
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.usual_light import USUAL
 from fusion.sensor.view import View, incidence_of
 
 CAMERA = Camera(96, 72, 70.0, 70.0, 47.5, 35.5, principle="itof", sensor="T")

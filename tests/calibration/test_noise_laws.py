@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from made_up_targets import SL, TOF, grid, law_at, pose_at
 
-from fusion.calibration.noise.axial import axial_law
-from fusion.calibration.noise.axial_forms import AxialForm, Places, candidates, places_of
 from fusion.calibration.noise.calibration import calibrate_noise, calibrate_poses
-from fusion.calibration.noise.dropout import dropout_law
-from fusion.calibration.noise.fit import Data, fit_law
-from fusion.calibration.noise.lateral import lateral_law
+from fusion.calibration.noise.laws.axial import axial_law
+from fusion.calibration.noise.laws.axial_forms import AxialForm, Places, candidates, places_of
+from fusion.calibration.noise.laws.dropout import dropout_law
+from fusion.calibration.noise.laws.fit import Data, fit_law
+from fusion.calibration.noise.laws.lateral import lateral_law
 from fusion.calibration.noise.rounding import without_rounding
 from fusion.errors import FusionError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise

@@ -8,12 +8,12 @@ import numpy as np
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import exp
 from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.comparison.surface_samples import vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import vertex_normals
 from fusion.mesh.vertices import joined as welded
 from fusion.recording.recording import Frame, Recording
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box, joined
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box, joined
 
 CAMERA = Camera(320, 240, 300.0, 301.0, 160.3, 119.1, distortion=(0.04, -0.08))
 HALF = 0.1  # of the box's edge [m]

@@ -19,10 +19,10 @@ from fusion.geometry.pose import exp, inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.results.color_light import color_lights
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box, joined
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box, joined
 from fusion.volume.volume import Volume, VolumeSettings
 
 MISPLACED = {"sigma_rad": 0.003, "shift": 2}  # of one pixel and two, as trackers and registered images are off

@@ -12,8 +12,8 @@ from fusion.commands.main import main
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.recording.writing.write import write_recording
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.sensor import Sensor
 
 CAMERA = Camera(128, 80, 150.0, 150.0, 63.5, 39.5, depth_scale=5000, principle="itof", sensor="T", serial="7")

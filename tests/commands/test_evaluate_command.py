@@ -8,7 +8,7 @@ import numpy as np
 from fusion.commands.main import main
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(64, 48, 60.0, 60.0, 31.5, 23.5, depth_scale=5000, principle="itof")
 

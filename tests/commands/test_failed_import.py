@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from fusion.commands import main as program
-from fusion.commands import system_libraries
-from fusion.commands.failed_import import failed_import
+from fusion.commands.terminal import system_libraries
+from fusion.commands.terminal.failed_import import failed_import
 
 NO_FILE = "cannot open shared object file: No such file or directory"
 

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from fusion import __version__
-from fusion.commands.main import COMMANDS, main
+from fusion.commands.catalogue import COMMANDS
+from fusion.commands.main import main
 from fusion.errors import RecordingError
 
 # the arguments of each command, with IN for what is read and OUT for what is written
@@ -261,7 +262,8 @@ def test_a_reader_that_goes_away_is_no_failure():
     program = """
 import sys
 from types import SimpleNamespace
-from fusion.commands.main import COMMANDS, main
+from fusion.commands.catalogue import COMMANDS
+from fusion.commands.main import main
 def run(options):
     for _ in range(100_000):
         print("a line")

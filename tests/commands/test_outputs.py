@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from test_main import ARGUMENTS, one_line, status, typed
 
-from fusion.commands.inputs import inputs
-from fusion.files.claim import claimed
+from fusion.commands.options.inputs import inputs
+from fusion.files.output.claim import claimed
 
 WRITING = [name for name, words in ARGUMENTS.items() if "OUT" in words]
 READING = [name for name in WRITING if any("IN" in word for word in ARGUMENTS[name])]

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from fusion.commands import screen
+from fusion.commands.terminal import screen
 from fusion.progress import each, note, seconds, stage
 
 

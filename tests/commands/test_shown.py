@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fusion.commands.shown import shown_name
+from fusion.commands.options.shown import shown_name
 
 
 @pytest.mark.parametrize(

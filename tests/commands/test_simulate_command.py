@@ -6,7 +6,7 @@ import pytest
 
 from fusion.commands.main import main
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_file import write_camera
+from fusion.recording.native.camera_file import write_camera
 from fusion.recording.open import open_recording
 from fusion.sensor.presets import PRESETS
 from fusion.simulation.scenes import SCENES

@@ -13,8 +13,8 @@ PROGRAM = """
 import sys, time
 from types import SimpleNamespace
 from fusion.commands.console import run
-from fusion.commands.main import COMMANDS
-from fusion.commands.results import add_output
+from fusion.commands.catalogue import COMMANDS
+from fusion.commands.options.results import add_output
 def work(options):
     with options.claim.folder() as partial:
         (partial / "mesh.ply").write_text("whole")
@@ -73,7 +73,7 @@ def test_a_signal_that_is_to_be_ignored_is(tmp_path):
     assert stopped(tmp_path / "out", "middle", signal.SIGHUP, ignored=True) == (-signal.SIGKILL, "")
 
 
-@pytest.mark.parametrize("module", ["signal", "argparse", "fusion.commands.main", "fusion.commands.info"])
+@pytest.mark.parametrize("module", ["signal", "argparse", "fusion.commands.main", "fusion.commands.recording.info"])
 def test_ctrl_c_while_modules_are_loaded_is_one_line(module):
     program = f"""
 import os, signal, sys
@@ -100,7 +100,7 @@ import os, signal, sys, time, weakref
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from types import SimpleNamespace
 from fusion.commands.console import run
-from fusion.commands.main import COMMANDS
+from fusion.commands.catalogue import COMMANDS
 class Thing:
     pass
 def work(options):
@@ -119,7 +119,8 @@ raise SystemExit(run())
 def test_an_error_that_a_library_makes_of_a_signal_is_told_as_the_signal(monkeypatch, capsys):
     from types import SimpleNamespace
 
-    from fusion.commands.main import COMMANDS, main
+    from fusion.commands.catalogue import COMMANDS
+    from fusion.commands.main import main
 
     def run(options) -> None:
         try:

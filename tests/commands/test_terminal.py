@@ -13,7 +13,7 @@ from fusion.files import inside, limits
 
 NOISY = """
 import os, sys, warnings, logging
-from fusion.commands.terminal import show_own_lines
+from fusion.commands.terminal.own_lines import show_own_lines
 show_own_lines({verbose})
 os.write(1, b"library on 1\\n"); os.write(2, b"library on 2\\n")
 warnings.warn("a warning"); logging.getLogger("trimesh").warning("a log")

@@ -105,7 +105,7 @@ import sys, time, weakref
 sys.path.insert(0, {HERE!r})
 from types import SimpleNamespace
 from fusion.commands.console import run
-from fusion.commands.main import COMMANDS
+from fusion.commands.catalogue import COMMANDS
 class Thing:
     pass
 def work(options):

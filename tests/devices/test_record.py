@@ -16,9 +16,9 @@ from fusion.devices import record as record_module
 from fusion.devices.growing import GrowingFolder, append
 from fusion.devices.record import RecordSettings, record_source
 from fusion.errors import DeviceError, FusionError
-from fusion.recording.images import read_counts
+from fusion.recording.images.read import read_counts
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from made_up_kinect import CAMERA, MadeUp, frame

@@ -14,7 +14,7 @@ from fusion.errors import DeviceError, FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(32, 24, 30.0, 30.0, 15.5, 11.5, depth_scale=5000.0, serial="A7")
 COUNT, STEP = 6, 0.05

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fusion
-from fusion.commands.explain import left_out
+from fusion.commands.camera.explain import left_out
 from fusion.discrepancy.copies import print_of, refuse_copies
 from fusion.errors import RecordingError
 from fusion.simulation.scenes.wall import wall

@@ -13,7 +13,7 @@ from fusion.discrepancy.observations import observe
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.pixel_locking import PixelLocking
-from fusion.sensor.surface import moved_rigidly
+from fusion.sensor.laws.surface import moved_rigidly
 
 
 def survival(observations, column: np.ndarray) -> float:

@@ -14,7 +14,7 @@ from fusion.discrepancy.observations import observe
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 

@@ -8,7 +8,7 @@ from fusion.discrepancy.gauge import gauge_of
 from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.observations import observe
 from fusion.geometry.pose import exp
-from fusion.sensor.surface import moved_beyond, moved_rigidly, seen_along
+from fusion.sensor.laws.surface import moved_beyond, moved_rigidly, seen_along
 
 FAR = 12.0  # mm and mrad
 

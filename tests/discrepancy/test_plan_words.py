@@ -4,7 +4,7 @@ import pytest
 
 from fusion.discrepancy.planning.menu import MENU
 from fusion.discrepancy.planning.plan import OTHERWISE
-from fusion.report.visibility import advised
+from fusion.report.explanations.visibility import advised
 
 TEXTS = [choice.text for choice in MENU] + [text for _, text in OTHERWISE]
 

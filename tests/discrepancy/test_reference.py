@@ -35,10 +35,10 @@ def observed(reconstructed):
 
 def test_what_is_wrong_from_every_side_is_hidden_and_a_short_wave_is_not():
     said = reference_of(*observed(reconstructed=True))
-    assert said is not None and said["mesh"] == "reconstruction"
-    assert "fixed_pattern" in said["hides"] and "fixed_pattern" in said["text"]
+    assert said is not None and said.mesh == "reconstruction"
+    assert "fixed_pattern" in said.hides and "fixed_pattern" in said.text
     # its period is shorter than any dent of the mesh
-    assert "cyclic_error" not in said["hides"]
+    assert "cyclic_error" not in said.hides
 
 
 def test_a_mesh_of_another_origin_hides_nothing():

@@ -16,7 +16,7 @@ from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, wi
 from fusion.discrepancy.shapes import bent_m, mesh_off, room_columns, shape_columns
 from fusion.discrepancy.sizes import sizes_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
-from fusion.sensor.surface import moved_rigidly, seen_along
+from fusion.sensor.laws.surface import moved_rigidly, seen_along
 
 WORSE = 8.0
 BOW_M = 0.0012

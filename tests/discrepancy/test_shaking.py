@@ -13,7 +13,7 @@ from fusion.discrepancy.look import TileCourse
 from fusion.discrepancy.shaking import shaking_of, steadied
 from fusion.discrepancy.tiles import tiling
 from fusion.geometry.pose import exp
-from fusion.sensor.surface import seen_along
+from fusion.sensor.laws.surface import seen_along
 
 FRAMES = 6
 SHIFT_M, TURN = 0.002, 0.0015

@@ -17,7 +17,7 @@ from fusion.recording.recording import Frame, Recording
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.readout.depth_scale import DepthScale
-from fusion.sensor.file import write_sensor
+from fusion.sensor.files.sensor_file import write_sensor
 from fusion.sensor.sensor import Sensor
 
 FRAMES = 7
@@ -50,7 +50,7 @@ def test_a_simulation_that_is_right_leaves_nothing():
     known = sensor_of("itof")
     found = explain(all_of(known, 1), known, simulated=all_of(known, 2))
     verdict = verdict_of(found)
-    assert verdict["missing"] == [] and verdict["headline"].startswith("Nothing is missing: the simulation explains")
+    assert not verdict.missing and verdict.headline.startswith("Nothing is missing: the simulation explains")
 
 
 @pytest.mark.slow
@@ -58,10 +58,10 @@ def test_what_a_simulation_lacks_is_named():
     known = sensor_of("itof")
     hidden = replace(known, effects=(*known.effects, ColumnDelay(slope=4e-4), AmbientLight(ambient=8000.0)))
     found = explain(all_of(hidden, 1), replace(known, std={("axial_noise", "c0"): 1e-4}), simulated=all_of(known, 2))
-    claims = {claim["effect"]: claim for claim in verdict_of(found)["missing"]}
-    noise = next(claim for claim in claims.values() if claim["channel"] == "noise")
-    assert "ambient_light" in (noise["effect"], *noise["indistinguishable_from"])
-    named = {*claims, *(name for claim in claims.values() for name in claim["indistinguishable_from"])}
+    claims = {claim.effect: claim for claim in verdict_of(found).missing}
+    noise = next(claim for claim in claims.values() if claim.channel == "noise")
+    assert "ambient_light" in (noise.effect, *noise.indistinguishable_from)
+    named = {*claims, *(name for claim in claims.values() for name in claim.indistinguishable_from)}
     assert "column_delay" in named
 
 
@@ -93,7 +93,7 @@ def test_an_error_of_the_simulation_is_found_in_folders_without_scene_and_poses(
 def test_another_simulator_without_noise_serves_too():
     silent = Sensor("geometry", "itof", ())
     found = explain(all_of(sensor_of("itof"), 1), sensor_of("itof"), simulated=all_of(silent, 2))
-    assert verdict_of(found)["missing"] == []
+    assert verdict_of(found).missing == ()
 
 
 def test_frames_are_matched_by_order_or_by_time():

@@ -25,7 +25,7 @@ from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.tabulated import Tabulated
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.view import Image, View
 
 PERIOD = 37.0
@@ -96,10 +96,10 @@ def test_the_table_corrects_and_survives_its_file(found, tmp_path):
 
 def test_the_verdict_says_form_frame_and_why_it_has_no_name(found):
     entry = unknown_claim(found, found.beyond, float(found.white @ found.white))
-    assert entry["effect"] == "unknown" and entry["law"]["added_as"] == "tabulated"
-    assert entry["frame"]["name"] == "sensor"
-    assert entry["nearest"]["effect"] in entry["where"]["text"] and "explains" in entry["nearest"]["reason"]
-    assert 0 < entry["evidence"]["heldout_gain"] <= 1 and entry["parameters"]["rms"]["value"] > 0
+    assert entry.effect == "unknown" and entry.law.added_as == "tabulated"
+    assert entry.frame.name == "sensor"
+    assert entry.nearest.effect in entry.where.text and "explains" in entry.nearest.reason
+    assert 0 < entry.evidence.heldout_gain <= 1 and entry.parameters["rms"].value > 0
 
 
 def test_an_unknown_law_that_frames_without_a_part_in_it_contradict_is_told_of_and_not_established():

@@ -13,20 +13,20 @@ from small_room import CAMERA, Room, room_mesh, sway
 
 from fusion.commands.main import main
 from fusion.errors import RecordingError, TrackingError, VolumeError
-from fusion.files.claim import MARK
+from fusion.files.output.claim import MARK
 from fusion.geometry.pose import angle, exp, inverse
 from fusion.geometry.trajectory import Trajectory
-from fusion.mesh.distances import signed_distances
+from fusion.mesh.comparison.distances import signed_distances
 from fusion.mesh.files import read_mesh
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.planning import plan
 from fusion.reconstruction.settings import ReconstructSettings
+from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.trajectory_file import read_trajectory
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.results.off_course import off_course
 from fusion.sensor.presets import default_sensor
-from fusion.simulation.render import RayCaster
+from fusion.simulation.rendering.render import RayCaster
 
 FRAMES = 10
 CHEAP = ReconstructSettings(voxel=0.01, truncation=0.04, color=False)
@@ -228,7 +228,7 @@ def test_the_command_writes_all_that_the_contract_names(folder, tmp_path, capsys
 
 def test_the_summary_is_short_and_poses_can_be_a_file(folder, tmp_path, capsys, monkeypatch):
     # drawing takes seconds, and the test above has done it
-    monkeypatch.setattr("fusion.report.scan.scan_report", lambda path, report: path.write_text("drawn"))
+    monkeypatch.setattr("fusion.report.scans.scan.scan_report", lambda path, report: path.write_text("drawn"))
     poses = folder / "groundtruth.txt"
     assert main(["reconstruct", str(folder), "-o", str(tmp_path / "o"), *OPTIONS, "--poses", str(poses)]) == 0
     text = capsys.readouterr().out

@@ -10,23 +10,23 @@ import pytest
 
 from fusion.commands.main import main
 from fusion.errors import FusionError, TrackingError
-from fusion.files.publish import output_folder
+from fusion.files.output.publish import output_folder
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
-from fusion.mesh.distances import signed_distances
+from fusion.mesh.comparison.distances import signed_distances
 from fusion.mesh.files import read_mesh
+from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
-from fusion.recording.trajectory_file import read_trajectory
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.course import turning
-from fusion.simulation.demo import demo_scene, demo_truth
+from fusion.simulation.demo.demo import demo_scene, demo_truth
+from fusion.simulation.scene.course import turning
+from fusion.simulation.scene.turntable import Turntable, TurntableErrors
 from fusion.simulation.simulate import simulate
-from fusion.simulation.turntable import Turntable, TurntableErrors
 
 pytestmark = pytest.mark.slow  # whole scans; `make slow` runs them
 
@@ -162,7 +162,7 @@ def test_the_loop_is_closed(case):
     _, found = case
     assert found.closure is not None
     # two views against each other: half a pixel, which is 4 mm; measured 1.0 to 1.2 mm
-    assert found.closure[1] < 0.002
+    assert found.closure.distance < 0.002
 
 
 def test_a_broken_file_costs_one_frame(scan):
@@ -240,8 +240,8 @@ def test_an_interruption_while_writing_leaves_nothing(scan, left, tmp_path, monk
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("fusion.report.scan.scan_report", interrupted)
-    from fusion.commands.turntable import fill
+    monkeypatch.setattr("fusion.report.scans.scan.scan_report", interrupted)
+    from fusion.commands.scan.turntable import fill
 
     with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / "out") as partial:
         fill(partial, left[1], scan)

@@ -8,7 +8,7 @@ import numpy as np
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(96, 72, 90.0, 90.0, 47.5, 35.5, depth_scale=10000, principle="itof", sensor="made up", serial="7")
 NOISE = 0.002  # [m]

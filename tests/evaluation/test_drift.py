@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.evaluation.drift import drift_of
+from fusion.evaluation.still.drift import drift_of
 
 RATE = 2e-5  # [m/s]
 

@@ -9,7 +9,7 @@ from made_stills import CAMERA, NOISE, frames, recording, stated, wall
 from fusion.calibration.stretches import still_stretches
 from fusion.errors import FusionError
 from fusion.evaluation.evaluate import EvaluationSettings, evaluate
-from fusion.evaluation.still import KEPT, sample_of
+from fusion.evaluation.still.statistics import KEPT, sample_of
 from fusion.recording.recording import Frame
 
 COUNT = 40

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fusion.errors import FusionError
-from fusion.files.claim import MARK, claimed
+from fusion.files.output.claim import MARK, claimed
 
 
 def make(path: Path, *names: str, command: str = "turntable", **more) -> None:

@@ -9,7 +9,7 @@ import pytest
 from fusion.errors import MeshError, VolumeError
 from fusion.files import limits
 from fusion.files.npy import read_npz
-from fusion.mesh.seen import read_seen
+from fusion.mesh.comparison.seen import read_seen
 from fusion.volume.settings import VolumeSettings
 from fusion.volume.volume import Volume
 

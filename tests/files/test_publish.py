@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from fusion.errors import FusionError, RecordingError
-from fusion.files.publish import atomic_file, output_folder
+from fusion.files.output.publish import atomic_file, output_folder
 
 STOPS = [ValueError("broken"), KeyboardInterrupt(), SystemExit(3), MemoryError()]
 
@@ -125,7 +125,7 @@ def test_a_name_that_nothing_can_have_is_told(tmp_path, name):
 def test_files_of_others_are_the_same_files_afterwards(tmp_path, monkeypatch, exchange):
     """No copies, which would lose what is written into them meanwhile; also where names cannot be exchanged."""
     if not exchange:
-        monkeypatch.setattr("fusion.files.publish._exchange", lambda one, other: False)
+        monkeypatch.setattr("fusion.files.output.publish._exchange", lambda one, other: False)
     out = tmp_path / "out"
     (out / "notes" / "empty").mkdir(parents=True)
     (out / "notes" / "1.txt").write_text("mine")
@@ -143,7 +143,7 @@ def test_files_of_others_are_the_same_files_afterwards(tmp_path, monkeypatch, ex
 
 
 def test_a_stop_between_the_two_steps_of_a_poor_file_system_is_put_right(tmp_path, monkeypatch):
-    monkeypatch.setattr("fusion.files.publish._exchange", lambda one, other: False)
+    monkeypatch.setattr("fusion.files.output.publish._exchange", lambda one, other: False)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mesh.ply").write_text("older")
     rename = Path.rename
@@ -207,7 +207,7 @@ def test_a_stopped_process_leaves_no_half_result(tmp_path, number):
 import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job may have it switched off
 from pathlib import Path
-from fusion.files.publish import output_folder
+from fusion.files.output.publish import output_folder
 with output_folder(Path(sys.argv[1])) as partial:
     (partial / "mesh.ply").write_text("half")
     print("ready", flush=True)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from fusion.files import staging as module
-from fusion.files.staging import staging, sweep
+from fusion.files.output import staging as module
+from fusion.files.output.staging import staging, sweep
 
 
 def names(folder: Path) -> list[str]:

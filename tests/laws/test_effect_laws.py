@@ -10,8 +10,8 @@ from fusion.sensor.catalogue import KNOWN
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import parameters
-from fusion.sensor.rating import sigma_by_incidence, sigma_of
 from fusion.sensor.view import View
+from fusion.sensor.weights.rating import sigma_by_incidence, sigma_of
 
 DRAWS = 400
 

@@ -12,7 +12,7 @@ from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.optics import OPTICS
 from fusion.sensor.effects.rig import RIG
 from fusion.sensor.effects.rig.pose_jitter import PoseJitter
-from fusion.sensor.moving import CameraEffect, RigEffect
+from fusion.sensor.laws.moving import CameraEffect, RigEffect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import Edges, View, incidence_of, stretch
 

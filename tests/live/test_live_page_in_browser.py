@@ -23,7 +23,7 @@ from rounds import Rounds
 
 from fusion.commands.main import main
 from fusion.devices.record import Recorded, RecordSettings
-from fusion.files.publish import output_folder
+from fusion.files.output.publish import output_folder
 from fusion.live import page as pages
 from fusion.live.session import record_live
 from fusion.live.watch import Watch

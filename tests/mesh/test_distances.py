@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 from fusion.errors import MeshError
-from fusion.mesh.distances import signed_distances, surface_of
+from fusion.mesh.comparison.distances import signed_distances, surface_of
+from fusion.mesh.comparison.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.vertices import vertices_kept
 
 

@@ -10,12 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from fusion.commands.main import main
 from fusion.errors import MeshError
-from fusion.mesh.align import align_meshes
-from fusion.mesh.compare import CompareSettings, compare, write_comparison
+from fusion.mesh.alignment.align import align_meshes
+from fusion.mesh.alignment.units import UNITS, in_metres
+from fusion.mesh.comparison.compare import CompareSettings, compare, write_comparison
+from fusion.mesh.comparison.surface_samples import sample_surface
 from fusion.mesh.files import read_mesh, write_mesh
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import sample_surface
-from fusion.mesh.units import UNITS, in_metres
 from fusion.mesh.vertices import vertices_kept
 
 STAND = CompareSettings(align=False, samples=20_000)

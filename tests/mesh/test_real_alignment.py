@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from fusion.mesh.align import align_meshes
+from fusion.mesh.alignment.align import align_meshes
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept

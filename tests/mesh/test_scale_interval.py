@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from fusion.mesh.distances import surface_of
-from fusion.mesh.fit import SurfaceFit
+from fusion.mesh.alignment.fit import SurfaceFit
+from fusion.mesh.alignment.scale_interval import scale_interval
+from fusion.mesh.alignment.similarity import IDENTITY
+from fusion.mesh.comparison.distances import surface_of
+from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface, smooth_normals, vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.scale_interval import scale_interval
-from fusion.mesh.similarity import IDENTITY
-from fusion.mesh.surface_samples import SurfaceSamples, sample_surface, smooth_normals, vertex_normals
 
 ERROR = 5e-4  # [m] standard deviation along the normal
 

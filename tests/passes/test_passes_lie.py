@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
-from fusion.mesh.surface_samples import SurfaceSamples
-from fusion.passes.arranged import as_good, fits
-from fusion.passes.joint import loose, refined
-from fusion.passes.lying import Lying, judged, laid
-from fusion.passes.outlook import Outlook
-from fusion.passes.rotations import even_rotations
-from fusion.passes.sides import PassSide
+from fusion.mesh.comparison.surface_samples import SurfaceSamples
+from fusion.passes.poses.arranged import as_good, fits
+from fusion.passes.poses.joint import loose, refined
+from fusion.passes.poses.lying import Lying, judged, laid
+from fusion.passes.poses.outlook import Outlook
+from fusion.passes.poses.rotations import even_rotations
+from fusion.passes.poses.sides import PassSide
 
 NOISE = 0.002
 

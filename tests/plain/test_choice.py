@@ -13,17 +13,17 @@ from fusion.compute.choice import TABLE, named, plain
 from fusion.compute.launch import Kernel
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
-from fusion.mesh.distances import signed_distances
+from fusion.mesh.comparison.distances import signed_distances
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.course import turning
-from fusion.simulation.demo import demo_scene
+from fusion.simulation.demo.demo import demo_scene
+from fusion.simulation.scene.course import turning
+from fusion.simulation.scene.turntable import Turntable
 from fusion.simulation.simulate import simulate
-from fusion.simulation.turntable import Turntable
 
 PLAIN = sorted((Path(fusion.__file__).parent / "plain").glob("*.py"))
 # rooms whose kernels nothing but a table's function calls: none of them may run where plain ones were chosen

@@ -9,7 +9,7 @@ import trimesh
 import fusion
 from fusion.commands.main import main
 from fusion.errors import MeshError
-from fusion.mesh.distances import signed_distances
+from fusion.mesh.comparison.distances import signed_distances
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 from fusion.printing.closing import CLOSED, close_holes

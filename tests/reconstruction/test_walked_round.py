@@ -16,9 +16,9 @@ from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.walked_round import StandingView, walked_round
 from fusion.recording.recording import Frame, Recording
 from fusion.sensor.presets import default_sensor
-from fusion.simulation.course import looking_at
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box, joined
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.course import looking_at
+from fusion.simulation.scene.shapes import box, joined
 
 CAMERA = Camera(160, 120, 144.0, 144.0, 79.5, 59.5)  # 58 x 45 deg
 THING = np.array([0.0, 0.0, 0.85])  # the middle of what stands on the table

@@ -5,9 +5,9 @@ import pytest
 import synthetic
 
 from fusion.errors import RecordingError
-from fusion.recording.inspect import inspect
+from fusion.recording.looking.inspect import inspect
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 FILES = ["camera.json", "depth.txt", "rgb.txt", "groundtruth.txt", "telemetry.csv", "scene.json"]
 

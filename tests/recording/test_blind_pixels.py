@@ -6,7 +6,7 @@ import numpy as np
 import synthetic
 
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 
 def test_depth_beyond_the_lens_is_left_out(tmp_path):

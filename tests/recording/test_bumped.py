@@ -8,8 +8,8 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.recording.checks.bumped import check_camera_bumped
+from fusion.recording.looking.sample import draw
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.sample import draw
 
 CAMERA = Camera(80, 60, 70.0, 70.0, 39.5, 29.5, depth_scale=1000.0, principle="structured_light")
 COUNT, AT = 36, 20

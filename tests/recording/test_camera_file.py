@@ -9,8 +9,8 @@ import pytest
 import synthetic
 
 from fusion.errors import RecordingError
-from fusion.recording.camera_file import camera_from_dict, camera_to_dict, read_camera, write_camera
 from fusion.recording.formats import bop, open3d_folder
+from fusion.recording.native.camera_file import camera_from_dict, camera_to_dict, read_camera, write_camera
 
 PLAIN = camera_to_dict(synthetic.CAMERA)
 FULL = replace(

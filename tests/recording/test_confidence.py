@@ -7,7 +7,7 @@ import pytest
 import test_phones
 
 from fusion import convert_recording, open_recording
-from fusion.sensor.file import read_sensor
+from fusion.sensor.files.sensor_file import read_sensor
 from fusion.volume.prepared import fusing_weight, prepare
 
 WRITERS = {"r3d": test_phones.record3d, "polycam": test_phones.polycam, "stray": test_phones.stray}

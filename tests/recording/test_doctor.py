@@ -11,7 +11,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import about_axis
 from fusion.recording.checks.stillness import check_camera_moves, check_object_turns
-from fusion.recording.doctor import quick_look, refuse_if_certain
+from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
 

@@ -7,8 +7,8 @@ import pytest
 import synthetic
 
 from fusion import Trajectory, open_recording, write_recording
-from fusion.commands.convert import RECORDINGS
 from fusion.commands.main import main
+from fusion.commands.recording.convert import RECORDINGS
 
 FRAMES, LOST = 3, 1
 LENS = (0.1, -0.05, 0.001, -0.002, 0.01)

@@ -10,10 +10,10 @@ import synthetic
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
-from fusion.recording.convert import convert_recording
-from fusion.recording.inspect import inspect
+from fusion.recording.looking.inspect import inspect
 from fusion.recording.open import open_recording
-from fusion.recording.write import depth_counts, write_recording
+from fusion.recording.writing.convert import convert_recording
+from fusion.recording.writing.write import depth_counts, write_recording
 
 FRAMES = synthetic.frames(3)
 POSES = synthetic.poses(3)
@@ -89,6 +89,29 @@ def test_format(tmp_path, write, name):
     convert_recording(recording, tmp_path / "native")
     native = open_recording(tmp_path / "native")
     np.testing.assert_array_equal(native[2].depth, recording[2].depth)
+
+
+@pytest.mark.parametrize(
+    ("depth", "color", "joined", "told"),
+    [
+        (["a_depth", "b_depth"], ["a_color", "b_color", "c_color"], [0, 1], "the words"),
+        (["0-33", "1-66"], ["1-40", "2-70", "0-10"], [2, 0], "the number"),
+        (["a1", "b1"], ["a2", "b2", "c3"], [None, None], "left out"),  # no number stands for one image
+        (["left", "right"], ["one", "two", "three"], [None, None], "left out"),
+    ],
+)
+def test_colours_go_with_the_depth_that_their_names_say(tmp_path, depth, color, joined, told):
+    open3d(tmp_path)
+    for kind, names in (("depth", depth), ("color", color)):
+        for old in (tmp_path / kind).iterdir():
+            old.unlink()
+        for i, name in enumerate(names):
+            value = np.full(synthetic.CAMERA.shape, 900, np.uint16) if kind == "depth" else np.full_like(COLOR, 60 * i)
+            image(tmp_path / kind / f"{name}.png", value)
+    recording = open_recording(tmp_path)
+    assert any(told in warning for warning in recording.warnings)
+    frames = list(recording)
+    assert [None if f.color is None else int(f.color[0, 0, 0]) // 60 for f in frames] == joined
 
 
 def test_seven_scenes_with_colours_in_jpeg(tmp_path):

@@ -10,12 +10,12 @@ import synthetic
 
 from fusion.errors import RecordingError
 from fusion.files import inside as names
-from fusion.recording.image_header import plain_png, read_header
-from fusion.recording.images import read_color, read_counts, read_mask
-from fusion.recording.inspect import inspect
+from fusion.recording.images.header import plain_png, read_header
+from fusion.recording.images.read import read_color, read_counts, read_mask
+from fusion.recording.looking.inspect import inspect
+from fusion.recording.native.telemetry_file import read_telemetry
 from fusion.recording.open import open_recording
-from fusion.recording.telemetry_file import read_telemetry
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 
 def chunk(kind: bytes, data: bytes) -> bytes:

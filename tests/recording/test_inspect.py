@@ -13,11 +13,11 @@ import synthetic
 from fusion.commands.main import main
 from fusion.geometry.pose import inverse
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import write_camera
-from fusion.recording.inspect import fingerprint, inspect
+from fusion.recording.looking.inspect import fingerprint, inspect
+from fusion.recording.native.camera_file import write_camera
+from fusion.recording.native.trajectory_file import write_trajectory
 from fusion.recording.open import open_recording
-from fusion.recording.trajectory_file import write_trajectory
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 SHARED = Path(os.environ.get("FUSION_SHARED", Path(__file__).parents[3] / "shared"))
 

@@ -9,9 +9,9 @@ import synthetic
 
 from fusion.commands.main import main
 from fusion.errors import RecordingError
-from fusion.recording.convert import convert_recording
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.convert import convert_recording
+from fusion.recording.writing.write import write_recording
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import pytest
 from synthetic import CAMERA, frames
 
 from fusion.errors import RecordingError
-from fusion.recording.masks import open_masks
+from fusion.recording.images.masks import open_masks
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 COUNT = 6
 OBJECT = np.zeros(CAMERA.shape, np.uint8)

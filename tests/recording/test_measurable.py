@@ -8,8 +8,8 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.recording.checks.depth_values import check_depth_values
+from fusion.recording.looking.sample import draw
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.sample import draw
 
 CAMERA = Camera(40, 30, 35.0, 35.0, 19.5, 14.5, depth_scale=1000.0, principle="structured_light")
 SCENE = np.tile(np.linspace(0.7, 2.1, 40, dtype=np.float32), (30, 1))  # what stands on a table, and the wall behind

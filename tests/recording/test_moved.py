@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.recording.moved import unmoved_parts
+from fusion.recording.looking.moved import unmoved_parts
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(32, 24, 30.0, 30.0, 15.5, 11.5, depth_scale=1000)
 

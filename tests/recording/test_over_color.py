@@ -12,11 +12,11 @@ from fusion import open_recording
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import write_camera
-from fusion.recording.over_color import depth_over, fine_as
+from fusion.recording.cameras.over_color import depth_over, fine_as
+from fusion.recording.native.camera_file import write_camera
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
-from fusion.recording.write_nerfstudio import fill_nerfstudio
+from fusion.recording.writing.nerfstudio import fill_nerfstudio
+from fusion.recording.writing.write import write_recording
 
 DEPTH = Camera(320, 240, 290.0, 291.0, 158.0, 122.0, depth_scale=10000)
 COLOR = Camera(480, 320, 430.0, 432.0, 241.0, 157.0)

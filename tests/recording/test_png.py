@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fusion.recording.png import png_bytes
+from fusion.recording.images.png import png_bytes
 
 SIZES = [(480, 640), (1, 1), (3, 1), (1, 7), (17, 33)]
 

@@ -8,7 +8,7 @@ import pytest
 
 from fusion import Camera, Frame, Recording, open_recording, read_sensor, sense_all
 from fusion.recording.checks.processed import check_processed
-from fusion.recording.sample import draw
+from fusion.recording.looking.sample import draw
 from fusion.sensor.presets import PRESETS
 
 SIZE = (240, 180)

@@ -5,11 +5,11 @@ import pytest
 
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
-from fusion.recording.doctor import quick_look, refuse_if_certain
-from fusion.recording.inspect import inspect
+from fusion.recording.looking.doctor import quick_look, refuse_if_certain
+from fusion.recording.looking.inspect import inspect
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 
 def recording(folder, width, height):

@@ -13,14 +13,14 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import pose
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import read_camera, write_camera
-from fusion.recording.convert import convert_recording
 from fusion.recording.formats import tum
-from fusion.recording.frame_files import associate
-from fusion.recording.inspect import inspect
+from fusion.recording.images.frame_files import associate
+from fusion.recording.looking.inspect import inspect
+from fusion.recording.native.camera_file import read_camera, write_camera
+from fusion.recording.native.trajectory_file import read_trajectory, write_trajectory
 from fusion.recording.open import open_recording
-from fusion.recording.trajectory_file import read_trajectory, write_trajectory
-from fusion.recording.write import depth_counts, write_recording
+from fusion.recording.writing.convert import convert_recording
+from fusion.recording.writing.write import depth_counts, write_recording
 
 
 def test_recording_round_trip(tmp_path):

@@ -8,9 +8,9 @@ import numpy as np
 import synthetic
 
 from fusion.commands.main import main
-from fusion.recording.convert import convert_recording
 from fusion.recording.open import open_recording
-from fusion.recording.write import write_recording
+from fusion.recording.writing.convert import convert_recording
+from fusion.recording.writing.write import write_recording
 
 SAMPLES = Path(__file__).parent / "bags"
 

@@ -7,9 +7,9 @@ import pytest
 import synthetic
 
 from fusion.errors import RecordingError
+from fusion.recording.native.scene_file import scene_mesh, stated_scene
 from fusion.recording.open import open_recording
-from fusion.recording.scene_file import scene_mesh, stated_scene
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fusion.recording.images import image_size, read_color
+from fusion.recording.images.read import image_size, read_color
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))

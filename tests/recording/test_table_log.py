@@ -10,9 +10,9 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.checks import table_log
 from fusion.recording.checks.table_log import check_table_log
+from fusion.recording.looking.sample import draw
 from fusion.recording.open import open_recording
-from fusion.recording.sample import draw
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 
 @pytest.fixture

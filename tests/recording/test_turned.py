@@ -13,8 +13,8 @@ from PIL import Image
 from fusion import inspect, open_recording
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
-from fusion.recording.turned import fit_of
-from fusion.recording.write_folders import write_png
+from fusion.recording.cameras.turned import fit_of
+from fusion.recording.writing.folders import write_png
 
 FRAMES, WIDTH, HEIGHT, TIMES = 5, 160, 120, 2
 LENS = 125.0, 126.25, 82.75, 59.0  # of depth, from the corner

@@ -10,11 +10,11 @@ from evo.tools import file_interface
 
 from fusion import convert_recording, open_recording, write_recording
 from fusion.commands.main import main
-from fusion.recording.convert import fill_conversion
+from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.streamed import ImageSource
-from fusion.recording.trajectory_file import read_trajectory
-from fusion.recording.write import depth_counts
-from fusion.recording.write_folders import fill_open3d, fill_tum
+from fusion.recording.writing.convert import fill_conversion
+from fusion.recording.writing.folders import fill_open3d, fill_tum
+from fusion.recording.writing.write import depth_counts
 
 CAMERA = "130,130,79.5,59.5"
 

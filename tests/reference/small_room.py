@@ -9,8 +9,8 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap, point_map
 from fusion.geometry.pose import exp
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box, joined
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box, joined
 
 CAMERA = Camera(160, 120, 144.3, 144.7, 80.3, 59.1, distortion=(0.06, -0.14))
 SIGMA = 0.002  # [m], of the depth noise

@@ -12,8 +12,8 @@ from fusion.geometry.pose import pose
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame, Recording
-from fusion.simulation.render import Channels, RayCaster
-from fusion.simulation.shapes import box, joined
+from fusion.simulation.rendering.render import Channels, RayCaster
+from fusion.simulation.scene.shapes import box, joined
 
 CAMERA = Camera(160, 120, 140.0, 140.0, 79.5, 59.5)
 STEP = np.deg2rad(5)  # from frame to frame

@@ -6,7 +6,7 @@ import trimesh
 from fusion.geometry.pose import about_axis
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
-from fusion.report.scan import ScanReport
+from fusion.report.scans.scan import ScanReport
 
 # camera frame: y down, the axis stands 0.7 m in front and points up, leaning back a little
 POINT, UP = np.array([0.0, 0.1, 0.7]), np.array([0.0, -0.94, -0.342])

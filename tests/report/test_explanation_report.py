@@ -1,33 +1,37 @@
 """The report of an explanation: its pictures say what the verdict says, and the page reads well in a browser."""
 
+import json
 import re
-from copy import deepcopy
 from dataclasses import replace
 from html import escape
 from pathlib import Path
 
 import cv2
+import jsonschema
+import msgspec
 import numpy as np
 import pytest
 from browser import BINARY, Browser
 from explained import explanation_of
 
-from fusion.commands.verdict_lines import verdict_lines
+from fusion.commands.terminal.verdict_lines import verdict_lines
 from fusion.discrepancy.compared import cleaned, compared
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
+from fusion.discrepancy.verdict.content import Verdict
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.discrepancy.verdict.words import chance
-from fusion.report.claim_sections import with_masks
-from fusion.report.evidence import claims_of
-from fusion.report.explanation import explanation_report
+from fusion.files.schema import schema_of
+from fusion.report.explanations.claim_sections import with_masks
+from fusion.report.explanations.evidence import footprints_of
+from fusion.report.explanations.explanation import explanation_report
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
-from fusion.sensor.file import read_sensor, write_sensor
-from fusion.sensor.in_words import in_words
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.parameter import parameters
-from fusion.sensor.quantity import is_determined, quantity, shown
+from fusion.sensor.words.in_words import in_words
+from fusion.sensor.words.quantity import is_determined, quantity, shown
 
 HOSTILE = '<script>document.title="taken"</script> onmouseover=x $\\frac{'
 
@@ -49,33 +53,40 @@ def nothing():
 
 def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, verdict, tmp_path):
     verdict = with_masks(tmp_path, waved, verdict)
-    before = deepcopy(verdict)
+    before = verdict.to_dict()
     explanation_report(tmp_path, waved, verdict)
-    assert verdict["missing"] and verdict == before  # what is written is final before the page is
-    for entry in verdict["missing"]:
-        mask = cv2.imread(str(tmp_path / entry["where"]["mask"]), cv2.IMREAD_UNCHANGED)
+    assert verdict.missing and verdict.to_dict() == before  # what is written is final before the page is
+    for entry in verdict.missing:
+        mask = cv2.imread(str(tmp_path / entry.where.mask), cv2.IMREAD_UNCHANGED)
         assert mask.dtype == np.uint8 and mask.shape == waved.looks[0].view.camera.shape
         assert mask.max() == 255
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     titles = re.findall("<h2>(.*?)</h2>", page)
     assert titles[:3] == ["Summary", "Before and after", "Missing: cyclic error"]
-    assert escape(verdict["headline"]) in page and page.index("<b>Verdict</b>") < page.index("<b>Cyclic error</b>")
+    assert escape(verdict.headline) in page and page.index("<b>Verdict</b>") < page.index("<b>Cyclic error</b>")
     assert "What else it could be" in page and "What to record next" in page and "What cannot be seen here" in page
 
 
+def test_what_is_written_reads_as_the_same_verdict_and_fits_its_schema(verdict):
+    """As other programs read it: with the published schema, which is made of the type."""
+    written = json.loads(json.dumps(verdict.to_dict()))
+    assert msgspec.convert(written, Verdict) == verdict
+    jsonschema.validate(written, schema_of(Verdict))
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({**written, "missing": [{"effect": "cyclic_error"}]}, schema_of(Verdict))
+
+
 def test_every_wave_is_told_and_kept_with_its_deviation(waved, verdict, tmp_path):
-    (claim,) = verdict["missing"]
+    (claim,) = verdict.missing
     true = {"amplitude": [0.004, 0.002], "period": [1.9, 0.6], "phase": [0.5, 1.0]}
     write_sensor(tmp_path / "sensor.json", waved.sensor)
     again = read_sensor(tmp_path / "sensor.json")
     assert again.effect("cyclic_error") == waved.sensor.effect("cyclic_error") and again.std == waved.sensor.std
-    for name, known in claim["parameters"].items():
-        std = np.array(known["all_std"])
-        assert (
-            known["value"] == known["all"][0] and known["std"] == known["all_std"][0] and all(known["all_determined"])
-        )
+    for name, known in claim.parameters.items():
+        std = np.array(known.all_std)
+        assert known.value == known.all[0] and known.std == known.all_std[0] and all(known.all_determined)
         # five deviations of what the walls tell, which one number in a million leaves
-        assert np.all(np.abs(np.array(known["all"]) - true[name]) < 5 * std)
+        assert np.all(np.abs(np.array(known.all) - true[name]) < 5 * std)
         assert again.std["cyclic_error", name] == pytest.approx(std)
     # found together on this unit: the correction undoes them, although a phase may be as uncertain as it is large
     assert again.fitted == {"cyclic_error"} and again.left_out == ()
@@ -84,11 +95,11 @@ def test_every_wave_is_told_and_kept_with_its_deviation(waved, verdict, tmp_path
 def test_the_sentence_has_the_size_and_how_sure_and_is_the_same_everywhere(waved, verdict, tmp_path):
     # rms of the two waves, over the ranges of the walls; cos of the pixels' rays makes them a little smaller
     expected = 1e3 * np.hypot(0.004, 0.002) / np.sqrt(2)
-    (claim,) = verdict["missing"]
-    assert 1e3 * claim["size"]["rms_m"] == pytest.approx(expected, rel=0.3)
-    assert claim["size"]["rms_m"] < claim["size"]["peak_m"] < 0.006
-    size = f"typically {1e3 * claim['size']['rms_m']:.2g} mm"
-    headline = verdict["headline"]
+    (claim,) = verdict.missing
+    assert 1e3 * claim.size.rms_m == pytest.approx(expected, rel=0.3)
+    assert claim.size.rms_m < claim.size.peak_m < 0.006
+    size = f"typically {1e3 * claim.size.rms_m:.2g} mm"
+    headline = verdict.headline
     assert size in headline and "established" in headline and "what is left is noise" in headline
     lines = "\n".join(verdict_lines(verdict, 2000))
     assert lines.startswith(headline) and in_words(CyclicError).happens.rstrip(".") in lines
@@ -105,7 +116,7 @@ def test_nothing_missing_says_so_and_shows_noise(nothing, tmp_path):
     verdict = verdict_of(nothing)
     explanation_report(tmp_path, nothing, verdict)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert verdict["nothing_missing"] and "Nothing is missing" in page
+    assert verdict.nothing_missing and "Nothing is missing" in page
     assert "times as much as noise alone" in page and "Before and after" not in page
     assert not list(tmp_path.glob("mask_*"))
 
@@ -119,9 +130,9 @@ def test_pose_errors_are_taken_out_and_claims_stay(waved, verdict):
     seen = compared(waved)
     assert seen.held_out and seen.changed
     assert seen.misfit[1] < 0.1 * seen.misfit[0]
-    claim = claims_of(waved, verdict)[0]
+    footprint = footprints_of(waved, verdict)[0]
     # to first order the claim is what the model lacked, so the sum is the residual before
-    assert np.linalg.norm(claim.white + claim.left - waved.white) < 0.2 * np.linalg.norm(waved.white)
+    assert np.linalg.norm(footprint.white + footprint.left - waved.white) < 0.2 * np.linalg.norm(waved.white)
 
 
 @pytest.mark.slow
@@ -137,7 +148,7 @@ def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
     assert unknown.unknown
     verdict = with_masks(tmp_path / "a", unknown, verdict_of(unknown))
     explanation_report(tmp_path / "a", unknown, verdict)
-    assert verdict["missing"][0]["where"]["mask"] == "mask_0.png"
+    assert verdict.missing[0].where.mask == "mask_0.png"
     page = (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
     assert "an unknown effect" in page and "The nearest entry is" in page and "Established" in page
     bright = explanation_of("itof", AmbientLight(ambient=6000.0))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fusion.report.figures.lens import brief
+from fusion.report.calibrations.lens_figures import brief
 
 
 @pytest.mark.parametrize(

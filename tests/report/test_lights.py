@@ -1,6 +1,6 @@
 """Traffic lights as HTML: level, subject, reason, what to do."""
 
-from fusion.report.page import OPEN_WARNINGS, Page, render
+from fusion.report.kit.page import OPEN_WARNINGS, Page, render
 from fusion.results.light import Light
 
 

@@ -10,8 +10,8 @@ from browser import BINARY, Browser
 from made_up import UP, bumpy_sphere, made_up_comparison, made_up_scan
 
 from fusion.mesh.mesh import Mesh
-from fusion.report.comparison import Circumstances, comparison_report
-from fusion.report.scan import scan_report
+from fusion.report.comparisons.comparison import Circumstances, comparison_report
+from fusion.report.scans.scan import scan_report
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(BINARY is None, reason="no Chromium is installed")]
 
@@ -25,7 +25,7 @@ DRAWN = "document.querySelector('.viewer').dataset.drawn === 'yes'"
 def small_pictures():
     """The size of the pictures is not what is tested here, and small ones are quick."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fusion.report.figures.views.PIXELS", 40)
+        patch.setattr("fusion.report.kit.views.PIXELS", 40)
         yield
 
 

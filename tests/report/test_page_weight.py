@@ -7,7 +7,7 @@ import pytest
 from browser import BINARY, Browser
 from made_up import bumpy_sphere, made_up_scan
 
-from fusion.report.scan import scan_report
+from fusion.report.scans.scan import scan_report
 
 pytestmark = pytest.mark.slow
 MOST_BYTES, MOST_SECONDS = 4e6, 2.0  # what can be sent by mail, and what a person waits for without a thought

@@ -9,14 +9,14 @@ from made_up import UP, bumpy_sphere, made_up_comparison, made_up_scan
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.drawing.sight import look, sides
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.sight import look, sides
-from fusion.report.comparison import comparison_report
-from fusion.report.figures.distance import distance_scale, shares
-from fusion.report.figures.views import nice_length
-from fusion.report.scan import ScanReport, scan_report
-from fusion.report.seen import times_seen
-from fusion.report.thinning import thinned
+from fusion.report.comparisons.comparison import comparison_report
+from fusion.report.comparisons.distance import distance_scale, shares
+from fusion.report.kit.thinning import thinned
+from fusion.report.kit.views import nice_length
+from fusion.report.scans.scan import ScanReport, scan_report
+from fusion.report.scans.seen import times_seen
 from fusion.results.comparison import judge_comparison
 
 EMPTY = Mesh(np.zeros((0, 3)))
@@ -25,7 +25,7 @@ EMPTY = Mesh(np.zeros((0, 3)))
 @pytest.fixture(autouse=True)
 def small_pictures(monkeypatch):
     """What is tested here does not depend on the size of the pictures, and small ones are quick."""
-    monkeypatch.setattr("fusion.report.figures.views.PIXELS", 40)
+    monkeypatch.setattr("fusion.report.kit.views.PIXELS", 40)
 
 
 def headings(path) -> list[str]:

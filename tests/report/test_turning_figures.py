@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from made_up import made_up_scan
 
-from fusion.report.figures.turning import excess_degrees, expected_degrees, steps_figure
-from fusion.report.figures.wobble import wobble_figure
+from fusion.report.scans.turning import excess_degrees, expected_degrees, steps_figure
+from fusion.report.scans.wobble import wobble_figure
 from fusion.results.facts import TableFacts
 
 N = 24

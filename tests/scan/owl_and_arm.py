@@ -7,11 +7,11 @@ import numpy as np
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.demo import looking_at
-from fusion.simulation.demo_object import demo_object
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box, joined
-from fusion.simulation.turntable import Turntable
+from fusion.simulation.demo.demo import looking_at
+from fusion.simulation.demo.demo_object import demo_object
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box, joined
+from fusion.simulation.scene.turntable import Turntable
 from fusion.volume.prepared import fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings
 

@@ -10,9 +10,9 @@ from fusion.commands.main import main
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.recording.checks.stillness import turns_before_a_still_camera, turns_by_its_log
+from fusion.recording.looking.sample import draw
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.sample import draw
 from fusion.scan import focal_doctor
 from fusion.scan.focal_doctor import check_focal_length, measure
 from fusion.turntable.focal import DOUBT, FocalCheck
@@ -126,10 +126,10 @@ def test_a_right_focal_length_is_left_alone(owl_recording):
 @pytest.fixture(scope="module")
 def owl_recording(tmp_path_factory):
     """A small owl without noise: 72 frames of 6 degrees before a wall."""
-    from fusion.simulation.demo import looking_at
-    from fusion.simulation.demo_object import demo_object
-    from fusion.simulation.render import RayCaster
-    from fusion.simulation.turntable import Turntable
+    from fusion.simulation.demo.demo import looking_at
+    from fusion.simulation.demo.demo_object import demo_object
+    from fusion.simulation.rendering.render import RayCaster
+    from fusion.simulation.scene.turntable import Turntable
 
     small = Camera(160, 120, 190.0, 191.0, 80.3, 59.1, depth_scale=5000.0, principle="itof")
     T_world_camera = looking_at(np.array([0.5, 0.05, 0.28]), np.array([0.0, 0.0, 0.10]))

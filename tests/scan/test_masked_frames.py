@@ -8,10 +8,10 @@ import pytest
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.recording.masks import open_masks
+from fusion.recording.images.masks import open_masks
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.scan.frames import find_region, load
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor

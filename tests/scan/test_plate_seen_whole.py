@@ -12,9 +12,9 @@ from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame, Recording
 from fusion.scan.plate_seen_whole import on_its_plate
 from fusion.sensor.presets import default_sensor
-from fusion.simulation.demo import looking_at
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box, disc, joined
+from fusion.simulation.demo.demo import looking_at
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box, disc, joined
 from fusion.turntable.axis import Axis
 
 CAMERA = Camera(160, 120, 140.0, 140.0, 79.5, 59.5)

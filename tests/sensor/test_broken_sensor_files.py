@@ -11,7 +11,7 @@ from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.catalogue import KNOWN
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 

@@ -8,7 +8,7 @@ import pytest
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame, Recording
-from fusion.sensor.corrected_recording import corrected_recording
+from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.effects.optics.focal_length import FocalLength
 from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.moments import UPTIME, moments_of

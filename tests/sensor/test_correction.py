@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction import corrected, true_camera, undone
+from fusion.sensor.correction.correction import corrected, true_camera, undone
+from fusion.sensor.correction.summary import tell
 from fusion.sensor.effects.light.subsurface_scattering import SubsurfaceScattering
 from fusion.sensor.effects.optics.focal_length import FocalLength
 from fusion.sensor.effects.optics.lens_distortion import LensDistortion
@@ -21,10 +22,9 @@ from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.edge_fattening import EdgeFattening
 from fusion.sensor.moment import Moment
-from fusion.sensor.rating import DOUBT, weight_of
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.told import tell
 from fusion.sensor.view import View, stretch
+from fusion.sensor.weights.rating import DOUBT, weight_of
 from fusion.sensor.window import of_window
 
 STATED = Camera(64, 48, 57.0, 57.0, 31.5, 23.5, principle="itof")

@@ -5,11 +5,11 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
-from fusion.sensor.edges import REACH_PX
-from fusion.sensor.estimate import estimated_view
+from fusion.sensor.correction.estimate import estimated_view
+from fusion.sensor.edges.nearest import REACH_PX
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.render import Channels, render
-from fusion.simulation.shapes import joined
+from fusion.simulation.rendering.render import Channels, render
+from fusion.simulation.scene.shapes import joined
 
 CAMERA = Camera(160, 120, 150.0, 150.0, 80.2, 60.3)
 

@@ -7,9 +7,9 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.sensor.effects.readout.tabulated import Tabulated
-from fusion.sensor.layers import Layers
+from fusion.sensor.laws.layers import Layers
+from fusion.sensor.laws.table import interpolated
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.table import interpolated
 from fusion.sensor.view import View
 
 GRID = (tuple(np.linspace(5, 115, 12)), tuple(np.linspace(4, 150, 16)), (0.5, 0.9, 1.0, 2.2))

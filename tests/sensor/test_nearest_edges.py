@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.edges import Crossings, nearest_edges
+from fusion.sensor.edges.nearest import Crossings, nearest_edges
 from fusion.sensor.effects.light.projector_shadow import shadowed
 from fusion.sensor.view import View
 

@@ -9,11 +9,11 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import exp, inverse, transform
 from fusion.mesh.mesh import Mesh
+from fusion.sensor.correction.placing import found_again
 from fusion.sensor.effects.optics.focal_length import FocalLength
 from fusion.sensor.effects.optics.principal_point import PrincipalPoint
-from fusion.sensor.placing import found_again
 from fusion.sensor.view import View
-from fusion.simulation.render import Channels, RayCaster
+from fusion.simulation.rendering.render import Channels, RayCaster
 
 CAMERA = Camera(160, 120, 150.0, 150.0, 80.0, 60.0, principle="itof")
 EFFECTS = (FocalLength(relative=0.03), PrincipalPoint(cx=2.0, cy=-3.0))

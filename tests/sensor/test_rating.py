@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.edge_trust import doubtful
+from fusion.sensor.correction.estimate import jumps_along
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.axial_noise import STEEPEST, AxialNoise
 from fusion.sensor.effects.readout.lateral_noise import JUMP, LateralNoise, jump
 from fusion.sensor.effects.readout.temporal_filtering import TemporalFiltering
-from fusion.sensor.estimate import jumps_along
 from fusion.sensor.presets import PRESETS, default_sensor, preset
-from fusion.sensor.rating import DOUBT, sigma_of, weight_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
+from fusion.sensor.weights.edge_trust import doubtful
+from fusion.sensor.weights.rating import DOUBT, sigma_of, weight_of
 
 CAMERA = Camera(48, 36, 45.0, 45.0, 23.5, 17.5)
 

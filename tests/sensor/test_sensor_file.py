@@ -17,7 +17,7 @@ from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
 from fusion.sensor.effects.triangulation.vertical_banding import VerticalBanding
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.parameter import parameters
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
@@ -232,7 +232,7 @@ def test_bounds_hold_for_single_numbers_lists_and_maps(tmp_path):
 def test_python_ends_well_after_a_sensor_was_read(tmp_path):
     # msgspec 0.22 crashed there with patterns in types
     path = written(tmp_path, [{"effect": "depth_offset", "parameters": {"offset": 0.01}}])
-    program = f"from fusion.sensor.file import read_sensor; read_sensor({str(path)!r})"
+    program = f"from fusion.sensor.files.sensor_file import read_sensor; read_sensor({str(path)!r})"
     assert subprocess.run([sys.executable, "-c", program], timeout=60).returncode == 0
 
 

@@ -9,7 +9,7 @@ import pytest
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.where import Bound
 

@@ -8,11 +8,11 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import about_axis, inverse, pose, transform
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.casting import Body
-from fusion.simulation.indirect import Bounce
-from fusion.simulation.motion import twist_between
-from fusion.simulation.render import Channels, RayCaster, nearest, render, view_of
-from fusion.simulation.shapes import box, joined, sheet
+from fusion.simulation.rendering.casting import Body
+from fusion.simulation.rendering.indirect import Bounce
+from fusion.simulation.rendering.motion import twist_between
+from fusion.simulation.rendering.render import Channels, RayCaster, nearest, render, view_of
+from fusion.simulation.scene.shapes import box, joined, sheet
 
 CAMERA = Camera(80, 60, 75.0, 76.0, 38.7, 30.2, distortion=(0.08, -0.1, 0.001, -0.002, 0.02))
 ALL = Channels(edges=True, lit=-0.075, motion=True, indirect=Bounce(6))

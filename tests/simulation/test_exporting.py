@@ -13,7 +13,7 @@ from fusion.commands.main import main
 from fusion.recording.open import open_recording
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
-from fusion.sensor.file import read_sensor
+from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exporting.compare import compare_recording, compare_sensors
 from fusion.simulation.exporting.export import export_sensor

@@ -9,9 +9,9 @@ import pytest
 from fusion.commands.main import main
 from fusion.errors import RecordingError, SensorError
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_file import write_camera
+from fusion.recording.native.camera_file import write_camera
 from fusion.recording.open import open_recording
-from fusion.sensor.file import read_sensor
+from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.presets import PRESETS
 from fusion.sensor.view import incidence_of
 from fusion.simulation.ideal.edges import edges_of_perfect

@@ -7,9 +7,9 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.indirect import FAINT, Bounce
-from fusion.simulation.render import Channels, render
-from fusion.simulation.shapes import joined
+from fusion.simulation.rendering.indirect import FAINT, Bounce
+from fusion.simulation.rendering.render import Channels, render
+from fusion.simulation.scene.shapes import joined
 
 CAMERA = Camera(96, 72, 80.0, 80.0, 47.3, 35.6)
 DEPTH, HALF, LONG = 2.0, 0.5, 0.8  # [m] of the corner; half height and length of the walls

@@ -7,7 +7,7 @@ from fusion.sensor.effects.light.illumination_vignetting import IlluminationVign
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.light_level import BRIGHT, with_light_level
+from fusion.simulation.rendering.light_level import BRIGHT, with_light_level
 
 
 @pytest.mark.parametrize(("shot", "floor"), [(0.003, 0.0), (0.0, 0.003), (0.003, 0.003)])

@@ -6,8 +6,8 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import about_axis, inverse, pose
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.render import RayCaster, nearest, render
-from fusion.simulation.shapes import box, joined, sheet
+from fusion.simulation.rendering.render import RayCaster, nearest, render
+from fusion.simulation.scene.shapes import box, joined, sheet
 
 CAMERA = Camera(64, 48, 60.0, 61.0, 30.7, 24.2, distortion=(0.08, -0.1, 0.001, -0.002, 0.02))
 X, Y, Z = np.eye(3)

@@ -6,9 +6,9 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import about_axis
 from fusion.mesh.mesh import Mesh
-from fusion.sensor.edges import REACH_PX
-from fusion.simulation.render import Channels, RayCaster, render
-from fusion.simulation.shapes import joined
+from fusion.sensor.edges.nearest import REACH_PX
+from fusion.simulation.rendering.render import Channels, RayCaster, render
+from fusion.simulation.scene.shapes import joined
 
 CAMERA = Camera(96, 80, 90.0, 91.0, 47.3, 40.2)
 EDGES = Channels(edges=True)

@@ -12,15 +12,15 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import about_axis, inverse, pose
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.files import write_mesh
-from fusion.recording.camera_file import camera_to_dict, write_camera
+from fusion.recording.native.camera_file import camera_to_dict, write_camera
+from fusion.recording.native.trajectory_file import write_trajectory
 from fusion.recording.open import open_recording
-from fusion.recording.trajectory_file import write_trajectory
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.course import looking_at
-from fusion.simulation.scene_file import read_scene
+from fusion.simulation.scene.course import looking_at
+from fusion.simulation.scene.scene_file import read_scene
+from fusion.simulation.scene.shapes import box
 from fusion.simulation.scenes import built_in
-from fusion.simulation.shapes import box
 from fusion.simulation.simulate import simulate
 from fusion.simulation.write import write_simulation
 

@@ -11,9 +11,9 @@ from fusion.errors import FusionError, SceneError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
 from fusion.progress import following
-from fusion.recording.inspect import inspect
+from fusion.recording.looking.inspect import inspect
+from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
-from fusion.recording.trajectory_file import read_trajectory
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.scenes import SCENES, about, built_in, settings_of

@@ -21,14 +21,14 @@ from fusion.sensor.effects.triangulation.speckle_noise import SpeckleNoise
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATION_HZ
-from fusion.simulation.course import SimulatedCourse, turning
-from fusion.simulation.exposure import Exposures
-from fusion.simulation.render import render
-from fusion.simulation.scene import Part, Scene
+from fusion.simulation.rendering.exposure import Exposures
+from fusion.simulation.rendering.render import render
+from fusion.simulation.scene.course import SimulatedCourse, turning
+from fusion.simulation.scene.scene import Part, Scene
+from fusion.simulation.scene.shapes import box
+from fusion.simulation.scene.turntable import Turntable
 from fusion.simulation.scenes import built_in
-from fusion.simulation.shapes import box
 from fusion.simulation.simulate import simulate
-from fusion.simulation.turntable import Turntable
 
 CAMERA = Camera(96, 72, 86.0, 86.0, 47.2, 35.9, distortion=(0.05, -0.02), depth_scale=5000.0)
 BLOCK = box((-0.12, -0.1, 0.9), (0.1, 0.13, 1.1), (200, 200, 200))

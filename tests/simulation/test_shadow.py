@@ -5,8 +5,8 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.render import Channels, render
-from fusion.simulation.shapes import joined, sheet
+from fusion.simulation.rendering.render import Channels, render
+from fusion.simulation.scene.shapes import joined, sheet
 
 CAMERA = Camera(320, 120, 300.0, 300.0, 160.2, 60.3)
 

@@ -8,9 +8,9 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.demo import demo_scene, demo_truth, write_demo_recording
-from fusion.simulation.demo_object import demo_object
-from fusion.simulation.render import render
+from fusion.simulation.demo.demo import demo_scene, demo_truth, write_demo_recording
+from fusion.simulation.demo.demo_object import demo_object
+from fusion.simulation.rendering.render import render
 from fusion.simulation.simulate import simulate
 
 V2 = preset("kinect-v2-indoors")
@@ -82,8 +82,8 @@ def test_the_owl_is_watertight_upright_and_asymmetric():
 
 def test_the_demo_is_a_recording_with_its_truth_beside_it(tmp_path):
     from fusion.mesh.files import read_mesh
+    from fusion.recording.native.trajectory_file import read_trajectory
     from fusion.recording.open import open_recording
-    from fusion.recording.trajectory_file import read_trajectory
 
     folder = write_demo_recording(tmp_path / "demo", seed=1, frames=2, turns=0.1)
     recording = open_recording(folder)

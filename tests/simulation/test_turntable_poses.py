@@ -5,7 +5,7 @@ import pytest
 
 from fusion.errors import FusionError
 from fusion.geometry.pose import about_axis, angle, inverse, is_rigid, pose, transform
-from fusion.simulation.turntable import Turntable, TurntableErrors
+from fusion.simulation.scene.turntable import Turntable, TurntableErrors
 
 AXIS = {"axis_point": (0.1, -0.2, 0.3), "axis_direction": (0.2, -0.1, 2.0)}
 

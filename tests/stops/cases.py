@@ -13,7 +13,7 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(32, 24, fx=30.0, fy=30.0, cx=15.5, cy=11.5, principle="structured_light")
 
@@ -46,16 +46,13 @@ class Case:
 
 
 FRAMES, SIGHT = "fusion.simulation.simulate:Simulation.frames", "fusion.simulation.write:check_sight"
-SCAN, COMPARE = "fusion.scan.pipeline:scan_turntable", "fusion.mesh.compare:compare"
-ENCODE = "fusion.recording.write:png_bytes"
+SCAN, COMPARE = "fusion.scan.pipeline:scan_turntable", "fusion.mesh.comparison.compare:compare"
 EXPLAIN = ("fusion.discrepancy.explain:explain", "fusion.discrepancy.verdict.verdict:verdict_of")
 CASES = [
     Case("convert", "IN/ball.ply OUT", file=True, quick=True),
     Case("convert", "IN/scan OUT"),
     Case("simulate", "IN/wall/scene.json -o OUT --camera IN/other.json", (FRAMES, SIGHT)),
-    Case(
-        "simulate", "--ideal IN/scan -o OUT --sensor kinect-v1", ("fusion.simulation.ideal.recording:sense_all", ENCODE)
-    ),
+    Case("simulate", "--ideal IN/scan -o OUT --sensor kinect-v1", ("fusion.simulation.ideal.recording:sense_all",)),
     Case("compare", "IN/ball.ply IN/ball.ply -o OUT --no-report", (COMPARE,)),
     Case("repeat", "IN/ball.ply IN/ball.ply -o OUT --no-report", ("fusion.repeatability.repeat:repeat",)),
     Case("evaluate", "IN/walls -o OUT --no-report", ("fusion.evaluation.evaluate:evaluate",)),
@@ -65,7 +62,7 @@ CASES = [
         ("fusion.reconstruction.pipeline:reconstruct",),
     ),
     Case("turntable", "IN/table -o OUT --no-report", (SCAN,)),
-    Case("demo", "-o OUT --frames 12 --no-report", (FRAMES, ENCODE, SCAN, COMPARE), every=11),
+    Case("demo", "-o OUT --frames 12 --no-report", (FRAMES, SCAN, COMPARE), every=11),
     Case("explain", "IN/walls --sensor kinect-v1 -o OUT --no-report", EXPLAIN),
     Case(
         "calibrate intrinsics",

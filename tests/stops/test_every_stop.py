@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from cases import CASES, TABLE, Case, make_inputs, make_slow_inputs
 from stopper import Ran, available, run_stopped
 
-from fusion.files.claim import MARK
-from fusion.files.staging import sweep
+from fusion.files.output.claim import MARK
+from fusion.files.output.staging import sweep
 
 pytestmark = pytest.mark.skipif(not available(), reason="this system does not tell of calls (seccomp_unotify)")
 HOWS = ("killed", "full", "terminated")
@@ -167,8 +167,8 @@ def test_a_stop_at_any_operation_leaves_the_old_or_the_new(case, over, how, inpu
 @pytest.mark.parametrize("how", ["killed", "full"])
 def test_the_judge_finds_a_result_that_is_not_put_in_its_place_at_once(how, inputs, tmp_path, monkeypatch):
     """A check that cannot fail would be worth nothing."""
-    monkeypatch.setattr("fusion.files.publish.put", lambda at, place: shutil.copyfile(at.made, place))
-    monkeypatch.setattr("fusion.files.claim.put", lambda at, place: shutil.copyfile(at.made, place))
+    monkeypatch.setattr("fusion.files.output.publish.put", lambda at, place: shutil.copyfile(at.made, place))
+    monkeypatch.setattr("fusion.files.output.claim.put", lambda at, place: shutil.copyfile(at.made, place))
     with pytest.raises(AssertionError, match=rf"{how} at [0-9]+"):
         every_stop(CASES[0], inputs, tmp_path.resolve(), True, how)
 

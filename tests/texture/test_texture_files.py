@@ -14,7 +14,7 @@ from painted import HALF, cube, off, paint, scene
 from fusion import read_mesh, write_mesh, write_recording
 from fusion.commands.main import main
 from fusion.errors import MeshError
-from fusion.recording.trajectory_file import write_trajectory
+from fusion.recording.native.trajectory_file import write_trajectory
 from fusion.texture.files import write_glb, write_obj
 from fusion.texture.result_folder import open_result
 from fusion.texture.textured import texture_mesh

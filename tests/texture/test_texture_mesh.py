@@ -12,8 +12,8 @@ from painted import HALF, cube, off, paint, scene
 
 from fusion.coloring.images import bilinear
 from fusion.errors import MeshError, RecordingError
+from fusion.mesh.comparison.surface_samples import face_areas, sample_surface
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.surface_samples import face_areas, sample_surface
 from fusion.texture import atlas as atlas_module
 from fusion.texture.atlas import laid_flat
 from fusion.texture.levels import SampledView, levels_of

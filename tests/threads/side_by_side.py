@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 SWITCH = 1e-4  # [s] between two switches of thread: fifty times as often as usual finds more in as many rounds
 PATIENCE = 300  # [s] for both threads
@@ -63,6 +64,9 @@ def flat(value: Any, name: str = "result") -> dict[str, Any]:
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
         for field in dataclasses.fields(value):
             found |= flat(getattr(value, field.name), f"{name}.{field.name}")
+    elif isinstance(value, Struct):
+        for key in value.__struct_fields__:
+            found |= flat(getattr(value, key), f"{name}.{key}")
     elif isinstance(value, dict):
         for key in value:
             found |= flat(value[key], f"{name}[{key!r}]")

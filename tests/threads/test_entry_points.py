@@ -72,5 +72,5 @@ def test_every_method_of_the_public_classes_is_called():
 RESULTS = {
     "__version__", "Comparison", "DenseField", "Description", "Explanation", "FusionError", "Merged", "Pass",
     "Printable", "Reconstruction", "Recorded", "RecordSettings", "Recording", "Scan", "Simulation", "Source",
-    "SourceFrame", "Export", "SensorComparison",
+    "SourceFrame", "Export", "SensorComparison", "Verdict",
 }  # fmt: skip

@@ -10,13 +10,13 @@ from side_by_side import compared, switching_often
 
 from fusion.calibration.noise import repeats, rounding
 from fusion.geometry.camera import Camera
-from fusion.report.palette import new_figure, styled, to_svg
+from fusion.report.kit.palette import new_figure, styled, to_svg
 from fusion.sensor.effects.readout import lateral_noise
 from fusion.sensor.effects.triangulation import vertical_banding
-from fusion.sensor.fields import frozen_field, frozen_map
+from fusion.sensor.laws.fields import frozen_field, frozen_map
 from fusion.sensor.view import stretch
-from fusion.simulation.casting import directions
-from fusion.simulation.demo_object import demo_object
+from fusion.simulation.demo.demo_object import demo_object
+from fusion.simulation.rendering.casting import directions
 from fusion.volume.extraction.cubes import table
 from fusion.volume.integration.allocate import _span
 from fusion.volume.integration.frame import geometry

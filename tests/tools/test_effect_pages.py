@@ -10,8 +10,8 @@ from fusion.errors import SensorError
 from fusion.files.content import Content
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.entries import given_effects
-from fusion.sensor.sensor_fields import FORMAT
+from fusion.sensor.files.entries import given_effects
+from fusion.sensor.files.sensor_fields import FORMAT
 
 PROJECT = Path(__file__).resolve().parents[2]
 TOOL = PROJECT / "tools" / "document_effects.py"

@@ -8,7 +8,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from fusion.commands import system_libraries
+from fusion.commands.terminal import system_libraries
 from tools import system_packages
 
 

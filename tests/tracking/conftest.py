@@ -9,8 +9,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "reference"))
 
 from small_room import Room, room_mesh
 
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box
 
 
 @pytest.fixture(scope="session")

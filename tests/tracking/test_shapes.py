@@ -2,7 +2,7 @@ import numpy as np
 from small_room import Room, room_mesh, sway
 
 from fusion.geometry.pose import angle, exp, inverse
-from fusion.simulation.render import RayCaster
+from fusion.simulation.rendering.render import RayCaster
 from fusion.tracking.landmarks import meet
 from fusion.tracking.shapes import shape_landmarks
 

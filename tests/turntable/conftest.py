@@ -6,10 +6,10 @@ import pytest
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
-from fusion.simulation.demo import looking_at
-from fusion.simulation.demo_object import demo_object
-from fusion.simulation.render import RayCaster
-from fusion.simulation.turntable import Turntable
+from fusion.simulation.demo.demo import looking_at
+from fusion.simulation.demo.demo_object import demo_object
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.turntable import Turntable
 from fusion.turntable.axis import Axis
 from fusion.turntable.views import Region, usable, view
 

@@ -5,9 +5,9 @@ import pytest
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
-from fusion.simulation.demo import looking_at
-from fusion.simulation.render import RayCaster
-from fusion.simulation.shapes import box, joined
+from fusion.simulation.demo.demo import looking_at
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box, joined
 from fusion.turntable.axis import Axis
 from fusion.turntable.turning.moving import find_moving, find_wall
 from fusion.turntable.turning.standing import standing

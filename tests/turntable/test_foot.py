@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fusion.simulation.demo import looking_at
+from fusion.simulation.demo.demo import looking_at
 from fusion.turntable.table.foot import axis_through, foot_normal
 
 T = looking_at(np.array([0.5, 0.0, 0.35]), np.array([0.0, 0.0, 0.06]))  # world from camera

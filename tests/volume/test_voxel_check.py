@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
+from fusion.recording.looking.sample import draw
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.sample import draw
 from fusion.volume.voxel_check import voxel_check
 
 CAMERA = Camera(160, 120, 130.0, 130.0, 79.5, 59.5, depth_scale=5000.0)

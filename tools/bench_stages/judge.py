@@ -27,7 +27,7 @@ def surface_errors(workload: str, arrays: Path) -> dict[str, float]:
 
 
 def _to_knot(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    from fusion.mesh.distances import signed_distances
+    from fusion.mesh.comparison.distances import signed_distances
     from fusion.mesh.mesh import Mesh
 
     return np.abs(signed_distances(points, Mesh(*knot.Knot().mesh(2000, 300))))

@@ -101,7 +101,7 @@ def draw(tables: list[Table], path: Path) -> None:
     """One picture of a stage: bars with their spread, a line where the asked ratio lies."""
     from matplotlib.figure import Figure
 
-    from fusion.report import palette
+    from fusion.report.kit import palette
 
     with palette.styled():
         figure = Figure(figsize=(8, 0.6 + sum(0.55 + 0.36 * len(t.rows) for t in tables)), layout="constrained")

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 import fusion
-from fusion.mesh.sight import sides
-from fusion.report.figures.views import Scale, ViewRow, mesh_views, scale_colors
-from fusion.report.page import Figure
-from fusion.report.palette import DIVERGING, SEQUENTIAL
+from fusion.mesh.drawing.sight import sides
+from fusion.report.kit.page import Figure
+from fusion.report.kit.palette import DIVERGING, SEQUENTIAL
+from fusion.report.kit.views import Scale, ViewRow, mesh_views, scale_colors
 
 UP, FRONT, SHOWN = np.array([0.0, 0.0, 1.0]), np.array([0.9, 0.45, 0.0]), 4
 

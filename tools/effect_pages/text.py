@@ -8,8 +8,8 @@ from typing import Any
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.in_words import in_words
 from fusion.sensor.parameter import Parameter, parameters, settings
+from fusion.sensor.words.in_words import in_words
 
 COMMAND = "python tools/document_effects.py"
 ROOMS = ("rig", "optics", "light", "triangulation", "phase", "readout")

@@ -9,18 +9,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.lens.board import Board
-from fusion.calibration.lens.detect import find_checkerboard
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.boards.detect import find_checkerboard
+from fusion.calibration.lens.boards.pictures import read_picture
+from fusion.calibration.lens.fit.solve import placed
 from fusion.calibration.lens.intrinsics import fit_camera
-from fusion.calibration.lens.pictures import read_picture
-from fusion.calibration.lens.solve import placed
 from fusion.calibration.lens.views import view_of
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from real_scenes.scene import flat_mesh, write_scene
 
 BOARD, SIZE = Board(5, 7, 0.03), (512, 424)

@@ -9,7 +9,7 @@ from fusion.geometry.pose import about_axis, inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.lens.pictures import read_picture
+from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.cameras.presets import PRESETS
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from real_scenes.scene import flat_mesh, write_scene
 
 UNIT_M = 4.5 / 65535  # inferred by the recording's notes

@@ -11,7 +11,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.files import read_mesh
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 from real_scenes.scene import write_scene
 
 ANNOTATED = (0.002, 0.01)  # [m], [rad] guess: poses set by hand and refined

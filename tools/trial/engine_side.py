@@ -17,7 +17,7 @@ from fusion.discrepancy.naming import candidates
 from fusion.discrepancy.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.recording.open import open_recording
-from fusion.sensor.file import read_sensor, write_sensor
+from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 
 
 def main() -> None:
@@ -38,7 +38,7 @@ def main() -> None:
 def explain_into(paths: list[Path], sensor: Path, out: Path) -> None:
     found = explain([open_recording(path) for path in paths], read_sensor(sensor))
     out.mkdir(parents=True, exist_ok=True)
-    (out / "verdict.json").write_text(json.dumps(verdict_of(found), indent=1))
+    (out / "verdict.json").write_text(json.dumps(verdict_of(found).to_dict(), indent=1))
     write_sensor(out / "sensor.json", found.sensor)
 
 

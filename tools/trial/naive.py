@@ -13,7 +13,7 @@ from fusion.discrepancy.look import looks_of, stage_of, wanted_channels
 from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.observations import observe
 from fusion.recording.open import open_recording
-from fusion.sensor.file import read_sensor
+from fusion.sensor.files.sensor_file import read_sensor
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 

@@ -9,7 +9,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.observations import Observations
-from fusion.sensor.surface import moved_rigidly
+from fusion.sensor.laws.surface import moved_rigidly
 
 Vector = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.depth.tiles import TileGrid, side_of
-from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.boards.board import Board
 from fusion.geometry.camera import Camera
 
 EDGE = 4.5  # [px] from a square's edge: dark ones read 7 mm too far up to 3 px inside, a median of nine sees 1 more

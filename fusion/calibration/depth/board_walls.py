@@ -10,16 +10,16 @@ from fusion.calibration.depth.board_patches import patches, square_centres
 from fusion.calibration.depth.gloss import gloss_map, surfaces
 from fusion.calibration.depth.plane import WallPlane
 from fusion.calibration.depth.wall import Means, Wall, wall_of
-from fusion.calibration.lens.board import Board
-from fusion.calibration.lens.charuco import find_charuco
-from fusion.calibration.lens.detect import ATTEMPTS, DetectorTry, FoundCorners, find_checkerboard
-from fusion.calibration.lens.solve import placed
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.boards.charuco import find_charuco
+from fusion.calibration.lens.boards.detect import ATTEMPTS, DetectorTry, FoundCorners, find_checkerboard
+from fusion.calibration.lens.fit.solve import placed
 from fusion.calibration.lens.views import BoardView, view_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
+from fusion.recording.looking.sample import spread
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.sample import spread
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import MODULATIONS_HZ

@@ -25,7 +25,7 @@ from fusion.calibration.depth.terms import LawTerm, gloss_term
 from fusion.calibration.depth.variance import spread_of, with_variance
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.wall import Wall, read_walls
-from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.progress import each, stage

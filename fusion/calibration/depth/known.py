@@ -10,9 +10,9 @@ from fusion.calibration.depth.law_sensor import FITTED
 from fusion.errors import FusionError, SensorError
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Recording
+from fusion.sensor.correction.unit import refuse_other_unit
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.unit import refuse_other_unit
 from fusion.sensor.view import stretch
 
 

@@ -13,8 +13,8 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.fixed_pattern import FixedPattern
 from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
+from fusion.sensor.laws.table import interpolated
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.table import interpolated
 
 
 def with_surface(sensor: Sensor, camera: Camera, stack: MapStack) -> Sensor:

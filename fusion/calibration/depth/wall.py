@@ -11,7 +11,7 @@ from fusion.calibration.stretches import still_stretches
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
-from fusion.recording.moved import unmoved_parts
+from fusion.recording.looking.moved import unmoved_parts
 from fusion.recording.readable import readable
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment

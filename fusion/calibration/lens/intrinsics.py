@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.calibration.lens.board import Board
-from fusion.calibration.lens.outliers import JudgedViews, judge
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.boards.pictures import BoardPictures, find_pictures, thinned
+from fusion.calibration.lens.boards.search import Search, search
+from fusion.calibration.lens.fit.outliers import JudgedViews, judge
+from fusion.calibration.lens.fit.pitch import check_pitch, row_pitch
+from fusion.calibration.lens.fit.size import size_warnings
+from fusion.calibration.lens.fit.solve import NAMES, solve
+from fusion.calibration.lens.fit.spread import LensSpread, spread
+from fusion.calibration.lens.fit.terms import is_rational
 from fusion.calibration.lens.pair import CameraPair, place_color
-from fusion.calibration.lens.pictures import BoardPictures, find_pictures, thinned
-from fusion.calibration.lens.pitch import check_pitch, row_pitch
-from fusion.calibration.lens.search import Search, search
-from fusion.calibration.lens.size import size_warnings
-from fusion.calibration.lens.solve import NAMES, solve
-from fusion.calibration.lens.spread import LensSpread, spread
-from fusion.calibration.lens.terms import is_rational
 from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projection_uncertainty
 from fusion.calibration.lens.views import BoardView, covered
 from fusion.errors import RecordingError

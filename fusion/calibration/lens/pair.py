@@ -7,7 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from fusion.calibration.lens.solve import placed
+from fusion.calibration.lens.fit.solve import placed
 from fusion.calibration.lens.views import BoardView, common
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera

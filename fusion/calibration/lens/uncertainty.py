@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from fusion.calibration.lens.solve import matrix
+from fusion.calibration.lens.fit.solve import matrix
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 

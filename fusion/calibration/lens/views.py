@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.boards.board import Board
 from fusion.geometry.pose import Array
 
 

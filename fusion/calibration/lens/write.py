@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from fusion.calibration.lens.boards.search import Search
 from fusion.calibration.lens.intrinsics import CameraFit, Intrinsics
-from fusion.calibration.lens.search import Search
-from fusion.recording.camera_file import camera_to_dict
+from fusion.recording.native.camera_file import camera_to_dict
 
 
 def camera_content(result: Intrinsics) -> dict[str, Any]:

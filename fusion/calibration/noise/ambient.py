@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.light_law import MOST_LUX, ROOM_LUX, LightLaw, light_law
+from fusion.calibration.noise.laws.light_law import MOST_LUX, ROOM_LUX, LightLaw, light_law
 from fusion.calibration.noise.poses import Pose
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fusion.calibration.depth.known import start
-from fusion.calibration.noise.axial import AxialLaw, axial_law
-from fusion.calibration.noise.dropout import DropoutLaw, dropout_law
-from fusion.calibration.noise.lateral import LateralLaw, lateral_law
+from fusion.calibration.noise.laws.axial import AxialLaw, axial_law
+from fusion.calibration.noise.laws.dropout import DropoutLaw, dropout_law
+from fusion.calibration.noise.laws.lateral import LateralLaw, lateral_law
 from fusion.calibration.noise.poses import Pose, read_poses
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.recording.moved import unmoved_parts
+from fusion.recording.looking.moved import unmoved_parts
 from fusion.recording.recording import Recording
 
 LEAST = 10  # frames: fewer say little about a noise, and are what a moved target leaves

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.axial_forms import Places
+from fusion.calibration.noise.laws.axial_forms import Places
 
 APART = 0.06  # share of the depth: nearer ones are one distance
 STEEP = np.deg2rad(40)  # below it the angle term is a few per cent of the noise

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.devices.kinect_v1.packets import RawFrame
-from fusion.recording.zero_plane import NO_VALUE
+from fusion.recording.cameras.zero_plane import NO_VALUE
 
 SHAPE = (480, 640)
 IR_ROWS = 488  # eight more than depth has

@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from fusion.geometry.camera import Camera
-from fusion.recording.zero_plane import ZeroPlane
+from fusion.recording.cameras.zero_plane import ZeroPlane
 
 HEIGHT, WIDTH = 480, 640
 NUMBERS = 29

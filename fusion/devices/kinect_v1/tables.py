@@ -6,7 +6,7 @@ from typing import Any
 
 from fusion.devices.kinect_v1.commands import Commands
 from fusion.errors import DeviceError
-from fusion.recording.zero_plane import USUAL, ZeroPlane
+from fusion.recording.cameras.zero_plane import USUAL, ZeroPlane
 
 SHIFT, REGISTRATION, PADDING = 0x00, 0x40, 0x41
 AT = 94  # where the reference plane begins in the reply of the fixed parameters: a status, and 23 whole numbers

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fusion.geometry.pose import Array
-from fusion.simulation.course import looking_at
-from fusion.simulation.scene import Scene
+from fusion.simulation.scene.course import looking_at
+from fusion.simulation.scene.scene import Scene
 from fusion.simulation.scenes.corner import corner
 from fusion.simulation.scenes.near_card import near_card
 from fusion.simulation.scenes.panel import before, upright

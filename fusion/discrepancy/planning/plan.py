@@ -50,8 +50,8 @@ class Shows:
     """A recording in which an effect of usual size would show, and by how many standard deviations; None: by words."""
 
     effect: str
-    text: str
     recording: str
+    text: str
     sigma: float | None
 
 
@@ -107,9 +107,9 @@ class Plans:
                 sigmas.append((plan.choice, Parting(max(sizes, default=0.0), 0.0)))
         proposal = best([(choice, seen) for choice, seen in sigmas if seen.sigma >= SHOWN])
         if proposal is not None:
-            return Shows(kind.name, proposal.choice.text, proposal.choice.name, proposal.sigma)
+            return Shows(kind.name, proposal.choice.name, proposal.choice.text, proposal.sigma)
         words = next((text for variable, text in OTHERWISE if variable in kind.variables), None)
-        return None if words is None else Shows(kind.name, words, "", None)
+        return None if words is None else Shows(kind.name, "", words, None)
 
     def _usual(self, kind: type[Effect]) -> Iterator[Effect]:
         """Instances that are a small known share of the usual size."""

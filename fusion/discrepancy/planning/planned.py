@@ -14,9 +14,9 @@ from fusion.discrepancy.planning.menu import Choice, Setup
 from fusion.discrepancy.stage import KnownScene
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.exposure import whole_mesh
-from fusion.simulation.render import RayCaster
-from fusion.simulation.scene import Scene
+from fusion.simulation.rendering.exposure import whole_mesh
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.scene import Scene
 
 FRAMES = 10
 

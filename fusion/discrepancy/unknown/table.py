@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.sensor.effects.readout.tabulated import STEEPEST, VARIABLES, Tabulated
-from fusion.sensor.table import interpolated
+from fusion.sensor.laws.table import interpolated
 
 Vector = NDArray[np.float64]
 

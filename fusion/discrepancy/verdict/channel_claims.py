@@ -1,11 +1,10 @@
 """Claims of the channels beside the mean: noise and missing values."""
 
-from typing import Any
-
 import numpy as np
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, LawForm, Where
 from fusion.discrepancy.verdict.claimed import claimed
 from fusion.discrepancy.verdict.record_next import record_next
 from fusion.discrepancy.verdict.sizes import size_of_step
@@ -13,48 +12,37 @@ from fusion.sensor.parameter import parameters
 
 # a law of the range or of the disparity is one of the depth too
 ALSO = {"range": "depth", "disparity": "depth"}
-OF = {"bias": "which depths occur", "noise": "the spread of repeated frames", "dropout": "missing values"}
+OF = {"noise": "the spread of repeated frames", "dropout": "missing values"}
 
 
-def channel_claim(found: Explanation, step: ChannelStep) -> dict[str, Any]:
+def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
     """A finding of a channel as an entry of the verdict."""
-    return {
-        "effect": step.effect.name if step.effect else "unknown",
-        "parameters": _parameters(step),
-        "channel": step.channel,
-        "size": size_of_step(found, step),
-        "where": {
-            "variables": _variables(step),
-            "region": [],
-            "recordings": None,
-            "frames": None,
-            "mask": None,
-            "text": _text(step),
-        },
-        "evidence": {
-            "heldout_gain": step.share,
-            "false_alarm_probability": step.probability,
-            "visible_share": 1.0,
-        },
-        "indistinguishable_from": list(step.alike),
-        "record_next": record_next(step.effect, list(step.alike)) if step.effect else "",
-        **({"law": {"form": step.form, "simple": False, "added_as": "tabulated"}} if step.form else {}),
-    }
+    return Claim(
+        effect=step.effect.name if step.effect else "unknown",
+        parameters=_parameters(step),
+        channel=step.channel,
+        size=size_of_step(found, step),
+        where=Where(variables=_variables(step), text=_text(step)),
+        evidence=ClaimEvidence(heldout_gain=step.share, false_alarm_probability=step.probability, visible_share=1.0),
+        indistinguishable_from=step.alike,
+        record_next=record_next(step.effect, step.alike) if step.effect else "",
+        law=LawForm(form=step.form, simple=False) if step.form else None,
+    )
 
 
-def _variables(step: ChannelStep) -> list[str]:
+def _variables(step: ChannelStep) -> tuple[str, ...]:
     names = step.variables or (step.effect.variables if step.effect else ())
-    return list(dict.fromkeys(v for name in names for v in (name, *((ALSO[name],) if name in ALSO else ()))))
+    return tuple(dict.fromkeys(v for name in names for v in (name, *((ALSO[name],) if name in ALSO else ()))))
 
 
 def _text(step: ChannelStep) -> str:
-    if step.text or step.effect is None:
-        return f"{OF[step.channel]}: {step.text}"
-    how = "as the model has it, with other numbers" if step.corrected else step.effect.formula
-    return f"{OF[step.channel]}: {how}"
+    said = step.text
+    if not said and step.effect is not None:
+        said = "as the model has it, with other numbers" if step.corrected else step.effect.formula
+    return f"{OF[step.channel]}: {said}" if step.channel in OF else said
 
 
-def _parameters(step: ChannelStep) -> dict[str, Any]:
+def _parameters(step: ChannelStep) -> dict[str, ClaimedNumber]:
     if step.effect is None:
         return {}
     about = parameters(step.effect)

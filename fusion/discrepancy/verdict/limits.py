@@ -11,6 +11,7 @@ from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.identifiability import NOT_SIZES, EffectVisibility, unseen
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.verdict.content import UpperLimit
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
 
@@ -21,7 +22,7 @@ LEAST_CHANGE = 0.02  # of the spread, or of the share of valid pixels, at the ty
 
 def limits_of(
     found: Explanation, seen: Sequence[EffectVisibility], named: set[str]
-) -> tuple[list[dict[str, Any]], list[str]]:
+) -> tuple[tuple[UpperLimit, ...], tuple[str, ...]]:
     """Upper limits of what was looked for and not found, and the names that this data cannot show.
 
     Args:
@@ -29,18 +30,18 @@ def limits_of(
         named: names that need no limit, because they are claimed or look like a claim.
     """
     visible = {entry.effect for entry in seen if entry.visible}
-    limits: dict[str, dict[str, Any]] = {}
+    limits: dict[str, UpperLimit] = {}
     for candidate in found.candidates:
         known = candidate.name in named or candidate.name in limits or candidate.where
         if not known and candidate.name in visible and candidate.form.atoms and np.any(candidate.white[:, 0]):
             limits[candidate.name] = _limit(candidate, found.named.white)
     scattered = _in_scatter(found.before)
-    return list(limits.values()), [
+    return tuple(limits.values()), tuple(
         name for name in unseen(seen, found.before.sensor.principle) if name not in scattered and name != "tabulated"
-    ]
+    )
 
 
-def _limit(candidate: Candidate, white: NDArray[np.float64]) -> dict[str, Any]:
+def _limit(candidate: Candidate, white: NDArray[np.float64]) -> UpperLimit:
     about = parameters(candidate.form.kind)
     name = next(key for key in candidate.form.atoms[0] if key not in NOT_SIZES)
     column = candidate.white[:, 0]
@@ -48,13 +49,13 @@ def _limit(candidate: Candidate, white: NDArray[np.float64]) -> dict[str, Any]:
     size = float(np.max(np.abs(np.asarray(candidate.form.atoms[0].get(name, 0.0), float))))
     upper = (abs(float(column @ white)) / power + norm.isf(1 - CONFIDENCE) / np.sqrt(power)) * size
     parameter: Parameter = about[name]
-    return {
-        "effect": candidate.name,
-        "parameter": parameter.label,
-        "upper": upper,
-        "unit": parameter.unit,
-        "confidence": CONFIDENCE,
-    }
+    return UpperLimit(
+        effect=candidate.name,
+        parameter=parameter.label,
+        upper=float(upper),
+        unit=parameter.unit,
+        confidence=CONFIDENCE,
+    )
 
 
 def _in_scatter(observations: Observations) -> set[str]:

@@ -1,12 +1,11 @@
 """The claim of an effect that changes the mean depth."""
 
-from typing import Any
-
 import numpy as np
 
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.naming.deviations import deviation_of, deviations_of, entry_spread
 from fusion.discrepancy.naming.judged import Step
+from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, Where
 from fusion.discrepancy.verdict.claimed import claimed, claimed_list
 from fusion.discrepancy.verdict.record_next import record_next
 from fusion.discrepancy.verdict.sizes import size_in_depth
@@ -18,7 +17,7 @@ from fusion.sensor.where import Bound, inside
 ALSO = {"range": "depth", "disparity": "depth"}
 
 
-def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str, Any]:
+def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
     """An entry of the verdict for one name: all its waves together."""
     first = steps[0]
     effect = found.named.sensor.effect(first.effect.name) or first.effect
@@ -26,44 +25,43 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> dict[str
     laws = [v for name in effect.variables for v in (name, *_also(name))]
     alike = sorted({name for step in steps for name in step.alike})
     together = steps[0].together if len(steps) == 1 and not set(steps[0].together) & set(alike) else ()
-    return {
-        "effect": effect.name,
-        "parameters": _parameters(effect, steps),
-        "channel": "bias",
-        "size": size_in_depth(found, np.sum([s.candidate.columns @ s.weights for s in steps], axis=0)),
-        "where": _where(list(dict.fromkeys([*laws, *(b.variable for b in where)])), first, found),
-        "evidence": {
-            "heldout_gain": sum(step.held_out for step in steps) / before,
-            "false_alarm_probability": first.probability,
-            "visible_share": found.gauge.visible(first.candidate.columns @ first.weights),
-            "posterior": found.posterior,
-        },
-        "indistinguishable_from": [*alike, *together],
-        **({"only_together": list(together)} if together else {}),
-        "record_next": record_next(effect, [*alike, *together]),
-    }
+    return Claim(
+        effect=effect.name,
+        parameters=_parameters(effect, steps),
+        channel="bias",
+        size=size_in_depth(found, np.sum([s.candidate.columns @ s.weights for s in steps], axis=0)),
+        where=_where(tuple(dict.fromkeys([*laws, *(b.variable for b in where)])), first, found),
+        evidence=ClaimEvidence(
+            heldout_gain=sum(step.held_out for step in steps) / before,
+            false_alarm_probability=first.probability,
+            visible_share=found.gauge.visible(first.candidate.columns @ first.weights),
+            posterior=found.posterior,
+        ),
+        indistinguishable_from=(*alike, *together),
+        only_together=tuple(together),
+        record_next=record_next(effect, (*alike, *together)),
+    )
 
 
-def _where(variables: list[str], step: Step, found: Explanation) -> dict[str, Any]:
+def _where(variables: tuple[str, ...], step: Step, found: Explanation) -> Where:
     bounds = step.candidate.where
     recordings, frames = _seen_in(bounds, found)
     text = f"{step.effect.name}: {step.effect.formula}"
-    return {
-        "variables": variables,
-        "region": [bound.entry() for bound in bounds],
-        "recordings": recordings,
-        "frames": frames,
-        "mask": None,
-        "text": f"{text}; only where {' and '.join(map(_said, bounds))}" if bounds else text,
-    }
+    return Where(
+        variables=variables,
+        region=tuple(bound.entry() for bound in bounds),
+        recordings=recordings,
+        frames=frames,
+        text=f"{text}; only where {' and '.join(map(_said, bounds))}" if bounds else text,
+    )
 
 
-def _seen_in(bounds: tuple[Bound, ...], found: Explanation) -> tuple[list[str] | None, list[int] | None]:
+def _seen_in(bounds: tuple[Bound, ...], found: Explanation) -> tuple[tuple[str, ...] | None, tuple[int, int] | None]:
     """Recordings with anything in a region, and the frames where these are the same in each; None for all."""
     looks: dict[int, list[tuple[int, ...]]] = {}
     whole: dict[int, list[tuple[int, ...]]] = {}
     names: dict[int, dict[str, None]] = {}
-    for patch in found.before.patches:
+    for patch in (patch for patch in found.before.patches if len(patch.tiles)):
         look = patch.look
         whole.setdefault(look.place, []).append(look.frames)
         path = getattr(getattr(look.stage, "recording", None), "path", None)
@@ -72,8 +70,8 @@ def _seen_in(bounds: tuple[Bound, ...], found: Explanation) -> tuple[list[str] |
             looks.setdefault(look.place, []).append(look.frames)
     spans = {(min(map(min, own)), max(map(max, own))) for own in looks.values()}
     all_spans = {(min(map(min, own)), max(map(max, own))) for place, own in whole.items() if place in looks}
-    recordings = None if len(looks) == len(whole) else [name for p in sorted(looks) for name in names[p]]
-    frames = list(spans.pop()) if len(spans) == 1 and spans != all_spans else None
+    recordings = None if len(looks) == len(whole) else tuple(name for p in sorted(looks) for name in names[p])
+    frames = spans.pop() if len(spans) == 1 and spans != all_spans else None
     return recordings, frames
 
 
@@ -89,9 +87,9 @@ def _also(name: str) -> tuple[str, ...]:
     return (ALSO[name],) if name in ALSO else ()
 
 
-def _parameters(effect: Effect, steps: list[Step]) -> dict[str, Any]:
+def _parameters(effect: Effect, steps: list[Step]) -> dict[str, ClaimedNumber]:
     """Fitted values with standard deviation and unit; maps and long lists by what is typical of them."""
-    out: dict[str, Any] = {}
+    out: dict[str, ClaimedNumber] = {}
     first, spread = steps[0], entry_spread(steps[0])
     summary = effect.summary(spread)
     about_all = parameters(effect)
@@ -105,12 +103,12 @@ def _parameters(effect: Effect, steps: list[Step]) -> dict[str, Any]:
             continue
         if about.kind == "map":
             rms = float(np.sqrt(np.mean(value**2)))
-            out["rms"] = {"value": rms, "std": rms * first.std, "unit": about.unit}
+            out["rms"] = ClaimedNumber(value=rms, std=rms * first.std, unit=about.unit)
         elif about.kind == "list" and value.ndim:
             if not summary:  # else the list itself stands in the sensor file
                 out[about.label] = claimed_list(about, value.ravel(), deviations_of(about, effect, steps))
         else:
             out[about.label] = claimed(about, float(value), deviation_of(about, first))
     for name, (size, unit) in summary.items():
-        out[name] = {"value": size, "std": spread, "unit": unit}
+        out[name] = ClaimedNumber(value=size, std=spread, unit=unit)
     return out

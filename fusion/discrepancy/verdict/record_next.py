@@ -1,18 +1,19 @@
 """What to record next, so that look-alikes part and what cannot be seen shows."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.judged import Step
 from fusion.discrepancy.planning.plan import Next, Plans, rivals_of
 from fusion.discrepancy.planning.separation import Claimed
+from fusion.discrepancy.verdict.claim import NextRecording
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 
 
-def record_next(effect: Effect, alike: list[str]) -> str:
+def record_next(effect: Effect, alike: Sequence[str]) -> str:
     """What to vary so that look-alikes part: the variables that one of them has and the other has not."""
     if not alike:
         return ""
@@ -25,7 +26,9 @@ def record_next(effect: Effect, alike: list[str]) -> str:
     )
 
 
-def planned_next(steps: Sequence[Any], alike: list[str], candidates: Sequence[Candidate], plans: Plans) -> Any:
+def planned_next(
+    steps: Sequence[Step], alike: Sequence[str], candidates: Sequence[Candidate], plans: Plans
+) -> NextRecording | None:
     """Text and numbers of the recording that parts one name, all its steps, from its look-alikes; None without any."""
     rivals = rivals_of(alike, candidates)
     if not rivals or not plans.all:
@@ -34,15 +37,16 @@ def planned_next(steps: Sequence[Any], alike: list[str], candidates: Sequence[Ca
     name = steps[0].effect.name
     own = rivals_of([name], candidates).get(name, [])
     found = plans.to_part(Claimed(steps[0].effect, footprint), rivals, own)
-    return {"text": _text(name, found), **_numbers(found)}
-
-
-def shown_next(invisible: list[str], plans: Plans) -> list[dict[str, Any]]:
-    """For effects that cannot be seen, the recording that would show them."""
-    return [
-        {"effect": shown.effect, "recording": shown.recording, "text": shown.text, "sigma": shown.sigma}
-        for shown in plans.to_show(invisible)
-    ]
+    choice = found.proposal.choice if found.proposal else None
+    return NextRecording(
+        text=_text(name, found),
+        recording=choice.name if choice else "",
+        sigma=found.proposal.sigma if found.proposal else None,
+        switch=choice is not None and choice.switch,
+        minutes=choice.minutes if choice else None,
+        parts=found.parted if choice else (),
+        leaves=found.left,
+    )
 
 
 def _text(name: str, found: Next) -> str:
@@ -54,11 +58,3 @@ def _text(name: str, found: Next) -> str:
     text = f"{found.proposal.choice.text}; it parts {name} from {', '.join(found.parted)} by about "
     text += f"{found.proposal.sigma:.0f} times the noise"
     return text + (f"; {', '.join(found.left)} would still look the same" if found.left else "")
-
-
-def _numbers(found: Next) -> dict[str, Any]:
-    if found.proposal is None:
-        return {"recording": "", "sigma": None, "switch": False, "parts": [], "leaves": list(found.left)}
-    choice = found.proposal.choice
-    about = {"recording": choice.name, "sigma": found.proposal.sigma, "switch": choice.switch}
-    return {**about, "minutes": choice.minutes, "parts": list(found.parted), "leaves": list(found.left)}

@@ -2,28 +2,28 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.identifiability import stands_out
 from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.verdict.content import SelfMadeReference
 
 
-def reference_of(observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]) -> dict[str, Any] | None:
+def reference_of(observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]) -> SelfMadeReference | None:
     """What the verdict says of a mesh that was reconstructed from such recordings; None where the mesh is another."""
     if not any(getattr(patch.look.stage, "reconstructed", False) for patch in observations.patches):
         return None
     exact = gauge_of(_as_if_exact(observations))
     seen = {candidate.name for candidate in candidates if stands_out(candidate)}
     could = [c.name for c in candidates if stands_out(replace(c, white=exact.whiten(c.columns)))]
-    hides = [name for name in dict.fromkeys(could) if name not in seen]
+    hides = tuple(name for name in dict.fromkeys(could) if name not in seen)
     text = (
         "The reference was reconstructed from such recordings: what is wrong in the same way from every side is in the "
         "mesh too. At their usual size these would stand out before an exact mesh, and do not here: "
         f"{', '.join(hides) or 'none of the catalogue'}."
     )
-    return {"mesh": "reconstruction", "hides": hides, "text": text}
+    return SelfMadeReference(hides=hides, text=text)
 
 
 def _as_if_exact(observations: Observations) -> Observations:

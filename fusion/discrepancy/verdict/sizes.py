@@ -9,13 +9,13 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.observations import Patch
+from fusion.discrepancy.verdict.claim import Size
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
 
 MOST = 95.0  # percentile of the tiles that stands for the most: the very most is one tile's noise
 ACTS = 1e-6  # [m] by which a tile must change to count as one where an effect acts
-Size = dict[str, float]
 
 
 def size_in_depth(found: Explanation, native: Vector) -> Size:
@@ -26,15 +26,15 @@ def size_in_depth(found: Explanation, native: Vector) -> Size:
 def size_of_step(found: Explanation, step: ChannelStep) -> Size:
     """What a finding beside the mean changes; nothing where no effect stands for it."""
     if step.effect is None and step.added is None:
-        return {}
+        return Size()
     patches, given = found.before.patches, found.before.sensor
     better = step.added_to(given)
     if step.channel == "noise":
         before, after = (_noise(patches, sensor) for sensor in (given, better))
-        return {"noise_before_m": before, "noise_after_m": after}
+        return Size(noise_before_m=before, noise_after_m=after)
     if step.channel == "dropout":
         lost, more = (_missing(patches, sensor) for sensor in (given, better))
-        return {"missing_before": lost, "missing_after": more}
+        return Size(missing_before=lost, missing_after=more)
     effect = step.effect
     assert effect is not None
     with np.errstate(all="ignore"):
@@ -45,8 +45,8 @@ def size_of_step(found: Explanation, step: ChannelStep) -> Size:
 def _of(metres: Vector) -> Size:
     acting = metres[metres > ACTS]
     if not acting.size:
-        return {"rms_m": 0.0, "peak_m": 0.0}
-    return {"rms_m": float(np.sqrt(np.mean(acting**2))), "peak_m": float(np.percentile(acting, MOST))}
+        return Size(rms_m=0.0, peak_m=0.0)
+    return Size(rms_m=float(np.sqrt(np.mean(acting**2))), peak_m=float(np.percentile(acting, MOST)))
 
 
 def _noise(patches: Sequence[Patch], sensor: Sensor) -> float:

@@ -1,13 +1,20 @@
 """The claim of an effect that no entry of the catalogue explains: what it depends on, its form, why it has no name."""
 
-from typing import Any
-
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.unknown.unknown import Unknown
+from fusion.discrepancy.verdict.claim import (
+    Claim,
+    ClaimedNumber,
+    ClaimEvidence,
+    LawForm,
+    LawFrame,
+    NearestEffect,
+    Where,
+)
 from fusion.discrepancy.verdict.sizes import size_in_depth
 
 
-def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> dict[str, Any]:
+def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> Claim:
     """An entry of the verdict; `law`, `frame` and `nearest` are what is known of it beside its variables."""
     law, nearest = beyond.law, beyond.nearest
     size = (float((law.native**2).mean())) ** 0.5
@@ -15,33 +22,26 @@ def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> dict[st
     text = f"an effect that no entry of the catalogue explains: {law.text}; {beyond.frame.text}"
     if nearest is not None:
         text += f"; nearest is {nearest.name}, but {nearest.reason}"
-    return {
-        "effect": "unknown",
-        "parameters": {"rms": {"value": size, "std": size * law.std, "unit": unit}},
-        "channel": "bias",
-        "size": size_in_depth(found, law.native),
-        "where": {
-            "variables": list(law.variables),
-            "region": [],
-            "recordings": None,
-            "frames": None,
-            "mask": None,
-            "text": text,
-        },
-        "evidence": {
-            "heldout_gain": law.held_out / before,
-            "false_alarm_probability": law.probability,
-            "visible_share": found.gauge.visible(law.native),
-            "posterior": found.posterior,
-        },
-        "indistinguishable_from": [],
-        "record_next": _next(law.variables),
-        "law": {"form": law.text, "simple": law.simple, "added_as": "tabulated"},
-        "frame": {"name": beyond.frame.name, "clear": beyond.frame.clear, "text": beyond.frame.text},
-        "nearest": None
+    return Claim(
+        effect="unknown",
+        parameters={"rms": ClaimedNumber(value=size, std=size * law.std, unit=unit)},
+        channel="bias",
+        size=size_in_depth(found, law.native),
+        where=Where(variables=law.variables, text=text),
+        evidence=ClaimEvidence(
+            heldout_gain=law.held_out / before,
+            false_alarm_probability=law.probability,
+            visible_share=found.gauge.visible(law.native),
+            posterior=found.posterior,
+        ),
+        indistinguishable_from=(),
+        record_next=_next(law.variables),
+        law=LawForm(form=law.text, simple=law.simple),
+        frame=LawFrame(name=beyond.frame.name, clear=beyond.frame.clear, text=beyond.frame.text),
+        nearest=None
         if nearest is None
-        else {"effect": nearest.name, "cosine": nearest.cosine, "reason": nearest.reason},
-    }
+        else NearestEffect(effect=nearest.name, cosine=nearest.cosine, reason=nearest.reason),
+    )
 
 
 def _next(variables: tuple[str, ...]) -> str:

@@ -1,81 +1,96 @@
 """The verdict: what an explanation says, as the file that others read (`fusion-verdict/1`)."""
 
-from typing import Any
-
 import numpy as np
+from msgspec.structs import replace
 
 from fusion.discrepancy.compared import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.extrapolation import extrapolated
-from fusion.discrepancy.identifiability import visibilities
+from fusion.discrepancy.identifiability import EffectVisibility, visibilities
 from fusion.discrepancy.naming.judged import Step
 from fusion.discrepancy.outliers import outliers_of
 from fusion.discrepancy.placements import repeats_of
 from fusion.discrepancy.planning.plan import Plans
 from fusion.discrepancy.verdict.channel_claims import channel_claim
+from fusion.discrepancy.verdict.claim import Claim
+from fusion.discrepancy.verdict.content import FORMAT, MODEL, SIMULATION, Identifiability, Verdict
+from fusion.discrepancy.verdict.fit import fit_of, unexplained_of
 from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
 from fusion.discrepancy.verdict.nuisances import nuisances_of
-from fusion.discrepancy.verdict.record_next import planned_next, shown_next
+from fusion.discrepancy.verdict.record_next import planned_next
 from fusion.discrepancy.verdict.reference import reference_of
-from fusion.discrepancy.verdict.unexplained import unexplained_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
-from fusion.discrepancy.verdict.words import SIMULATION, sentence
-
-FORMAT = "fusion-verdict/1"
+from fusion.discrepancy.verdict.words import sentence
 
 
-def verdict_of(found: Explanation) -> dict[str, Any]:
-    """The content of `verdict.json`; masks are added by whoever writes pictures."""
+def verdict_of(found: Explanation) -> Verdict:
+    """What an explanation says; names of mask pictures are added by whoever draws them."""
     groups = _by_name(found)
     before = float(found.white @ found.white)
     plans = Plans(found.named.sensor, found.looks)
     missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
-    missing += [channel_claim(found, step) for step in found.channels.steps if step.established]
+    missing = _joined(missing, [channel_claim(found, step) for step in found.channels.steps if step.established])
     likely = [found.named.likely] if found.named.likely else []
     indicated = [_with_next(mean_claim([step], found, before), [step], found, plans) for step in likely]
     indicated += [channel_claim(found, step) for step in found.channels.steps if not step.established]
     if found.beyond is not None:
         (missing if found.unknown else indicated).append(unknown_claim(found, found.beyond, before))
-    missing.sort(key=lambda entry: -entry["evidence"]["heldout_gain"])
-    named = {name for entry in missing for name in (entry["effect"], *entry["indistinguishable_from"])}
-    named |= {entry["effect"] for entry in indicated}  # its size is told; a limit would deny it
+    missing.sort(key=lambda claim: -claim.evidence.heldout_gain)
+    named = {name for claim in missing for name in (claim.effect, *claim.indistinguishable_from)}
+    named |= {claim.effect for claim in indicated}  # its size is told; a limit would deny it
     visible = visibilities(found.candidates, found.gauge)
     limits, invisible = limits_of(found, visible, named)
-    flight = found.before.patches[0].view.time_of_flight
-    reference = reference_of(found.before, found.gauge, found.candidates)
     unexplained = unexplained_of(found)
-    verdict: dict[str, Any] = {
-        "format": FORMAT,
-        "nothing_missing": not missing and unexplained["chi2_per_dof"] <= NOISE_ALONE,
-        "missing": missing,
-        "fit": {
-            "heldout": {key: _number(value) for key, value in found.held_out.items()},
-            "extrapolation": [beyond.entry() for beyond in extrapolated(found)],
-            "scatter": {"value": found.before.loose.scatter, "unit": "m" if flight else "px"},
-            "drift": {"value": found.before.loose.drift, "unit": "m" if flight else "px"},
-            "frames_fitted": sum(len(look.frames) for look in found.looks),
-            "frames_heldout": sum(len(look.held.frames) for look in found.looks if look.held),
-        },
-        "indicated": indicated,
-        "limits": limits,
-        "invisible": invisible,
-        "identifiability": [entry.entry() for entry in visible],
-        "would_show": shown_next(invisible, plans),
-        "unexplained": unexplained,
-        "nuisances": nuisances_of(found),
-        "outliers": outliers_of(found.before),
-        "repeats": repeats_of(found.looks),
-        **({"reference": reference} if reference else {}),
-        **({"against": SIMULATION} if any(look.given is not None for look in found.looks) else {}),
-    }
-    return {**verdict, "headline": sentence(verdict)}
+    verdict = Verdict(
+        format=FORMAT,
+        nothing_missing=not missing and unexplained.chi2_per_dof <= NOISE_ALONE,
+        missing=tuple(missing),
+        fit=fit_of(found),
+        indicated=tuple(indicated),
+        limits=limits,
+        invisible=invisible,
+        identifiability=tuple(map(_identifiability, visible)),
+        would_show=tuple(plans.to_show(invisible)),
+        unexplained=unexplained,
+        nuisances=nuisances_of(found),
+        outliers=tuple(outliers_of(found.before)),
+        repeats=tuple(map(tuple, repeats_of(found.looks))),
+        reference=reference_of(found.before, found.gauge, found.candidates),
+        against=SIMULATION if any(look.given is not None for look in found.looks) else MODEL,
+    )
+    return replace(verdict, headline=sentence(verdict))
 
 
-def _with_next(entry: dict[str, Any], steps: list[Step], found: Explanation, plans: Plans) -> dict[str, Any]:
+def _with_next(claim: Claim, steps: list[Step], found: Explanation, plans: Plans) -> Claim:
     """A claim with the recording that parts it from its look-alikes."""
-    following = planned_next(steps, entry["indistinguishable_from"], found.candidates, plans)
-    return entry if following is None else {**entry, "record_next": following["text"], "next": following}
+    following = planned_next(steps, claim.indistinguishable_from, found.candidates, plans)
+    return claim if following is None else replace(claim, record_next=following.text, next=following)
+
+
+def _identifiability(seen: EffectVisibility) -> Identifiability:
+    return Identifiability(
+        effect=seen.effect,
+        visible_share=seen.share,
+        parameter=seen.parameter,
+        detectable=seen.detectable,
+        unit=seen.unit,
+        shape=seen.shape,
+        looks_like=seen.alike,
+    )
+
+
+def _joined(named: list[Claim], others: list[Claim]) -> list[Claim]:
+    """All claims; an effect that the mean has named is one with what a channel says of it: its squares, its grain."""
+    known = {claim.effect: claim for claim in named}
+    for claim in others:
+        if (own := known.get(claim.effect)) is None:
+            continue
+        numbers = dict(own.parameters)
+        for label, number in claim.parameters.items():
+            value = numbers[label].value if label in numbers else 0.0
+            numbers[label] = replace(numbers.get(label, number), value=float(np.hypot(value, number.value)))
+        known[claim.effect] = replace(own, parameters=numbers)
+    return [*known.values(), *(claim for claim in others if claim.effect not in known)]
 
 
 def _by_name(found: Explanation) -> list[list[Step]]:
@@ -83,7 +98,3 @@ def _by_name(found: Explanation) -> list[list[Step]]:
     for step in found.named.steps:
         groups.setdefault(step.effect.name, []).append(step)
     return list(groups.values())
-
-
-def _number(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -1,11 +1,13 @@
 """The words of a verdict: one judgement for the terminal, the page and the file, for people who know cameras."""
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
 
+from fusion.discrepancy.outliers import OutlyingRecording
+from fusion.discrepancy.verdict.claim import Claim
+from fusion.discrepancy.verdict.content import SIMULATION, Nuisances, Unexplained, Verdict
 from fusion.sensor.catalogue import IMPLEMENTED
-from fusion.sensor.in_words import in_words, plain
-from fusion.sensor.quantity import shown
+from fusion.sensor.words.in_words import in_words, plain
+from fusion.sensor.words.quantity import shown
 
 CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
 AT_CHANCE = 0.1  # a probability from which on it is told as so many of 100
@@ -13,57 +15,49 @@ WORSE = 1.5  # times the stated errors of poses, from which on a person wants to
 CALM = 0.5  # chi2 per tile below which residuals are too small to be true (guess)
 SIZED = 1e-3  # of a mesh: what is less is told as a place and not as a size
 FOLLOWED = 3  # recordings that are told by name
-SIMULATION = "simulation"  # what recordings are held against where another simulator's stand for the model's
-
-Entry = dict[str, Any]
 
 
-def sentence(verdict: dict[str, Any]) -> str:
+def sentence(verdict: Verdict) -> str:
     """The verdict in one sentence: what is missing, how large, how sure, and what stays unexplained where."""
-    missing, likely = verdict["missing"], verdict["indicated"]
+    missing, likely = verdict.missing, verdict.indicated
     left = _left(verdict)
     if missing:
-        sure = max(_odds(entry) for entry in missing)
+        sure = max(_odds(claim) for claim in missing)
         each = "each " if len(missing) > 1 else ""
         named = "; ".join(map(_named, missing))
-        told = f"Missing in the {_against(verdict)}: {named} - {each}established, {chance(sure)}; {left}."
+        told = f"Missing in the {verdict.against}: {named} - {each}established, {chance(sure)}; {left}."
         return told + _or_its_own(verdict)
     if likely:
-        odds = max(_odds(entry) for entry in likely)
+        odds = max(_odds(claim) for claim in likely)
         told = "; ".join(map(_named, likely))
         suggested = f"Nothing is established; what these recordings suggest: {told} - likely, {chance(odds)}; {left}."
         return suggested + _or_its_own(verdict)
-    looked, unseen = len(verdict["limits"]), len(verdict["invisible"])
-    if verdict["unexplained"]["rms_m"] > 0:
+    looked, unseen = len(verdict.limits), len(verdict.invisible)
+    if verdict.unexplained.rms_m > 0:
         return f"No effect that has a name is established: {left}; {looked} effects were looked for."
     return (
-        f"Nothing is missing: the {_against(verdict)} explains these recordings, {left}; "
+        f"Nothing is missing: the {verdict.against} explains these recordings, {left}; "
         f"{looked} effects were looked for, {unseen} cannot be seen here."
     )
 
 
-def _against(verdict: dict[str, Any]) -> str:
-    """What the recordings were held against."""
-    return str(verdict.get("against", "model"))
-
-
-def _or_its_own(verdict: dict[str, Any]) -> str:
+def _or_its_own(verdict: Verdict) -> str:
     """Recordings alone do not say which of the two an error is in."""
-    if _against(verdict) != SIMULATION:
+    if verdict.against != SIMULATION:
         return ""
     return " Where the camera has no such error it is one of the simulation's own, with the opposite sign."
 
 
-def name_of(entry: Entry) -> str:
+def name_of(claim: Claim) -> str:
     """The name of a claim in words."""
-    if entry["effect"] == "unknown":
-        return f"an unknown effect that depends on {', '.join(map(plain, entry['where']['variables']))}"
-    return plain(entry["effect"])
+    if claim.unknown:
+        return f"an unknown effect that depends on {', '.join(map(plain, claim.where.variables))}"
+    return plain(claim.effect)
 
 
-def what_it_is(entry: Entry) -> str:
+def what_it_is(claim: Claim) -> str:
     """One sentence on what the effect of a claim is."""
-    kind = IMPLEMENTED.get(entry["effect"])
+    kind = IMPLEMENTED.get(claim.effect)
     return (
         in_words(kind).happens.rstrip(".")
         if kind
@@ -71,17 +65,15 @@ def what_it_is(entry: Entry) -> str:
     )
 
 
-def size_of(entry: Entry) -> str:
+def size_of(claim: Claim) -> str:
     """How much a claim changes of what one sees; empty where nothing is known of it."""
-    size = entry.get("size") or {}
-    if "rms_m" in size:
-        return f"typically {_mm(size['rms_m'])}, up to {_mm(size['peak_m'])}"
-    if "noise_after_m" in size:
-        return f"noise of {_mm(size['noise_after_m'])} instead of {_mm(size['noise_before_m'])}"
-    if "missing_after" in size:
-        return (
-            f"{100 * size['missing_after']:.1f} % of the values missing instead of {100 * size['missing_before']:.1f} %"
-        )
+    size = claim.size
+    if size.rms_m is not None and size.peak_m is not None:
+        return f"typically {_mm(size.rms_m)}, up to {_mm(size.peak_m)}"
+    if size.noise_after_m is not None and size.noise_before_m is not None:
+        return f"noise of {_mm(size.noise_after_m)} instead of {_mm(size.noise_before_m)}"
+    if size.missing_after is not None and size.missing_before is not None:
+        return f"{100 * size.missing_after:.1f} % of the values missing instead of {100 * size.missing_before:.1f} %"
     return ""
 
 
@@ -95,83 +87,82 @@ def chance(probability: float) -> str:
     return f"noise alone would do this in {100 * probability:.0f} of 100 such data sets"
 
 
-def how_sure(entry: Entry, established: bool) -> str:
+def how_sure(claim: Claim, established: bool) -> str:
     """How sure a claim is, in words and numbers."""
-    told = f"{'established' if established else 'likely, not established'}; {chance(_odds(entry))}"
-    gain = min(entry["evidence"]["heldout_gain"], 1.0)
+    told = f"{'established' if established else 'likely, not established'}; {chance(_odds(claim))}"
+    gain = min(claim.evidence.heldout_gain, 1.0)
     what = {"noise": "what is wrong with the noise", "dropout": "what is wrong with the missing values"}
-    return f"{told}; it explains {gain:.0%} of {what.get(entry['channel'], 'all that is wrong with the depth')}"
+    return f"{told}; it explains {gain:.0%} of {what.get(claim.channel, 'all that is wrong with the depth')}"
 
 
-def rivals_said(entry: Entry) -> list[str]:
+def rivals_said(claim: Claim) -> list[str]:
     """The look-alikes of a claim; two that are one only together as one."""
-    both = entry.get("only_together", [])
-    single = [name for name in entry["indistinguishable_from"] if name not in both]
+    both = claim.only_together
+    single = [name for name in claim.indistinguishable_from if name not in both]
     return [*single, *([" with ".join(both)] if both else [])]
 
 
-def numbers_of(entry: Entry) -> Iterator[tuple[str, list[str]]]:
+def numbers_of(claim: Claim) -> Iterator[tuple[str, list[str]]]:
     """Every parameter of a claim with its values, all waves of it, each with its interval."""
-    for name, known in entry["parameters"].items():
-        values, spread = known.get("all", [known["value"]]), known.get("all_std", [known["std"]])
-        sure = known.get("all_determined", [known.get("determined", True)])
-        yield name, [shown(v, s, known["unit"], d) for v, s, d in zip(values, spread, sure, strict=True)]
+    for name, known in claim.parameters.items():
+        yield name, [shown(value, std, known.unit, sure) for value, std, sure in known.each()]
 
 
-def _named(entry: Entry) -> str:
-    alike, size = [plain(name) for name in rivals_said(entry)], size_of(entry)
-    return name_of(entry) + (f" (or {', '.join(alike)})" if alike else "") + (f": {size}" if size else "")
+def _named(claim: Claim) -> str:
+    alike, size = [plain(name) for name in rivals_said(claim)], size_of(claim)
+    return name_of(claim) + (f" (or {', '.join(alike)})" if alike else "") + (f": {size}" if size else "")
 
 
-def _odds(entry: Entry) -> float:
-    return float(entry["evidence"]["false_alarm_probability"])
+def _odds(claim: Claim) -> float:
+    return claim.evidence.false_alarm_probability
 
 
-def _setting(nuisances: dict[str, Any]) -> str:
+def _setting(nuisances: Nuisances) -> str:
     """How much worse than stated poses and targets are, as the end of a clause; empty where they are as stated."""
     said = []
-    if nuisances["pose_factor"] >= WORSE:
-        times = f"{nuisances['pose_factor']:.2g} times"
+    if nuisances.pose_factor >= WORSE:
+        times = f"{nuisances.pose_factor:.2g} times"
         said.append(f"poses are about {times} worse than stated, or the camera file is wrong")
-    if any((off := nuisances["camera_file"]).values()):
+    off = nuisances.camera_file
+    if off.cx or off.cy or off.focal:
         said.append(
-            f"the camera file seems wrong: cx by {off['cx']:+.1f} px, cy by {off['cy']:+.1f} px, "
-            f"focal length by {100 * off['focal']:+.1f} %"
+            f"the camera file seems wrong: cx by {off.cx:+.1f} px, cy by {off.cy:+.1f} px, "
+            f"focal length by {100 * off.focal:+.1f} %"
         )
-    if nuisances["mesh_off_m"] > 0:
-        scale = nuisances["mesh_scale"]
+    if nuisances.mesh_off_m > 0:
+        scale = nuisances.mesh_scale
         size = f"{100 * abs(scale):.2g} % too {'small' if scale > 0 else 'large'}"
         how = size if abs(scale) > SIZED else "elsewhere than stated"
-        said.append(f"the mesh is {how}: surfaces are off by about {_mm(nuisances['mesh_off_m'])}")
-    if nuisances["shape_rms_m"] > 0:
-        said.append(f"targets leave their mesh by about {_mm(nuisances['shape_rms_m'])}, though no tolerance is stated")
+        said.append(f"the mesh is {how}: surfaces are off by about {_mm(nuisances.mesh_off_m)}")
+    if nuisances.shape_rms_m > 0:
+        said.append(f"targets leave their mesh by about {_mm(nuisances.shape_rms_m)}, though no tolerance is stated")
     return "".join(f", {one}" for one in said)
 
 
-def _outlying(outliers: list[dict[str, Any]]) -> str:
+def _outlying(outliers: Sequence[OutlyingRecording]) -> str:
     """Recordings that show something that is not in their mesh, as the end of a clause."""
-    names = [entry["recording"] for entry in outliers]
+    names = [outlier.recording for outlier in outliers]
     more = f" and {len(names) - FOLLOWED} more" if len(names) > FOLLOWED else ""
     told = f"{', '.join(names[:FOLLOWED])}{more}"
     return f", something that is not in the mesh is left out of {told}" if names else ""
 
 
-def _left(verdict: dict[str, Any]) -> str:
-    left = _unexplained(verdict["unexplained"])
-    return left + _setting(verdict["nuisances"]) + _outlying(verdict["outliers"])
+def _left(verdict: Verdict) -> str:
+    left = _unexplained(verdict.unexplained)
+    return left + _setting(verdict.nuisances) + _outlying(verdict.outliers)
 
 
-def _unexplained(left: dict[str, Any]) -> str:
-    if left["chi2_per_dof"] < CALM:
+def _unexplained(left: Unexplained) -> str:
+    if left.chi2_per_dof < CALM:
         return (
-            f"what is left is smaller than what noise and tolerances allow (chi2 {left['chi2_per_dof']:.2g}): they are "
+            f"what is left is smaller than what noise and tolerances allow (chi2 {left.chi2_per_dof:.2g}): they are "
             "stated too large, or the frames differ for another reason than noise"
         )
-    if left["rms_m"] <= 0:
+    if left.rms_m <= 0:
         return "what is left is noise"
-    worst, every = left["recordings"][:FOLLOWED], len(left["recordings"])
+    worst, every = left.recordings[:FOLLOWED], len(left.recordings)
     where = f", most in {', '.join(worst)}" if worst and every > len(worst) else f", in {', '.join(worst)}"
-    return f"{_mm(left['rms_m'])} stay unexplained{where if worst else ''}"
+    return f"{_mm(left.rms_m)} stay unexplained{where if worst else ''}"
 
 
 def _mm(metres: float) -> str:

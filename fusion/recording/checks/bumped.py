@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.recording.finding import Finding
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 
 SIDE = 3  # frames on either side that must agree
 STEADY = 0.02  # of the depth: what differs by less from its side's median stands still on that side

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.recording.finding import Finding
+from fusion.recording.looking.finding import Finding
 from fusion.recording.recording import Recording
 
 SLOWEST = 5.0  # frames a second: below, a person or a program chose the moments

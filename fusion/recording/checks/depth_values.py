@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from fusion.recording.finding import Finding
-from fusion.recording.frame_files import INVALID_COUNT
-from fusion.recording.sample import Sample
+from fusion.recording.images.frame_files import INVALID_COUNT
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 
 # [m] where the median of an indoor depth image lies
 PLAUSIBLE = (0.15, 12.0)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from fusion.errors import RecordingError
 from fusion.files.reading import open_regular
-from fusion.recording.finding import Finding
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 
 PNG_END = b"IEND\xaeB`\x82"
 JPEG_END = b"\xff\xd9"

@@ -2,8 +2,8 @@
 
 import math
 
-from fusion.recording.finding import Finding
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 
 # share of the side that a principal point may lie off the middle: real ones stay below 0.06, crops do not
 OFF_CENTRE = 0.15

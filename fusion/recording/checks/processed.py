@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.recording.finding import Finding
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 
 FRAMES = 16  # one after the other, whose differences at distances of 1 to 8 frames are compared
 LAGS = (1, 2, 6, 8)

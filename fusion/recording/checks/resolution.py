@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from fusion.recording.finding import SEVERITIES, Finding
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import SEVERITIES, Finding
+from fusion.recording.looking.sample import Sample
 
 # an object that fills a fifth of the image must show some 150 points away from its rim, by which a turn is found; three
 # of four pixels of so small an object are rim

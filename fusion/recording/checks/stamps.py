@@ -3,10 +3,10 @@
 import numpy as np
 
 from fusion.recording.checks.clocks import clock_jumps, missing_frames
-from fusion.recording.finding import Finding
-from fusion.recording.frame_files import ASSOCIATION_SECONDS
+from fusion.recording.images.frame_files import ASSOCIATION_SECONDS
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 from fusion.recording.recording import Recording
-from fusion.recording.sample import Sample
 
 # in medians: a pause this long is more than dropped frames
 GAP = 10.0

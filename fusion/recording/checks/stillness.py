@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from fusion.recording.checks.held import holds_the_camera
-from fusion.recording.finding import Finding
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 from fusion.recording.recording import Recording
-from fusion.recording.sample import Sample
 
 LEAST = 6  # frames that can tell what stands still
 NOISE = 0.02  # of the depth: five standard deviations of a Kinect at 3 m, and less than an object's size nearby

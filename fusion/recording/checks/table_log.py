@@ -3,8 +3,8 @@
 import numpy as np
 
 from fusion.recording.checks.stillness import turns_before_a_still_camera
-from fusion.recording.finding import Finding
-from fusion.recording.sample import Sample
+from fusion.recording.looking.finding import Finding
+from fusion.recording.looking.sample import Sample
 
 TURNS = 3  # whole turns that are looked for
 NEAR = 0.01  # share of a turn by which a log in radians may miss a whole number of them

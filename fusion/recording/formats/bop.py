@@ -14,10 +14,10 @@ from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, is_rigid, pose
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import are_focal
-from fusion.recording.frame_files import FrameFiles
-from fusion.recording.images import image_size
-from fusion.recording.load_frame import load_frame
+from fusion.recording.images.frame_files import FrameFiles
+from fusion.recording.images.load_frame import load_frame
+from fusion.recording.images.read import image_size
+from fusion.recording.native.camera_file import are_focal
 from fusion.recording.recording import Recording
 
 # image numbers carry no time

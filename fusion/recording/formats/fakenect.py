@@ -16,13 +16,13 @@ from fusion.files.content import Content
 from fusion.files.inside import all_inside, inside, part
 from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import PRESETS
-from fusion.recording.frame_files import INVALID_COUNT, FrameFiles, associate
-from fusion.recording.images import check_shape, read_bytes
-from fusion.recording.load_frame import load_frame
+from fusion.recording.cameras.presets import PRESETS
+from fusion.recording.cameras.zero_plane import DEPTH_SCALE, NO_VALUE, USUAL, ZeroPlane
+from fusion.recording.images.frame_files import INVALID_COUNT, FrameFiles, associate
+from fusion.recording.images.load_frame import load_frame
+from fusion.recording.images.read import check_shape, read_bytes
+from fusion.recording.native.text_files import data_lines, stamp
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import data_lines, stamp
-from fusion.recording.zero_plane import DEPTH_SCALE, NO_VALUE, USUAL, ZeroPlane
 
 DEVICE = "device.json"  # newer versions write down what the unit tells of itself
 HEADER = re.compile(rb"P5\s+(\d{1,5})\s+(\d{1,5})\s+(\d{1,5})\s")

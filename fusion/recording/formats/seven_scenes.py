@@ -12,11 +12,11 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_presets import PRESETS
-from fusion.recording.frame_files import FrameFiles
-from fusion.recording.load_frame import load_frame
+from fusion.recording.cameras.presets import PRESETS
+from fusion.recording.images.frame_files import FrameFiles
+from fusion.recording.images.load_frame import load_frame
+from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
-from fusion.recording.text_files import data_lines, number
 
 DEPTH = re.compile(r"frame-(\d+)\.depth(\.proj)?\.png$")
 COLOR = ("png", "jpg", "jpeg")  # the data set's own is PNG; recordings made after its pattern often are not

@@ -11,16 +11,16 @@ from fusion.errors import RecordingError
 from fusion.files.inside import inside, part
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import read_camera
-from fusion.recording.camera_presets import say_camera
-from fusion.recording.device_file import read_settings
-from fusion.recording.frame_files import ASSOCIATION_SECONDS, FrameFiles, associate, in_time
-from fusion.recording.images import image_size
-from fusion.recording.load_frame import load_frame, with_color_turned
+from fusion.recording.cameras.presets import say_camera
+from fusion.recording.images.frame_files import ASSOCIATION_SECONDS, FrameFiles, associate, in_time
+from fusion.recording.images.load_frame import load_frame, with_color_turned
+from fusion.recording.images.read import image_size
+from fusion.recording.native.camera_file import read_camera
+from fusion.recording.native.device_file import read_settings
+from fusion.recording.native.telemetry_file import read_telemetry
+from fusion.recording.native.text_files import read_image_list
+from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.recording import Recording
-from fusion.recording.telemetry_file import read_telemetry
-from fusion.recording.text_files import read_image_list
-from fusion.recording.trajectory_file import read_trajectory
 
 USUAL_SCALE = 5000.0  # counts per metre of the benchmark's images: its page on file formats
 

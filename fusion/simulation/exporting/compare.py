@@ -16,7 +16,7 @@ from fusion.simulation.exporting.loss import DEPTHS, stated
 from fusion.simulation.exporting.target import Floats
 from fusion.simulation.ideal.frame import IdealFrame
 from fusion.simulation.ideal.view import view_of_ideal
-from fusion.simulation.light_level import with_light_level
+from fusion.simulation.rendering.light_level import with_light_level
 
 MOST_FRAMES = 60  # of a recording: a spread to 9 %, for each of many pixels
 FEWEST_FRAMES, FEWEST_PIXELS = 5, 200

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import PRESETS
+from fusion.recording.cameras.presets import PRESETS
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image
@@ -13,7 +13,7 @@ from fusion.simulation.exporting.target import Floats, Parameters, SimulatorTarg
 from fusion.simulation.ideal.frame import IdealFrame
 from fusion.simulation.ideal.sense import stated_by
 from fusion.simulation.ideal.view import view_of_ideal
-from fusion.simulation.light_level import with_light_level
+from fusion.simulation.rendering.light_level import with_light_level
 from fusion.simulation.simulate import USUAL_CAMERA
 
 DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)  # [m]

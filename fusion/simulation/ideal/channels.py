@@ -12,7 +12,7 @@ from fusion.files.json_file import read_json
 from fusion.files.npy import read_npy
 from fusion.geometry.camera import Camera
 from fusion.recording.formats.folders.plain import natural
-from fusion.recording.images import decode_image, read_bytes
+from fusion.recording.images.read import decode_image, read_bytes
 from fusion.sensor.view import Image
 from fusion.simulation.ideal.slopes import facing_of
 

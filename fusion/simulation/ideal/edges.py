@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.sensor.edges import REACH_PX, Crossings, Indices, nearest_edges
+from fusion.sensor.edges.nearest import REACH_PX, Crossings, Indices, nearest_edges
+from fusion.sensor.edges.neighbours import pairs_along, stride_along
 from fusion.sensor.effects.readout.lateral_noise import normal_share
-from fusion.sensor.fields import frozen_field
-from fusion.sensor.neighbours import pairs_along, stride_along
+from fusion.sensor.laws.fields import frozen_field
 from fusion.sensor.view import Edges, Image
 from fusion.simulation.ideal.frame import IdealFrame
 

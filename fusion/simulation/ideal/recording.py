@@ -10,11 +10,11 @@ import numpy as np
 from fusion import __version__
 from fusion.errors import RecordingError
 from fusion.progress import each
-from fusion.recording.convert import copy_color_apart, copy_scene_mesh
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.write import fill_recording
-from fusion.sensor.estimate import reflectance_of
-from fusion.sensor.file import write_sensor
+from fusion.recording.writing.convert import copy_color_apart, copy_scene_mesh
+from fusion.recording.writing.write import fill_recording
+from fusion.sensor.correction.estimate import reflectance_of
+from fusion.sensor.files.sensor_file import write_sensor
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
@@ -23,7 +23,7 @@ from fusion.simulation.ideal.frame import IdealFrame
 from fusion.simulation.ideal.sense import sense_all, stated_by
 from fusion.simulation.ideal.slopes import facing_of
 from fusion.simulation.ideal.view import unknown_to
-from fusion.simulation.light_level import with_light_level
+from fusion.simulation.rendering.light_level import with_light_level
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image
 from fusion.simulation.ideal.frame import IdealFrame, checked
 from fusion.simulation.ideal.view import view_of_ideal
-from fusion.simulation.infrared import infrared
-from fusion.simulation.light_level import with_light_level
+from fusion.simulation.rendering.infrared import infrared
+from fusion.simulation.rendering.light_level import with_light_level
 from fusion.simulation.simulate import FRAME, INFRARED, PLACEMENT, measured, unit_seed
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.edges import REACH_PX
+from fusion.sensor.edges.nearest import REACH_PX
 from fusion.sensor.effects.optics import OPTICS
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fusion.errors import FusionError, SceneError
-from fusion.simulation.scene import Scene
+from fusion.simulation.scene.scene import Scene
 from fusion.simulation.scenes.boards import charuco, checkerboard
 from fusion.simulation.scenes.corner import corner
 from fusion.simulation.scenes.near_card import near_card

@@ -4,9 +4,9 @@ import numpy as np
 
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array, pose
-from fusion.simulation.board import PaintedBoard, board_paint, board_plate
-from fusion.simulation.course import checked_frames, looking_at, standing
-from fusion.simulation.scene import Scene
+from fusion.simulation.scene.board import PaintedBoard, board_paint, board_plate
+from fusion.simulation.scene.course import checked_frames, looking_at, standing
+from fusion.simulation.scene.scene import Scene
 from fusion.simulation.scenes.panel import WARM_S, upright
 
 GOLDEN = np.pi * (3 - np.sqrt(5))  # [rad] spreads directions evenly, whatever their number

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fusion.simulation.course import looking_at, standing
-from fusion.simulation.scene import Scene, StatedPoses
+from fusion.simulation.scene.course import looking_at, standing
+from fusion.simulation.scene.scene import Scene, StatedPoses
 from fusion.simulation.scenes.panel import SURVEY_M, SURVEY_RAD, WARM_S, panel
 
 BLACK = 0.03  # black velvet or foil

@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.course import looking_at
-from fusion.simulation.scene import Part
+from fusion.simulation.scene.course import looking_at
+from fusion.simulation.scene.scene import Part
 
 SURVEY_M, SURVEY_RAD = 0.0005, 0.0005  # guess: a good total station and a careful mount
 WARM_S = 3600.0  # [s] since switch-on: a depth camera is warm after 40 to 50 minutes

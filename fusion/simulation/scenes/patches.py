@@ -4,8 +4,8 @@ import numpy as np
 
 from fusion.errors import SceneError
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.course import standing
-from fusion.simulation.scene import Part, Scene, StatedPoses
+from fusion.simulation.scene.course import standing
+from fusion.simulation.scene.scene import Part, Scene, StatedPoses
 from fusion.simulation.scenes.panel import SURVEY_M, SURVEY_RAD, WARM_S, before
 
 MOST = 100  # patches along a side

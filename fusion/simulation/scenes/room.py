@@ -3,10 +3,10 @@
 import numpy as np
 
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.course import SimulatedCourse, looking_at, stamps
-from fusion.simulation.scene import Part, Scene, StatedPoses
+from fusion.simulation.scene.course import SimulatedCourse, looking_at, stamps
+from fusion.simulation.scene.scene import Part, Scene, StatedPoses
+from fusion.simulation.scene.shapes import Points, box, sheet
 from fusion.simulation.scenes.panel import WARM_S
-from fusion.simulation.shapes import Points, box, sheet
 
 WIDE, DEEP, HIGH = 4.2, 3.4, 2.5  # [m]
 SHAKE_M, SHAKE_RAD = 0.002, 0.004  # guess: of a hand, at 5 to 8 Hz

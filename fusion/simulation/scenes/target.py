@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fusion.simulation.course import standing
-from fusion.simulation.scene import Scene, StatedPoses
+from fusion.simulation.scene.course import standing
+from fusion.simulation.scene.scene import Scene, StatedPoses
 from fusion.simulation.scenes.panel import SURVEY_M, SURVEY_RAD, WARM_S, before, panel, upright
 
 ROLL = np.deg2rad(3.0)  # nobody puts a target exactly upright, and an edge along a column says little

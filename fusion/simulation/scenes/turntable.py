@@ -9,12 +9,12 @@ from fusion.errors import SceneError
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.quantity import FAR, Quantity
-from fusion.simulation.course import checked_frames, looking_at, turning
-from fusion.simulation.demo import demo_truth, surroundings
-from fusion.simulation.scene import Part, Scene, StatedPoses
+from fusion.simulation.demo.demo import demo_truth, surroundings
+from fusion.simulation.scene.course import checked_frames, looking_at, turning
+from fusion.simulation.scene.scene import Part, Scene, StatedPoses
+from fusion.simulation.scene.shapes import disc
+from fusion.simulation.scene.turntable import Turntable, TurntableErrors
 from fusion.simulation.scenes.panel import WARM_S
-from fusion.simulation.shapes import disc
-from fusion.simulation.turntable import Turntable, TurntableErrors
 
 DISTANCE = Quantity("distance of the camera", "distance_m", "m", 0.0, FAR)  # 0: as the object asks for
 ELEVATION = Quantity("elevation of the camera", "elevation_deg", "deg", 0.0, 90.0, signed=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fusion.simulation.course import stamps, standing
-from fusion.simulation.scene import Scene, StatedPoses
+from fusion.simulation.scene.course import stamps, standing
+from fusion.simulation.scene.scene import Scene, StatedPoses
 from fusion.simulation.scenes.panel import SURVEY_M, SURVEY_RAD, before, upright
 
 ROOM_C, RISE_C, RISE_S = 23.0, 9.0, 900.0  # guess: a closed camera of 5 to 15 W

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-from fusion.calibration.lens.board import Board
-from fusion.calibration.lens.solve import matrix
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.fit.solve import matrix
 from fusion.calibration.lens.views import BoardView, view_of
 
 SIZE = (512, 424)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from rendered_boards import SIZE, TRUTH, views
 
-from fusion.calibration.lens.solve import NAMES, solve
+from fusion.calibration.lens.fit.solve import NAMES, solve
 
 
 def test_without_noise_the_camera_comes_back():

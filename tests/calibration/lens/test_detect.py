@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from rendered_boards import SIZE, pattern, picture, poses, project
 
-from fusion.calibration.lens.board import Board, board_from_dict
-from fusion.calibration.lens.charuco import find_charuco
-from fusion.calibration.lens.detect import find_checkerboard, largest_board, stretched
-from fusion.calibration.lens.grid import upright
+from fusion.calibration.lens.boards.board import Board, board_from_dict
+from fusion.calibration.lens.boards.charuco import find_charuco
+from fusion.calibration.lens.boards.detect import find_checkerboard, largest_board, stretched
+from fusion.calibration.lens.boards.grid import upright
 from fusion.errors import FusionError
 
 BOARD = Board(9, 6, 0.04)

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from rendered_boards import SIZE, TRUTH, picture
 
-from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.boards.pictures import find_pictures, thinned
 from fusion.calibration.lens.intrinsics import calibrate_intrinsics
-from fusion.calibration.lens.pictures import find_pictures, thinned
 from fusion.commands.main import main
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_file import read_camera, write_camera
 from fusion.recording.formats.bags.write import write_mcap
-from fusion.recording.images import read_ir
+from fusion.recording.images.read import read_ir
+from fusion.recording.native.camera_file import read_camera, write_camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 BOARD = Board(8, 5, 0.05)
 # near, so that squares are large and quickly found; tilted in all directions

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from rendered_boards import SIZE, TRUTH, poses, project, views
 
-from fusion.calibration.lens.board import Board
-from fusion.calibration.lens.grid import upright
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.boards.grid import upright
+from fusion.calibration.lens.fit.outliers import judge
+from fusion.calibration.lens.fit.pitch import check_pitch, row_pitch
+from fusion.calibration.lens.fit.solve import NAMES, matrix, residual, solve
+from fusion.calibration.lens.fit.spread import jacobian, spread
 from fusion.calibration.lens.intrinsics import fit_camera
-from fusion.calibration.lens.outliers import judge
 from fusion.calibration.lens.pair import place_color
-from fusion.calibration.lens.pitch import check_pitch, row_pitch
-from fusion.calibration.lens.solve import NAMES, matrix, residual, solve
-from fusion.calibration.lens.spread import jacobian, spread
 from fusion.calibration.lens.uncertainty import projection_uncertainty
 from fusion.calibration.lens.views import view_of
 from fusion.errors import FusionError

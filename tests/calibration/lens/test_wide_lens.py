@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from rendered_boards import views
 
-from fusion.calibration.lens.board import Board
+from fusion.calibration.lens.boards.board import Board
+from fusion.calibration.lens.fit.terms import is_rational
 from fusion.calibration.lens.intrinsics import fit_camera
-from fusion.calibration.lens.terms import is_rational
 from fusion.calibration.lens.views import view_of
 
 SIZE, K = (512, 512), np.array([[252.0, 0, 255.3], [0, 252.4, 257.1], [0, 0, 1]])

@@ -17,7 +17,7 @@ from fusion.devices.kinect_v1.motor import Motor
 from fusion.devices.kinect_v1.registration import color_camera
 from fusion.devices.kinect_v1.tables import read_tables, read_zero_plane
 from fusion.errors import DeviceError
-from fusion.recording.zero_plane import ZeroPlane
+from fusion.recording.cameras.zero_plane import ZeroPlane
 
 TYPICAL = ZeroPlane(7.5, 2.4, 120.0, 0.1042, 200)
 

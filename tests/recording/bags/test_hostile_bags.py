@@ -9,8 +9,8 @@ import ros_bags
 
 from fusion.commands.main import main
 from fusion.errors import FusionError, RecordingError
-from fusion.recording.formats.bags.packed import unpack
-from fusion.recording.formats.bags.rvl import unpack_rvl
+from fusion.recording.formats.bags.containers.packed import unpack
+from fusion.recording.formats.bags.messages.rvl import unpack_rvl
 from fusion.recording.open import open_recording
 
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.recording.inspect import inspect
+from fusion.recording.looking.inspect import inspect
 from fusion.recording.open import open_recording
 
 HERE = Path(__file__).parent

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 from fusion.commands.main import main
 from fusion.errors import RecordingError
 from fusion.geometry.pose import from_tum, inverse
-from fusion.recording.convert import convert_recording
 from fusion.recording.formats.bags.transforms import Link
-from fusion.recording.inspect import inspect
+from fusion.recording.looking.inspect import inspect
 from fusion.recording.open import open_recording
+from fusion.recording.writing.convert import convert_recording
 
 KINDS = ["ros1", "ros1-lz4", "ros1-bz2", "sqlite3", "sqlite3-packed", "mcap", "mcap-packed"]
 STAMP_S = 1e-6  # a header holds nanoseconds, a number of seconds since 1970 some 0.2 us

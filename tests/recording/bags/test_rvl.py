@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import ros_bags
 
-from fusion.recording.formats.bags.rvl import unpack_rvl
+from fusion.recording.formats.bags.messages.rvl import unpack_rvl
 from fusion.recording.open import open_recording
 
 

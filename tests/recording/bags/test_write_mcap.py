@@ -15,7 +15,7 @@ from fusion.geometry.pose import from_tum, pose
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
-from fusion.recording.write import write_recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(
     *ros_bags.SIZE, *ros_bags.LENGTHS, (0.1, -0.05, 0.001, 0.002, 0.01, 0.002, 0.003, 0.004), principle="itof",

@@ -3,7 +3,7 @@
 import numpy as np
 from common import Clock, answer, load
 
-from fusion.mesh.distances import surface_of
+from fusion.mesh.comparison.distances import surface_of
 from fusion.mesh.mesh import Mesh
 
 w = load()

@@ -14,7 +14,7 @@ from fusion.errors import RecordingError
 from fusion.files.content import Content
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, is_rigid, pose
-from fusion.recording.camera_file import are_focal
+from fusion.recording.native.camera_file import are_focal
 
 DEPTH, COLOR = "CALIBRATION_CameraLocationD0", "CALIBRATION_CameraLocationPV0"
 # (width, height) of the depth images: the sensor's side in their pixels, and where they begin in it

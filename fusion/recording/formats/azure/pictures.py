@@ -11,7 +11,7 @@ from fusion.errors import RecordingError
 from fusion.recording.formats.azure.calibration import Calibration
 from fusion.recording.formats.azure.matroska import Track
 from fusion.recording.formats.recorded.parts import read_part
-from fusion.recording.images import color_in
+from fusion.recording.images.read import color_in
 
 PACKED = "MJPG"
 # how OpenCV makes RGB of what is not packed: bytes of a row of pixels over its width, rows over the height

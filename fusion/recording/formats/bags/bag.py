@@ -7,8 +7,9 @@ from types import ModuleType
 from fusion.errors import RecordingError
 from fusion.files.inside import all_inside
 from fusion.geometry.camera import Camera
-from fusion.recording.formats.bags import mcap, orbbec, realsense, ros, rosbag1, sqlite_bag
-from fusion.recording.formats.bags.store import Store, joined
+from fusion.recording.formats.bags import orbbec, realsense, ros
+from fusion.recording.formats.bags.containers import mcap, rosbag1, sqlite_bag
+from fusion.recording.formats.bags.containers.store import Store, joined
 from fusion.recording.formats.bags.streams import ChosenStreams, recording_of
 from fusion.recording.recording import Recording
 

@@ -9,7 +9,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.lens_forms import fisheye, with_lens
 from fusion.geometry.pose import Array
-from fusion.recording.camera_file import are_focal
+from fusion.recording.native.camera_file import are_focal
 
 # OpenCV's model and order of coefficients, by the names that recorders use. RealSense's "inverse" and "modified" ones
 # are projected by its SDK as OpenCV's, but for products of radial and tangential terms (below 0.01 px in its cameras)

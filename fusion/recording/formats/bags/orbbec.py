@@ -13,10 +13,10 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid, pose
+from fusion.recording.formats.bags.containers.store import Store, Topic, cut
 from fusion.recording.formats.bags.lens import made_camera
-from fusion.recording.formats.bags.messages import message
+from fusion.recording.formats.bags.messages.values import message
 from fusion.recording.formats.bags.pictures import IMAGE, look_at
-from fusion.recording.formats.bags.store import Store, Topic, cut
 from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stream_stamps
 
 FRAMES = re.compile(r"^/cam/sensor_(\d+)/frameType_(\d+)$")

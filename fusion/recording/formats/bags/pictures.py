@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.files.limits import check_size
-from fusion.recording.formats.bags.messages import decoded
-from fusion.recording.formats.bags.rvl import unpack_rvl
-from fusion.recording.formats.bags.store import Topic
-from fusion.recording.image_header import JPEG_START, PNG_START
-from fusion.recording.images import decode_image
+from fusion.recording.formats.bags.containers.store import Topic
+from fusion.recording.formats.bags.messages.rvl import unpack_rvl
+from fusion.recording.formats.bags.messages.values import decoded
+from fusion.recording.images.header import JPEG_START, PNG_START
+from fusion.recording.images.read import decode_image
 
 IMAGE, COMPRESSED = "sensor_msgs/Image", "sensor_msgs/CompressedImage"
-TAKES = 8  # as in fusion.recording.images
+TAKES = 8  # as in fusion.recording.images.read
 COUNTS = {"16uc1", "mono16", "z16", "y16"}
 METRES = {"32fc1"}
 GREYS = {"mono8", "8uc1", "gray", "y8"}

@@ -12,10 +12,10 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, from_tum, inverse, pose
+from fusion.recording.formats.bags.containers.store import Store, Topic
 from fusion.recording.formats.bags.lens import camera_of, made_camera
-from fusion.recording.formats.bags.messages import decoded, message
+from fusion.recording.formats.bags.messages.values import decoded, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE
-from fusion.recording.formats.bags.store import Store, Topic
 from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stream_stamps
 
 STREAM = re.compile(r"^/device_(\d+)/sensor_(\d+)/(Depth|Color|Infrared)_(\d+)/image/data(?:/compressed\w*)?$")

@@ -15,17 +15,17 @@ from fusion.errors import RecordingError
 from fusion.files.json_file import json_in
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import camera_from_dict
-from fusion.recording.camera_presets import say_camera
-from fusion.recording.device_file import settings_in
+from fusion.recording.cameras.presets import say_camera
+from fusion.recording.formats.bags.containers.store import Store, Topic
 from fusion.recording.formats.bags.lens import camera_of
-from fusion.recording.formats.bags.messages import frame_of, message
+from fusion.recording.formats.bags.messages.values import frame_of, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, FirstImage, look_at
-from fusion.recording.formats.bags.store import Store, Topic
 from fusion.recording.formats.bags.streams import METRES_SCALE, BagStream, ChosenStreams, stream_stamps
 from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree, stated_poses
-from fusion.recording.scene_file import scene_in
-from fusion.recording.telemetry_file import telemetry_in
+from fusion.recording.native.camera_file import camera_from_dict
+from fusion.recording.native.device_file import settings_in
+from fusion.recording.native.scene_file import scene_in
+from fusion.recording.native.telemetry_file import telemetry_in
 
 INFO = "sensor_msgs/CameraInfo"
 # in bags that this program wrote, what messages of ROS cannot say: unit, sensor, what was logged, what stood there

@@ -13,11 +13,11 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.formats.bags.messages import header_stamps
+from fusion.recording.formats.bags.containers.store import Topic
+from fusion.recording.formats.bags.messages.values import header_stamps
 from fusion.recording.formats.bags.pictures import color_image, depth_image, grey_image
-from fusion.recording.formats.bags.store import Topic
-from fusion.recording.frame_files import ASSOCIATION_SECONDS, associate, in_time
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.frame_files import ASSOCIATION_SECONDS, associate, in_time
+from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.streams import FrameStreams
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array, inverse, pose
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.formats.bags.messages import CDR_HEAD
-from fusion.recording.formats.bags.store import Store, Topic
+from fusion.recording.formats.bags.containers.store import Store, Topic
+from fusion.recording.formats.bags.messages.values import CDR_HEAD
 
 TYPES = ("tf2_msgs/TFMessage", "tf/tfMessage")
 MOST = 5_000_000  # transforms: each takes some 100 bytes

@@ -9,14 +9,14 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse, to_tum
-from fusion.recording.camera_file import camera_to_dict
-from fusion.recording.device_file import device_text
-from fusion.recording.formats.bags.mcap_writer import McapWriter
+from fusion.recording.formats.bags.containers.mcap_writer import McapWriter
 from fusion.recording.formats.bags.ros import CAMERA_TOPIC, DEVICE_TOPIC, SCENE_TOPIC, TELEMETRY_TOPIC
-from fusion.recording.losses import Watched
+from fusion.recording.native.camera_file import camera_to_dict
+from fusion.recording.native.device_file import device_text
+from fusion.recording.native.telemetry_file import telemetry_text
 from fusion.recording.recording import Frame, Recording
-from fusion.recording.telemetry_file import telemetry_text
-from fusion.recording.write import depth_counts, tell
+from fusion.recording.writing.losses import Watched
+from fusion.recording.writing.write import depth_counts, tell
 
 DEPTH, COLOR, INFRARED = "/camera/depth", "/camera/color", "/camera/ir"
 WORLD, DEPTH_FRAME, COLOR_FRAME = "world", "camera_depth_optical_frame", "camera_color_optical_frame"

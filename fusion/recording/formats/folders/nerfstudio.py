@@ -23,16 +23,16 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.lens_forms import fisheye, polynomial, with_lens
 from fusion.geometry.pose import Array, inverse, is_rigid, other_axes
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import Centre, Focal, Size, are_focal
+from fusion.recording.cameras.laid import in_proportion, out_of_proportion
+from fusion.recording.cameras.own_cameras import common_camera
 from fusion.recording.formats.folders.plain import FRAMES_PER_SECOND, natural, npy_metres
-from fusion.recording.frame_files import FrameFiles
-from fusion.recording.images import image_size, read_color, read_counts
-from fusion.recording.laid import in_proportion, out_of_proportion
-from fusion.recording.load_frame import counts_to_metres, load_frame, stored_shape, with_color_turned
-from fusion.recording.own_cameras import common_camera
+from fusion.recording.images.frame_files import FrameFiles
+from fusion.recording.images.load_frame import counts_to_metres, load_frame, stored_shape, with_color_turned
+from fusion.recording.images.read import image_size, read_color, read_counts
+from fusion.recording.native.camera_file import Centre, Focal, Size, are_focal
+from fusion.recording.native.text_files import LATEST
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import REAL_SCALE, ImageSource, with_color_of
-from fusion.recording.text_files import LATEST
 
 NAME = "transforms.json"
 MILLIMETRES = 1e-3  # nerfstudio's depth_unit_scale_factor where none is said

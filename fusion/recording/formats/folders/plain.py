@@ -15,11 +15,11 @@ from fusion.files.limits import check_size
 from fusion.files.npy import npy_header, read_npy
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import say_camera
-from fusion.recording.frame_files import INVALID_COUNT, FrameFiles
-from fusion.recording.image_header import read_header
-from fusion.recording.images import check_shape, image_size
-from fusion.recording.load_frame import load_frame
+from fusion.recording.cameras.presets import say_camera
+from fusion.recording.images.frame_files import INVALID_COUNT, FrameFiles
+from fusion.recording.images.header import read_header
+from fusion.recording.images.load_frame import load_frame
+from fusion.recording.images.read import check_shape, image_size
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import REAL_SCALE, ImageSource
 

@@ -11,11 +11,11 @@ from fusion.files.tree import Tree
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.cameras.laid import in_proportion, laid_as_depth, poses_laid
+from fusion.recording.cameras.own_cameras import common_camera
 from fusion.recording.formats.phones.arkit import camera_of, depth_camera
-from fusion.recording.image_header import exif_turn
-from fusion.recording.images import size_in
-from fusion.recording.laid import in_proportion, laid_as_depth, poses_laid
-from fusion.recording.own_cameras import common_camera
+from fusion.recording.images.header import exif_turn
+from fusion.recording.images.read import size_in
 from fusion.recording.streamed import with_color_of
 
 
@@ -76,7 +76,7 @@ def cameras_of(stated: Array, size: tuple[int, int], images: Pictured, pictures:
     """
     height, width = images.shape
     seen, asked = _first(images.tree, pictures)
-    laid = laid_as_depth(stated, size, (images.depth, (width, height)), (images.color, asked), images.tree.path)
+    laid = laid_as_depth(stated, size, images.depth, (width, height), images.color, asked, images.tree.path)
     camera = depth_camera(camera_of(*laid.size, *laid.stated[0].tolist()), width, height)
     scale = np.array([width / laid.size[0], height / laid.size[1]])
     inside = np.hstack([laid.stated[:, :2] * scale, laid.stated[:, 2:] * scale - 0.5])

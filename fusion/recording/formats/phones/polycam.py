@@ -20,7 +20,6 @@ from fusion.files.values import Metres
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import is_rigid
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import Centre, Focal, Size
 from fusion.recording.formats.phones.arkit import (
     COARSE,
     LIDAR,
@@ -33,8 +32,9 @@ from fusion.recording.formats.phones.arkit import (
     sure,
 )
 from fusion.recording.formats.phones.cameras import Cameras, cameras_of
-from fusion.recording.images import color_in, counts_in, grey_in, size_in
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.load_frame import counts_to_metres
+from fusion.recording.images.read import color_in, counts_in, grey_in, size_in
+from fusion.recording.native.camera_file import Centre, Focal, Size
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource
 

@@ -21,7 +21,6 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import Size, are_focal
 from fusion.recording.formats.phones.arkit import (
     COARSE,
     LIDAR,
@@ -36,10 +35,11 @@ from fusion.recording.formats.phones.arkit import (
 from fusion.recording.formats.phones.cameras import Cameras, cameras_of
 from fusion.recording.formats.phones.lzfse import unpack
 from fusion.recording.formats.recorded.parts import even_or_stated
-from fusion.recording.images import color_in
+from fusion.recording.images.read import color_in
+from fusion.recording.native.camera_file import Size, are_focal
+from fusion.recording.native.text_files import LATEST
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import REAL_SCALE, ImageSource
-from fusion.recording.text_files import LATEST
 
 Number = Annotated[float, Meta(gt=-1e7, lt=1e7)]
 Four = Annotated[list[Number], Meta(min_length=4, description="fx, fy, tx, ty [px]")]

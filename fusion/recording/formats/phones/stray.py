@@ -18,7 +18,7 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, from_tum
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import are_focal
+from fusion.recording.cameras.laid import in_proportion, out_of_proportion
 from fusion.recording.formats.phones.arkit import (
     COARSE,
     LIDAR,
@@ -33,12 +33,12 @@ from fusion.recording.formats.phones.arkit import (
 )
 from fusion.recording.formats.phones.video import Video, open_video
 from fusion.recording.formats.recorded.parts import even_or_stated
-from fusion.recording.images import check_shape, grey_in, image_size, read_bytes, read_counts
-from fusion.recording.laid import in_proportion, out_of_proportion
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.load_frame import counts_to_metres
+from fusion.recording.images.read import check_shape, grey_in, image_size, read_bytes, read_counts
+from fusion.recording.native.camera_file import are_focal
+from fusion.recording.native.text_files import data_lines, number, stamp
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource, with_color_of
-from fusion.recording.text_files import data_lines, number, stamp
 
 PICTURE = (1920, 1440)  # [px] what camera_matrix.csv is of, says the format
 DEPTH_SCALE = 1000.0  # millimetres, in both kinds of files

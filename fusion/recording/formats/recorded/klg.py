@@ -12,11 +12,11 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import open_regular
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import say_camera
+from fusion.recording.cameras.presets import say_camera
 from fusion.recording.formats.recorded.parts import ByteRange, counts_of, even_or_stated, read_part, unzipped
-from fusion.recording.image_header import read_header
-from fusion.recording.images import color_in
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.header import read_header
+from fusion.recording.images.load_frame import counts_to_metres
+from fusion.recording.images.read import color_in
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource
 

@@ -15,10 +15,10 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning, open_regular
 from fusion.geometry.camera import Camera
-from fusion.recording.camera_presets import say_camera
+from fusion.recording.cameras.presets import say_camera
 from fusion.recording.formats.recorded import sixteen_z
 from fusion.recording.formats.recorded.parts import ByteRange, counts_of, even_or_stated, read_part
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource
 

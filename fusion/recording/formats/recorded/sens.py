@@ -18,10 +18,10 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, is_rigid
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.camera_file import are_focal
 from fusion.recording.formats.recorded.parts import ByteRange, counts_of, even_or_stated, read_part, unzipped
-from fusion.recording.images import color_in
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.load_frame import counts_to_metres
+from fusion.recording.images.read import color_in
+from fusion.recording.native.camera_file import are_focal
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource
 

@@ -18,7 +18,7 @@ from fusion.geometry.camera import Camera
 from fusion.recording.formats.folders.freenect2 import turned_back
 from fusion.recording.formats.recorded.parts import counts_of, even_or_stated, read_part, unzipped
 from fusion.recording.formats.recorded.xef_events import BEGINNING, Events, XefStream, events_of
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource
 

@@ -17,7 +17,7 @@ from fusion.files.reading import open_regular
 from fusion.geometry.camera import Camera
 from fusion.recording.formats.folders.freenect2 import turned_back
 from fusion.recording.formats.recorded.parts import ByteRange, counts_of, read_part
-from fusion.recording.load_frame import counts_to_metres
+from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import ImageSource
 

@@ -50,7 +50,7 @@ def shadowed(depth: Image, baseline: float, view: View) -> NDArray[np.bool_]:
     shadow. There the nearest surface of each projector column decides, so that light passes on both sides of a thin
     rod. With a projector on the right all is mirrored.
     """
-    from fusion.sensor.shadow_kernels import cast_shadows  # starts Taichi
+    from fusion.sensor.edges.shadow_kernels import cast_shadows  # starts Taichi
 
     start()
     width, focal = depth.shape[1], view.camera.fx

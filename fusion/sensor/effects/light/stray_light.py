@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.phasor import brightness, phasor, shift
 from fusion.sensor.parameter import Value, parameter
-from fusion.sensor.phasor import brightness, phasor, shift
 from fusion.sensor.view import Image, View
 
 # the kernel is wide: pixels of a quarter of its width lose less than 1 % of its shape

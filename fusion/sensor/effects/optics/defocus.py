@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.sensor.edges.mixing import mixed
 from fusion.sensor.effect import Effect
-from fusion.sensor.mixing import mixed
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.moving import CameraEffect
+from fusion.sensor.laws.moving import CameraEffect
 from fusion.sensor.parameter import parameter
 
 

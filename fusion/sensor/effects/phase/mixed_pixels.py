@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.phasor import two_paths
 from fusion.sensor.parameter import Value, parameter
-from fusion.sensor.phasor import two_paths
 from fusion.sensor.view import Image, View
 
 

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.phasor import brightness, phasor, shift
 from fusion.sensor.parameter import Value, parameter
-from fusion.sensor.phasor import brightness, phasor, shift
 from fusion.sensor.view import Image, View
 
 NEIGHBOURS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 0.0]])

@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.phasor import two_paths
 from fusion.sensor.parameter import Value, parameter
-from fusion.sensor.phasor import two_paths
 from fusion.sensor.view import Image, View
 
 # shot noise of the other sensor's light, as much as that of the own light would make: 3 mm at 1000 count; guess

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect, independent, normal
-from fusion.sensor.fields import windowed
+from fusion.sensor.laws.fields import windowed
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

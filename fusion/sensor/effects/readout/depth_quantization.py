@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.sensor.disparity import disparity
 from fusion.sensor.effect import Effect, independent
+from fusion.sensor.laws.disparity import disparity
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect
-from fusion.sensor.fields import frozen_map
+from fusion.sensor.laws.fields import frozen_map
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
@@ -20,6 +20,7 @@ class FixedPattern(Effect):
     formula: ClassVar[str] = "z_measured = z + F(u, v); itof: r_measured = r + F(u, v)"
     variables: ClassVar[tuple[str, ...]] = ("u", "v")
     frozen: ClassVar[bool] = True
+    grain: ClassVar[tuple[str, ...]] = ("rms",)
 
     rms: Value = parameter(
         "m",

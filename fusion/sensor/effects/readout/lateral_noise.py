@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.sensor.edges.neighbours import steps_along, stride_along
 from fusion.sensor.effect import Effect, normal
-from fusion.sensor.neighbours import steps_along, stride_along
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Edges, Image, View
 

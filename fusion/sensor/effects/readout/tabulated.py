@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import SensorError
-from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
-from fusion.sensor.layers import Layers, layers_of
+from fusion.sensor.laws.disparity import depth_change
+from fusion.sensor.laws.layers import Layers, layers_of
+from fusion.sensor.laws.table import interpolated
 from fusion.sensor.parameter import Value, parameter, setting
-from fusion.sensor.table import interpolated
 from fusion.sensor.variables import VARIABLES
 from fusion.sensor.view import Image, View
 

@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.sensor.edge_motion import speed_of_edges
+from fusion.sensor.edges.mixing import mixed
 from fusion.sensor.effect import Effect
-from fusion.sensor.mixing import mixed
 from fusion.sensor.parameter import parameter
 from fusion.sensor.view import Image, View
+from fusion.sensor.weights.edge_motion import speed_of_edges
 
 
 @dataclass(frozen=True)

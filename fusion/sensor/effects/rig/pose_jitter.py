@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.surface import moved_rigidly, towards
 from fusion.sensor.parameter import parameter
-from fusion.sensor.surface import moved_rigidly, towards
 from fusion.sensor.view import Image, View
 
 

@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.surface import moved
 from fusion.sensor.parameter import parameter
-from fusion.sensor.surface import moved
 from fusion.sensor.view import Image, View
 
 

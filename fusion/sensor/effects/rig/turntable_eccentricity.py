@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.effects.rig.table import table_frame
+from fusion.sensor.laws.moving import RigEffect
 from fusion.sensor.moment import Moment
-from fusion.sensor.moving import RigEffect
 from fusion.sensor.parameter import parameter
 
 

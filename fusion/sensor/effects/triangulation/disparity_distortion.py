@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.sensor.disparity import depth_change, disparity
 from fusion.sensor.effect import Effect
-from fusion.sensor.fields import frozen_map
+from fusion.sensor.laws.disparity import depth_change, disparity
+from fusion.sensor.laws.fields import frozen_map
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
-from fusion.sensor.fields import frozen_field
+from fusion.sensor.laws.disparity import depth_change
+from fusion.sensor.laws.fields import frozen_field
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
@@ -24,6 +24,7 @@ class SpeckleNoise(Effect):
     not_undone: ClassVar[str] = "each placement of the scene has another grain, which one image does not tell"
     frozen: ClassVar[bool] = True
     anew: ClassVar[bool] = True
+    grain: ClassVar[tuple[str, ...]] = ("sigma_px", "correlation_px")
 
     sigma_px: Value = parameter("px", (0, 1), "spread of the disparity", "0.05 to 0.15 px, from memory", typical=0.05)
     correlation_px: Value = parameter(

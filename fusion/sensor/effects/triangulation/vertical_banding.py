@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.sensor.disparity import depth_change
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 

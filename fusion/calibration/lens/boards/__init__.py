@@ -1,0 +1,1 @@
+"""Boards in pictures: what a board is, and where its corners are."""

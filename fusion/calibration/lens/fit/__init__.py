@@ -1,0 +1,1 @@
+"""The camera that explains the corners best, and what does not fit it."""

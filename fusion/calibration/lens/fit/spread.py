@@ -1,0 +1,100 @@
+"""How well the camera is known: covariance, and what becomes of it when a view is left out.
+
+Every view is reduced to what it says about the camera, with its own pose eliminated (Schur complement). Their sum gives
+the covariance, and the difference to the sum gives the camera without that view, without solving again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fusion.calibration.lens.fit.solve import LensSolution, jacobian
+from fusion.calibration.lens.views import BoardView
+from fusion.errors import RecordingError
+from fusion.geometry.pose import Array
+
+
+@dataclass(frozen=True)
+class LensSpread:
+    """How well the parameters are known.
+
+    Attributes:
+        covariance: (k, k) in the order of the solution's names: from the corners' scatter, or wider where the views
+            disagree, see `spread`.
+        scatter: (k,) standard deviations if the corners' errors were independent.
+        jackknife: (k,) standard deviations from leaving out one view at a time.
+        shifts: (views, k) parameters without each view minus those with all.
+        influence: (views,) Cook's distance: shift squared in units of the covariance, over k.
+        sigma_px: scatter of one coordinate of a corner.
+    """
+
+    covariance: Array
+    scatter: Array
+    jackknife: Array
+    shifts: Array
+    influence: Array
+    sigma_px: float
+
+    @property
+    def std(self) -> Array:
+        """(k,) standard deviations."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """(k, k) correlations."""
+        std = self.std
+        return self.covariance / np.outer(std, std)
+
+
+def spread(views: Sequence[BoardView], solution: LensSolution) -> LensSpread:
+    """How well a solution is known.
+
+    The corners of one view share errors (a bent board, blur), so the scatter alone promises too much; the jackknife
+    sees that, but is itself uncertain. The covariance is that of the scatter, widened as a whole by as much as the
+    jackknife is wider on average.
+
+    Raises:
+        RecordingError: the views leave a parameter open.
+    """
+    blocks = [reduced(view, pose, solution.parameters) for view, pose in zip(views, solution.poses, strict=True)]
+    S, s = np.array([block[0] for block in blocks]), np.array([block[1] for block in blocks])
+    total, unit = S.sum(axis=0), 1 / np.sqrt(np.maximum(np.diagonal(S.sum(axis=0)), 1e-300))
+    if not np.isfinite(total).all() or np.linalg.cond(total * np.outer(unit, unit)) > 1e12:
+        do = "record views with the board tilted in several directions and near the edges"
+        raise RecordingError("the views leave the camera open", found=f"{len(views)} views", do=do)
+    inverse = np.linalg.inv(total * np.outer(unit, unit)) * np.outer(unit, unit)
+    free = 2 * sum(map(len, views)) - len(solution.parameters) - 6 * len(views)
+    squares = sum(float((r**2).sum()) for r in solution.residuals)
+    sigma2 = squares / max(free, 1)
+    shifts = np.array([_without(total, S[i], s[i], unit) for i in range(len(views))])
+    n = len(views)
+    jackknife = np.sqrt((n - 1) / n * ((shifts - shifts.mean(axis=0)) ** 2).sum(axis=0))
+    scatter = np.sqrt(sigma2 * np.diag(inverse))
+    wider = float(np.clip(np.sqrt(np.mean((jackknife / scatter) ** 2)), 1, 10))
+    covariance = sigma2 * inverse * wider**2
+    influence = np.einsum("vi,ij,vj->v", shifts, total / sigma2 if sigma2 else total, shifts) / len(unit)
+    return LensSpread(covariance, scatter, jackknife, shifts, influence, float(np.sqrt(sigma2)))
+
+
+def reduced(view: BoardView, pose: Array, parameters: Array) -> tuple[Array, Array]:
+    """(k, k) information and (k,) gradient of a view about the camera, without its own pose; weight 1/px^2."""
+    J, r = jacobian(view, pose, parameters)
+    return eliminated(J, r, len(parameters))
+
+
+def eliminated(J: Array, r: Array, kept: int) -> tuple[Array, Array]:
+    """Normal matrix and gradient of the first `kept` columns of J (m, kept + others), the others solved for."""
+    scale = 1 / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    Q, _ = np.linalg.qr(J[:, kept:] * scale[kept:])
+    J_free = J[:, :kept] - Q @ (Q.T @ J[:, :kept])
+    return J_free.T @ J_free, J_free.T @ (r - Q @ (Q.T @ r))
+
+
+def _without(total: Array, S: Array, s: Array, unit: Array) -> Array:
+    """(k,) change of the parameters without one view's information and gradient; NaN where that leaves a gap."""
+    rest = (total - S) * np.outer(unit, unit)
+    if np.linalg.cond(rest) > 1e12:
+        return np.full(len(s), np.nan)
+    return np.linalg.solve(rest, s * unit) * unit

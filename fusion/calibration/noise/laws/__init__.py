@@ -1,0 +1,1 @@
+"""The laws of noise: which form, its numbers, their intervals."""

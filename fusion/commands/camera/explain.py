@@ -1,0 +1,90 @@
+"""`fusion explain`: where simulation and recording differ, which physics is missing, and the better model."""
+
+import argparse
+import json
+import logging
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fusion.commands.options.results import add_output, add_topic, made
+from fusion.commands.terminal.screen import took
+from fusion.commands.terminal.verdict_lines import LABEL, verdict_lines
+
+if TYPE_CHECKING:
+    from fusion.recording.recording import Recording
+
+WIDEST = 110  # columns: longer lines are hard to read
+EXAMPLE = "fusion explain case/rec_* --sensor case/sensor.json -o out"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    add = parser.add_argument
+    add(
+        "recordings",
+        type=Path,
+        nargs="+",
+        metavar="REC",
+        help="recordings of known scenes: scene.json with mesh, poses",
+    )
+    add("--sensor", required=True, metavar="S", help="what is known of the sensor: sensor.json or a preset's name")
+    add_output(parser, "folder for verdict.json, sensor.json and report.html")
+    add(
+        "--simulated",
+        type=Path,
+        nargs="+",
+        metavar="SIM",
+        default=[],
+        help="what any simulator made of the same scenes, one recording for each REC, in the same order",
+    )
+    add("--camera", metavar="C", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recordings' own")
+    add_topic(parser)
+    add("--json", action="store_true", help="print the verdict as one JSON object")
+
+
+def left_out(recording: "Recording") -> list[str]:
+    """What of a recording takes no part, in sentences: what its reader left out, and frames without a stated pose."""
+    placed = None if recording.poses is None else recording.poses.at(recording.timestamps).valid
+    if placed is None or placed.all():
+        return list(recording.warnings)
+    text = f"{int((~placed).sum())} of {len(recording)} frames have no stated pose at their time: left out"
+    return [*recording.warnings, text]
+
+
+def run(options: argparse.Namespace) -> None:
+    """Explain and write the results."""
+    from msgspec.structs import replace
+
+    from fusion.discrepancy.explain import explain
+    from fusion.discrepancy.verdict.verdict import verdict_of
+    from fusion.progress import seconds, stage
+    from fusion.recording.open import open_recording
+    from fusion.report.explanations.claim_sections import with_masks
+    from fusion.report.explanations.explanation import explanation_report
+    from fusion.sensor.files.sensor_file import read_sensor, write_sensor
+
+    sensor = read_sensor(options.sensor)
+    recordings = [open_recording(path, options.camera, options.topic) for path in options.recordings]
+    simulated = [open_recording(path, options.camera) for path in options.simulated]
+    found = explain(recordings, sensor, simulated)
+    for recording in (*recordings, *simulated):
+        for text in left_out(recording):
+            logging.getLogger("fusion").warning("%s: %s", recording.path, text)
+    with options.claim.folder() as partial:
+        verdict = with_masks(partial, found, verdict_of(found))
+        if options.report:
+            with stage("report"):
+                explanation_report(partial, found, verdict)
+        verdict = replace(verdict, seconds=seconds())
+        (partial / "verdict.json").write_text(json.dumps(verdict.to_dict(), indent=1) + "\n")
+        write_sensor(partial / "sensor.json", found.sensor)
+    if options.json:
+        print(json.dumps(verdict.to_dict()))
+    else:
+        width = min(WIDEST, shutil.get_terminal_size((100, 24)).columns)
+        last = [
+            *made(options, "verdict", "sensor", "report", width=LABEL),
+            f"{'took':<{LABEL}}{took(verdict.seconds or {})}",
+        ]
+        print("\n".join([*verdict_lines(verdict, width), *last]))

@@ -1,0 +1,1 @@
+"""Commands about meshes: compared with a reference, or with each other."""

@@ -1,0 +1,115 @@
+"""`fusion convert`: between recording formats, and between mesh formats."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from fusion.commands.options.printing import add_printing, asked, check_printing, printable
+from fusion.commands.options.results import add_topic
+from fusion.errors import FusionError
+
+RECORDINGS = ("native", "tum", "open3d", "nerfstudio", "mcap")
+EXAMPLE = "fusion convert out/cup/mesh.ply cup.stl --watertight --triangles 100000"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument(
+        "input", type=Path, metavar="IN", help="recording of any format (folder or file), or a mesh file"
+    )
+    parser.add_argument("output", type=Path, metavar="OUT", help="new folder or file")
+    parser.add_argument(
+        "--format",
+        choices=RECORDINGS,
+        default=RECORDINGS[0],
+        help="of OUT; tum, open3d: folders as these have; nerfstudio: one for splats; mcap: one file for ROS 2 "
+        "(default: native)",
+    )
+    parser.add_argument(
+        "--poses", type=Path, metavar="FILE", help="TUM trajectory instead of the recording's own poses"
+    )
+    parser.add_argument(
+        "--camera", metavar="FILE", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recording's own"
+    )
+    parser.add_argument(
+        "--unit", choices=("m", "cm", "mm", "inch"), help="of the STL file, IN or OUT, which says none (default: mm)"
+    )
+    add_printing(parser)
+    add_topic(parser)
+    parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")
+
+
+def check(options: argparse.Namespace) -> None:
+    """What OUT cannot be, before anything is read: a recording becomes a folder or an MCAP file, a mesh a file."""
+    from fusion.files.output.publish import place_of
+    from fusion.mesh.files import FORMATS, WRITTEN, check_written
+    from fusion.recording.formats.known import refusal
+    from fusion.recording.open import recognised
+
+    if not options.input.exists():
+        raise FusionError("there is nothing to convert", options.input, "nothing", "a recording or a mesh file")
+    # content before name: a mesh's ending tells nothing where a recording is recognised
+    options.recorded = options.input.is_dir() or recognised(options.input) is not None
+    options.folder = options.recorded and options.format != "mcap"
+    if not options.recorded and options.input.suffix.lower() not in FORMATS:
+        expected = "a recording, or a mesh file " + " ".join(FORMATS)
+        raise refusal(options.input) or FusionError(
+            "this is neither a recording nor a mesh", options.input, "a file", expected
+        )
+    made = place_of(options.output)
+    if not options.recorded and made.suffix.lower() != options.output.suffix.lower():
+        do = "remove the link, or name the file itself"
+        raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
+    if not options.recorded and (options.poses is not None or options.format != RECORDINGS[0]):
+        raise FusionError("--format and --poses are for recordings", options.input, "a mesh file", "a recording")
+    endings = [path.suffix.lower() for path in (options.input, options.output)]
+    if options.unit is not None and (options.recorded or endings.count(".stl") != 1):
+        found, expected = " to ".join(endings), "a mesh to or from .stl; others are metres"
+        raise FusionError("--unit is for an STL file", options.input, found, expected, "leave it out")
+    check_printing(options, options.recorded)
+    if not options.recorded:
+        check_written(options.output)
+    elif options.output.suffix.lower() in (*FORMATS, *WRITTEN) and not options.output.is_dir():
+        do = "name a folder; fusion reconstruct and fusion turntable make a mesh of a recording"
+        raise FusionError("a recording becomes no mesh file", options.output, "a mesh's name", "a folder's name", do)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Convert a recording to one of another format, a mesh to another mesh format."""
+    if options.recorded:
+        from fusion.recording.formats.bags.write import write_mcap
+        from fusion.recording.native.trajectory_file import read_trajectory
+        from fusion.recording.open import open_recording
+        from fusion.recording.writing.convert import fill_conversion
+        from fusion.recording.writing.folders import fill_open3d, fill_tum
+        from fusion.recording.writing.nerfstudio import fill_nerfstudio
+
+        recording = open_recording(options.input, options.camera, options.topic)
+        if options.poses is not None:
+            recording = replace(recording, poses=read_trajectory(options.poses))
+        if options.format == "mcap":
+            with options.claim.file() as partial:
+                write_mcap(partial, recording)
+            print(options.output)
+            return
+        others = {"tum": fill_tum, "open3d": fill_open3d, "nerfstudio": fill_nerfstudio}
+        with options.claim.folder() as partial:
+            others.get(options.format, fill_conversion)(partial, recording)
+    else:
+        from fusion.mesh.files import read_mesh, write_mesh
+        from fusion.mesh.formats.conventions import STL_UNIT, for_file, from_file
+
+        source, target = options.input.suffix.lower(), options.output.suffix.lower()
+        unit = options.unit or STL_UNIT
+        mesh = read_mesh(options.input)
+        wanted = asked(options)
+        if source != target or wanted is not None:
+            mesh = from_file(mesh, source, unit)
+            mesh = mesh if wanted is None else printable(mesh, wanted, options)
+            mesh = for_file(mesh, target, unit)
+        with options.claim.file() as partial:
+            write_mesh(partial, mesh)
+        # a wrong unit shows itself by it
+        size = " x ".join(f"{length:.4g}" for length in mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0))
+        print(f"size: {size} {unit if target == '.stl' else 'm'}")
+    print(options.output)

@@ -1,0 +1,126 @@
+"""The content of `verdict.json` (`fusion-verdict/1`) as one value. Fields are the keys of the file."""
+
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, Struct, field
+
+from fusion.discrepancy.camera_file import FileError
+from fusion.discrepancy.outliers import OutlyingRecording
+from fusion.discrepancy.planning.plan import Shows
+from fusion.discrepancy.verdict.claim import Claim, Names
+from fusion.files.json_values import json_values
+
+FORMAT: Literal["fusion-verdict/1"] = "fusion-verdict/1"
+MODEL, SIMULATION = "model", "simulation"  # what recordings are held against
+
+
+class HeldOutFit(Struct, frozen=True, kw_only=True):
+    """Frames that took no part in the fit, without and with the claims; null where there are none."""
+
+    chi2_per_dof_before: float | None
+    chi2_per_dof_after: float | None
+    rms_before_m: float | None
+    rms_after_m: float | None
+
+
+class ExtrapolatedFit(Struct, frozen=True, kw_only=True):
+    """Recordings at one end of a variable, predicted from all others, without and with the claims."""
+
+    variable: str
+    low: float = field(name="from")
+    chi2_per_dof_before: float
+    chi2_per_dof_after: float
+
+
+class Loose(Struct, frozen=True, kw_only=True):
+    """An error of places or recordings that follows no law."""
+
+    value: float
+    unit: str
+
+
+class Fit(Struct, frozen=True, kw_only=True):
+    """What was fitted, and how well it predicts what was not."""
+
+    heldout: HeldOutFit
+    extrapolation: tuple[ExtrapolatedFit, ...]
+    scatter: Loose
+    drift: Loose
+    frames_fitted: int
+    frames_heldout: int
+
+
+class UpperLimit(Struct, frozen=True, kw_only=True):
+    """How large an effect that was not found could still be."""
+
+    effect: str
+    parameter: str
+    upper: float
+    unit: str
+    confidence: float
+
+
+class Identifiability(Struct, frozen=True, kw_only=True):
+    """What this data could show of one effect at all."""
+
+    effect: str
+    visible_share: float
+    parameter: str
+    detectable: Annotated[float | None, Meta(description="smallest size that stands out; null: none does")]
+    unit: str
+    shape: dict[str, float]
+    looks_like: Names
+
+
+class Unexplained(Struct, frozen=True, kw_only=True):
+    """What the extended model leaves beyond noise."""
+
+    rms_m: float
+    recordings: Annotated[Names, Meta(description="the worst first")]
+    chi2_per_dof: float
+
+
+class Nuisances(Struct, frozen=True, kw_only=True):
+    """How much worse than stated the setting of the recordings is."""
+
+    pose_factor: float
+    shape_rms_m: float
+    mesh_scale: float
+    mesh_off_m: float
+    drift_rms_m: float
+    camera_file: FileError
+
+
+class SelfMadeReference(Struct, frozen=True, kw_only=True):
+    """What a mesh that was reconstructed from such recordings hides."""
+
+    mesh: str = "reconstruction"
+    hides: Names
+    text: str
+
+
+class Verdict(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What an explanation says: the content of `verdict.json`."""
+
+    format: Literal["fusion-verdict/1"]
+    nothing_missing: bool
+    missing: Annotated[tuple[Claim, ...], Meta(description="established, the largest gain first")]
+    fit: Fit
+    indicated: Annotated[tuple[Claim, ...], Meta(description="likely and not established")]
+    limits: Annotated[tuple[UpperLimit, ...], Meta(description="what was not found, and how large it could still be")]
+    invisible: Annotated[Names, Meta(description="what this data cannot show at all")]
+    identifiability: tuple[Identifiability, ...]
+    would_show: Annotated[tuple[Shows, ...], Meta(description="recordings that show what is invisible here")]
+    unexplained: Unexplained
+    nuisances: Nuisances
+    outliers: Annotated[tuple[OutlyingRecording, ...], Meta(description="with something that is not in their mesh")]
+    repeats: Annotated[tuple[Names, ...], Meta(description="names of the recordings of each placement with several")]
+    reference: SelfMadeReference | None = None
+    against: Annotated[str, Meta(description='"simulation" where another simulator stands for the model')] = MODEL
+    headline: Annotated[str, Meta(description="the whole in one sentence")] = ""
+    seconds: Annotated[dict[str, float] | None, Meta(description="of each stage, where a command followed it")] = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that stands in `verdict.json`."""
+        content: dict[str, Any] = json_values(self)
+        return content

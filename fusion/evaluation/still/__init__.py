@@ -1,0 +1,1 @@
+"""Statistics of one still stretch: mean, noise, shares, drift."""

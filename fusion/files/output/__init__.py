@@ -1,0 +1,1 @@
+"""Results appear whole or not at all, and replace nothing but an earlier result of their own."""

@@ -1,0 +1,150 @@
+"""Where two surfaces that stand in any pose to each other may belong: guesses, tried by a few quick ICP steps."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import permutations, product
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from fusion.compute.process import own_process
+from fusion.mesh.alignment.similarity import IDENTITY, Array, Matches, Similarity, step, tukey
+from fusion.mesh.comparison.surface_samples import SurfaceSamples
+
+_SPREAD = 72  # rotations over the whole sphere: about 45 degrees apart, within reach of ICP (guess)
+_KEPT = 8  # guesses that come to the final choice
+_TRIAL = 250  # points a guess is tried with
+_ALIKE = np.deg2rad(5)
+NEAR = 0.03  # of the reference's size: what lies on each other after a coarse alignment (guess)
+
+
+@dataclass(frozen=True)
+class CoarseSurface:
+    """One surface for the coarse search: its samples, as a tree; normals are None for bare point clouds."""
+
+    points: Array
+    normals: Array | None
+    tree: cKDTree
+
+    @property
+    def size(self) -> float:
+        """Diagonal of its box [m]."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+    @classmethod
+    def of(cls, samples: SurfaceSamples) -> "CoarseSurface":
+        return cls(samples.points, samples.normals, cKDTree(samples.points))
+
+
+def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
+    """The most promising poses, best first: at most `_KEPT`, none twice. The same input gives the same list."""
+    few = mesh.points[np.linspace(0, len(mesh.points) - 1, min(_TRIAL, len(mesh.points))).astype(int)]
+    back = reference.points[np.linspace(0, len(reference.points) - 1, min(_TRIAL, len(reference.points))).astype(int)]
+
+    def rated(guess: Similarity) -> float:
+        there = reference.tree.query(guess.apply(few))[0]
+        again = mesh.tree.query(guess.apply_inverse(back))[0]
+        return score(there, again, NEAR * reference.size)
+
+    tried = [_quick_icp(few, reference, guess, range(4)) for guess in _all(mesh, reference)]
+    tried = sorted(tried, key=rated)[: len(tried) // 3]
+    tried = sorted((_quick_icp(few, reference, guess, range(4, 10)) for guess in tried), key=rated)
+    kept: list[Similarity] = []
+    for guess in tried:
+        if all(_apart(guess, other) > _ALIKE for other in kept):
+            kept.append(guess)
+        if len(kept) == _KEPT:
+            break
+    return kept
+
+
+def score(there: Array, again: Array, limit: float) -> float:
+    """Mean distance [m] of the mesh plus that of the reference, where nothing counts more than `limit` [m].
+
+    So it does not matter how far away the rest of a mesh or reference is that shows more than the other one.
+    """
+    return float(np.minimum(np.abs(there), limit).mean() + np.minimum(np.abs(again), limit).mean())
+
+
+def _all(mesh: CoarseSurface, reference: CoarseSurface) -> Iterator[Similarity]:
+    yield IDENTITY
+    here, there = mesh.points.mean(axis=0), reference.points.mean(axis=0)
+    middle = (mesh.points.min(axis=0) + mesh.points.max(axis=0)) / 2
+    goal = (reference.points.min(axis=0) + reference.points.max(axis=0)) / 2
+    axes, target = _principal(mesh.points), _principal(reference.points)
+    turns = [target @ cube @ axes.T for cube in _cube_rotations()]
+    turns += [np.eye(3), *Rotation.random(_SPREAD, random_state=1).as_matrix()]
+    for turn in turns:
+        yield Similarity(turn, there - turn @ here)
+    for turn in turns[:25]:  # partial scans pull the mean away, but less so the middle
+        yield Similarity(turn, goal - turn @ middle)
+    yield from by_features(mesh, reference)
+
+
+def _principal(points: Array) -> Array:
+    axes = np.linalg.eigh(np.cov(points.T))[1]
+    return axes * np.sign(np.linalg.det(axes))
+
+
+def _cube_rotations() -> list[Array]:
+    """The 24 ways to lay three axes on three axes."""
+    found = []
+    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
+        turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+        if np.linalg.det(turn) > 0:
+            found.append(turn)
+    return found
+
+
+def by_features(mesh: CoarseSurface, reference: CoarseSurface) -> Iterator[Similarity]:
+    """Poses by local shape (FPFH, fast global registration), for parts whose middles say little."""
+    import open3d
+
+    if own_process():  # of pairs that do not fit it warns, through Python's own output
+        open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
+
+    o3d: Any = open3d  # its stubs know no default arguments
+    if mesh.normals is None or reference.normals is None:
+        return
+    registration = o3d.pipelines.registration
+    size = reference.size
+    for share in (0.03, 0.06):
+        clouds, features = [], []
+        for side in (mesh, reference):
+            cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(side.points))
+            cloud.normals = o3d.utility.Vector3dVector(side.normals)
+            cloud = cloud.voxel_down_sample(share * size)
+            near = o3d.geometry.KDTreeSearchParamHybrid(radius=4 * share * size, max_nn=100)
+            features.append(registration.compute_fpfh_feature(cloud, near))
+            clouds.append(cloud)
+        if min(len(cloud.points) for cloud in clouds) < 20:
+            continue
+        o3d.utility.random.seed(0)
+        option = registration.FastGlobalRegistrationOption(maximum_correspondence_distance=share * size)
+        try:
+            found = registration.registration_fgr_based_on_feature_matching(*clouds, *features, option).transformation
+        except RuntimeError:  # too few matches: no guess from here
+            continue
+        if np.isfinite(found).all():
+            yield Similarity(np.array(found[:3, :3]), np.array(found[:3, 3]))
+
+
+def _quick_icp(points: Array, reference: CoarseSurface, now: Similarity, rounds: range) -> Similarity:
+    size = reference.size
+    for number in rounds:
+        moved = now.apply(points)
+        distance, index = reference.tree.query(moved)
+        targets = reference.points[index]
+        normals = moved - targets if reference.normals is None else reference.normals[index]
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        # from the shape's size down to what counts as near, else a plate around the object would pull it away
+        weights = tukey(distance, min(3 * float(np.quantile(distance, 0.7)) + 1e-12, size * 0.25 * 0.75**number))
+        now, _ = step(now, Matches(moved, targets, normals, weights), scale=False)
+    return now
+
+
+def _apart(one: Similarity, other: Similarity) -> float:
+    cosine = (np.sum(one.rotation * other.rotation) - 1) / 2
+    return float(np.arccos(np.clip(cosine, -1, 1)))

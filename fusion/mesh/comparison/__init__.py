@@ -1,0 +1,1 @@
+"""How far a mesh stands from its reference: signed distances in both directions."""

@@ -1,0 +1,95 @@
+"""From what is seen to a picture: soft light from the upper left, edges deepened, background transparent."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.mesh.drawing.sight import Sight, SightSide
+from fusion.mesh.mesh import Mesh
+
+CLAY = (0.80, 0.81, 0.83)  # colour of a mesh that has none
+
+
+@dataclass(frozen=True)
+class Lit:
+    """A sight in its light, which is the same whatever colours are shown in it.
+
+    Attributes:
+        sight: what the pixels show.
+        light: (k,) brightness of the k pixels that were hit.
+        inside: (k,) whether they show the surface from behind, through a hole.
+    """
+
+    sight: Sight
+    light: NDArray[np.float32]
+    inside: NDArray[np.bool_]
+
+    @property
+    def side(self) -> SightSide:
+        """Where it was looked from."""
+        return self.sight.side
+
+
+def lit(sight: Sight, normals: NDArray) -> Lit:
+    """Light on what is seen of a mesh with vertex normals (n, 3)."""
+    light, inside = _light(sight, normals)
+    return Lit(sight, (light * _edges(sight)[sight.hit]).astype(np.float32), inside)
+
+
+def picture(seen: Lit, colors: NDArray) -> NDArray[np.uint8]:
+    """An RGBA picture (h // 2, w // 2, 4) in the vertices' colours (n, 3), 0 to 1; every pixel the mean of 2 x 2
+    looked-at ones."""
+    hit = seen.sight.hit
+    rgba = np.zeros((*hit.shape, 4), np.float32)
+    base = seen.sight.values(colors)
+    base[seen.inside] = 0.35 * base[seen.inside] + 0.1  # seen from behind, through a hole: dark
+    rgba[hit, :3] = np.clip(base * seen.light[:, None], 0, 1)
+    rgba[hit, 3] = 1
+    h, w = (n // 2 * 2 for n in hit.shape)
+    total = rgba[0:h:2, 0:w:2] + rgba[1:h:2, 0:w:2] + rgba[0:h:2, 1:w:2] + rgba[1:h:2, 1:w:2]
+    total[..., :3] /= np.maximum(total[..., 3:], 1)
+    total[..., 3] /= 4
+    return (total * 255 + 0.5).astype(np.uint8)
+
+
+def vertex_normals(mesh: Mesh) -> NDArray[np.float32]:
+    """The mesh's normals (n, 3), made from its triangles where it has none; zero for a bare point cloud."""
+    if mesh.normals is not None and len(mesh.normals) == len(mesh.vertices):
+        return np.nan_to_num(mesh.normals)
+    normals = np.zeros((len(mesh.vertices), 3))
+    if len(mesh.faces):
+        a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+        across = np.nan_to_num(np.cross(b - a, c - a))  # length is twice the area: large triangles count more
+        for k in range(3):
+            np.add.at(normals, mesh.faces[:, k], across)
+    return (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)).astype(np.float32)
+
+
+def _light(sight: Sight, normals: NDArray) -> tuple[NDArray, NDArray]:
+    """Brightness (k,) of the pixels that were hit, and which of them (k,) show the surface from inside."""
+    n = sight.values(normals)
+    n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-9)
+    inside = _backside(sight, n)
+    n[inside] *= -1
+    side = sight.side
+    key = 0.45 * side.up - 0.45 * side.right + 0.77 * side.towards
+    bare = np.linalg.norm(n, axis=1) < 0.5  # a cloud without normals: as if it faced the eye
+    lit = 0.34 + 0.56 * np.clip(n @ key, 0, 1) + 0.14 * np.clip(n @ side.towards, 0, 1) + 0.08 * (n @ side.up)
+    return np.where(bare, 0.95, lit), inside
+
+
+def _backside(sight: Sight, n: NDArray) -> NDArray[np.bool_]:
+    # grazing triangles may turn away a little by interpolation: only a clear turn counts
+    return n @ sight.side.towards < -0.15
+
+
+def _edges(sight: Sight) -> NDArray[np.float32]:
+    """Brightness (h, w), less where the surface drops behind its neighbours (eye-dome lighting, C. Boucheny 2009)."""
+    depth = np.where(np.isfinite(sight.depth), sight.depth, np.nan)
+    drop = np.zeros_like(depth)
+    for reach in (2, 6):
+        for dv, du in ((0, reach), (0, -reach), (reach, 0), (-reach, 0)):
+            step = (depth - np.roll(depth, (dv, du), axis=(0, 1))) / (sight.pixel * reach)
+            drop += np.clip(np.nan_to_num(step) - 1.0, 0, 6)  # slopes below 45 degrees keep their light
+    return np.exp(-0.035 * drop).astype(np.float32)

@@ -1,0 +1,1 @@
+"""How the passes lie to each other: searched, ranked, refined together."""

@@ -1,0 +1,69 @@
+"""A camera that is said where a recording is opened: a file, a preset, or four numbers."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from fusion.errors import RecordingError
+from fusion.geometry.camera import Camera
+from fusion.recording.cameras.presets import find_camera
+from fusion.recording.images.read import image_size
+from fusion.recording.native.camera_file import are_focal
+from fusion.recording.recording import Recording
+
+Read = Callable[[Camera | None], Recording]
+
+
+def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 1000.0) -> Camera:
+    """The camera that is meant; of `fx,fy,cx,cy` [px] the rest is the recording's own, or the size of its images.
+
+    Args:
+        camera: a Camera, a `camera.json`, the name of a preset, or the four numbers.
+        read: opens the recording with a camera.
+        usual_scale: counts per metre of a format that states none.
+
+    Raises:
+        RecordingError: it is none of these.
+    """
+    numbers = _numbers(camera)
+    if numbers is None:
+        return find_camera(camera)
+    fx, fy, cx, cy = numbers
+    if not are_focal(fx, fy) or max(abs(cx), abs(cy)) > 1e6:
+        raise RecordingError("the camera cannot be used", "--camera", camera, "fx,fy,cx,cy in pixels")
+    try:
+        own = read(None)
+    except RecordingError:  # most states no camera; if it is something else it is met again
+        opened = read(Camera(0, 0, fx, fy, cx, cy, depth_scale=usual_scale))
+        return opened.camera if opened.camera.width else _of_images(opened)
+    return replace(_of_images(own), fx=fx, fy=fy, cx=cx, cy=cy, distortion=(), std={})
+
+
+def _of_images(recording: Recording) -> Camera:
+    """The camera with the size of the depth images, where they are files: a usual camera's may be another."""
+    files, camera = recording.files, recording.camera
+    if files is None:
+        return camera
+    try:
+        width, height = image_size(files.folder / files.depth[0])
+    except RecordingError:
+        if not camera.width:
+            raise
+        return camera
+    return replace(camera, width=width, height=height)
+
+
+def are_numbers(camera: Camera | Path | str) -> bool:
+    """True for "fx,fy,cx,cy"."""
+    return _numbers(camera) is not None
+
+
+def _numbers(camera: Camera | Path | str) -> list[float] | None:
+    """The four numbers; None where it is something else."""
+    parts = [] if isinstance(camera, Camera) else str(camera).split(",")
+    if len(parts) != 4:
+        return None
+    try:
+        return [float(part) for part in parts]
+    except ValueError:
+        return None

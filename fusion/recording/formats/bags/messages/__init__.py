@@ -1,0 +1,1 @@
+"""Messages as bytes and as values by the names of their fields."""

@@ -1,0 +1,1 @@
+"""The image files behind a recording's frames: headers, pixels, masks."""

@@ -1,0 +1,65 @@
+"""The doctor's quick look before a scan: what would make it fail or be wrong, told in about a second."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fusion.errors import RecordingError
+from fusion.recording.checks.depth_values import check_depth_values
+from fusion.recording.checks.intrinsics import check_intrinsics
+from fusion.recording.checks.range_or_z import check_range_or_z
+from fusion.recording.checks.resolution import check_resolution
+from fusion.recording.checks.table_log import check_table_log
+from fusion.recording.looking.finding import SEVERITIES, Finding
+from fusion.recording.looking.inspect import Check
+from fusion.recording.looking.sample import draw
+from fusion.recording.recording import Recording
+
+FRAMES = 12  # a frame of 640 x 480 takes 25 ms; a turn shows itself every 30 degrees
+QUICK: tuple[Check, ...] = (
+    check_resolution,
+    check_depth_values,
+    check_intrinsics,
+    check_range_or_z,
+    check_table_log,
+)
+
+
+def quick_look(recording: Recording, more: tuple[Check, ...] = (), max_depth: float | None = None) -> list[Finding]:
+    """What looks wrong with a recording, errors first; nothing where all is well.
+
+    Args:
+        recording: as it was opened, its depth not corrected.
+        more: checks beside the usual ones, such as `check_camera_moves` or `check_object_turns`.
+        max_depth: the further checks do not see what is farther [m].
+    """
+    sample = draw(recording, FRAMES, FRAMES)
+    if not np.isfinite(sample.medians).any():  # whoever needs depth says so
+        return []
+    near = sample
+    if max_depth is not None:
+        cut = {i: np.where(depth <= max_depth, depth, np.float32(np.nan)) for i, depth in sample.depths.items()}
+        near = replace(sample, depths=cut)
+    findings = [f for check in QUICK for f in check(sample)] + [f for check in more for f in check(near)]
+    if any(finding.severity == "error" for finding in findings):  # it may be why
+        findings += [Finding("files", "warning", seen) for seen in sample.unread[:1]]
+    wrong = [finding for finding in findings if finding.severity != "ok"]
+    return sorted(wrong, key=lambda finding: -SEVERITIES.index(finding.severity))
+
+
+def refuse_if_certain(findings: list[Finding], recording: Recording, force: bool = False) -> list[tuple[str, str]]:
+    """The findings as ("warning" or "bad", sentence), worst first.
+
+    Args:
+        force: go on where an error was found.
+
+    Raises:
+        RecordingError: the first error, when there is one and `force` is not set.
+    """
+    unread = "".join(f"; {finding.seen}" for finding in findings if finding.check == "files")
+    for finding in findings:
+        if finding.severity == "error" and not force:
+            do = f"{finding.do} (--force goes on all the same){unread}"
+            raise RecordingError(finding.seen, recording.path, do=do)
+    levels = {"error": "bad", "warning": "warning"}
+    return [(levels[f.severity], f"{f.seen}; {f.do}" if f.do else f.seen) for f in findings]

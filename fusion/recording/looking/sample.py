@@ -1,0 +1,75 @@
+"""A few frames of a recording, loaded once for all checks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import RecordingError
+from fusion.recording.images.frame_files import INVALID_COUNT
+from fusion.recording.recording import Recording
+
+# statistics over thirty frames say what those over all would; geometry needs fewer, and memory
+FRAMES, KEPT = 30, 10
+# a metre too many: coarser images say the same about planes and poses
+KEPT_PIXELS = 320 * 240
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Numbers of some frames, and the depth of fewer, evenly spread over the recording.
+
+    Attributes:
+        recording: what it is a sample of.
+        counts: (65536,) how often each count occurs in the sampled frames, all 0 where depth is not stored in counts.
+        medians: (n,) median depth [m] of each frame, NaN where a frame has none.
+        depths: depth images [m] of the kept frames by index, every `stride`-th pixel.
+        stride: [px].
+        failures: frame index: why it could not be loaded.
+    """
+
+    recording: Recording
+    counts: NDArray[np.int64]
+    medians: NDArray[np.float64]
+    depths: dict[int, NDArray[np.float32]]
+    stride: int
+    failures: dict[int, str]
+
+    @property
+    def unread(self) -> list[str]:
+        """A sentence for each frame that could not be loaded."""
+        return [f"frame {index} cannot be loaded: {reason}" for index, reason in self.failures.items()]
+
+    @property
+    def rays(self) -> NDArray[np.float32]:
+        """(h, w, 2) x/z and y/z of the pixels of `depths`."""
+        return self.recording.camera.rays()[:: self.stride, :: self.stride]
+
+
+def draw(recording: Recording, frames: int = FRAMES, keep: int = KEPT) -> Sample:
+    """Load up to `frames` frames and keep the depth of `keep`; those that cannot be loaded are told in `failures`."""
+    indices = spread(len(recording), frames)
+    kept = {indices[i] for i in spread(len(indices), keep)}
+    camera = recording.camera
+    stride = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / KEPT_PIXELS))))
+    counts = np.zeros(INVALID_COUNT + 1, np.int64)
+    medians, depths, failures = [], {}, {}
+    for index in indices:
+        try:
+            depth = recording[index].depth
+            stored = recording.depth_counts(index)
+            if stored is not None:
+                counts += np.bincount(stored.reshape(-1), minlength=INVALID_COUNT + 1)
+        except RecordingError as error:
+            failures[index] = str(error)
+            continue
+        valid = depth[np.isfinite(depth)]
+        medians.append(float(np.median(valid)) if valid.size else np.nan)
+        if index in kept:
+            depths[index] = depth[::stride, ::stride].copy()
+    return Sample(recording, counts, np.array(medians), depths, stride, failures)
+
+
+def spread(count: int, most: int) -> list[int]:
+    """Up to `most` indices evenly spread over `count`, first and last among them."""
+    return sorted({int(i) for i in np.linspace(0, count - 1, min(count, most)).round()}) if count else []

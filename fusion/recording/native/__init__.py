@@ -1,0 +1,1 @@
+"""The files of a native folder: cameras, trajectories, telemetry, scene and device."""

@@ -1,0 +1,1 @@
+"""Recordings written in the native format and in those of other programs."""

@@ -1,0 +1,1 @@
+"""Pages of calibrations: camera, depth, noise."""

@@ -1,0 +1,1 @@
+"""Pages that lay one thing beside another: a mesh and its reference, repeated scans, sensors."""

@@ -1,0 +1,1 @@
+"""Pages of the sensor bench: one unit, many units, a measured camera."""

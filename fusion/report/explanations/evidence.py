@@ -1,0 +1,113 @@
+"""What a report shows of an explanation: what each claim changes in the residuals, and where."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.compared import cleaned
+from fusion.discrepancy.explain import Explanation, variables_of
+from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.verdict.claim import Claim
+from fusion.discrepancy.verdict.content import Verdict
+from fusion.sensor.where import BoundFields
+
+Vector = NDArray[np.float64]
+
+
+def painted(patch: Patch, values: Vector) -> NDArray[np.float64]:
+    """(h, w) tiles painted into the image, NaN elsewhere."""
+    out = np.append(values, np.nan)
+    return np.asarray(out[patch.tiles.label])
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """What a claim of the verdict changes in the fitted frames.
+
+    Attributes:
+        number: its place in the verdict.
+        claim: of the verdict.
+        white: (n,) what it changes, whitened.
+        left: (n,) what all claims together leave, whitened.
+    """
+
+    number: int
+    claim: Claim
+    white: Vector
+    left: Vector
+
+    def mask(self, found: Explanation) -> NDArray[np.uint8]:
+        """(h, w) how much each pixel tells for the claim: 255 the most, 0 nothing or never seen."""
+        model, rest = cleaned(found.gauge, self.white), cleaned(found.gauge, self.left)
+        tells = np.maximum(model * (model + rest), 0) / spread(found.gauge) ** 2
+        energy = tells * inside(found, self.claim.where.region)
+        return mask_of(found, energy)
+
+
+def mask_of(found: Explanation, energy: Vector) -> NDArray[np.uint8]:
+    """(h, w) mean over the looks of what each tile (n,) tells: 255 the most, 0 nothing or never seen."""
+    return painted_mask(found.before, energy)
+
+
+def painted_mask(observations: Observations, energy: Vector) -> NDArray[np.uint8]:
+    """The same for the tiles of any observations."""
+    shape = observations.patches[0].view.camera.shape
+    total, seen = np.zeros(shape), np.zeros(shape)
+    for rows, patch in observations.rows():
+        image = painted(patch, np.maximum(energy[rows], 0))
+        total += np.nan_to_num(image)
+        seen += np.isfinite(image)
+    share = total / np.maximum(seen, 1)
+    most = float(np.percentile(share[seen > 0], 99)) if seen.any() else 0.0
+    return np.asarray(np.clip(share / most, 0, 1) * 255 if most > 0 else share * 0).round().astype(np.uint8)
+
+
+def footprints_of(found: Explanation, verdict: Verdict) -> list[Footprint]:
+    """The established claims of a verdict on the mean depth, with their footprints."""
+    beyond = found.beyond.law.footprint if found.beyond is not None and found.unknown else np.zeros_like(found.white)
+    left = found.named.white - beyond
+    out = []
+    for number, claim in enumerate(verdict.missing):
+        if claim.channel != "bias":
+            continue
+        own = [step.footprint for step in found.named.steps if step.effect.name == claim.effect]
+        if not own and not claim.unknown:
+            continue  # steps of the stored depths: tiles do not show them
+        white = beyond if claim.unknown else np.sum([np.zeros_like(left), *own], axis=0)
+        out.append(Footprint(number, claim, white, left))
+    return out
+
+
+def spread(gauge: Gauge) -> Vector:
+    """(n,) standard deviation of the tiles in native units, poses known."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", gauge.bare, gauge.bare)))
+
+
+def inside(found: Explanation, region: Sequence[BoundFields]) -> NDArray[np.bool_]:
+    """(n,) True for tiles in the region of a claim; bounds on variables that tiles do not have are passed over."""
+    known = variables_here(found)
+    out = np.ones(len(found.white), bool)
+    for bound in region:
+        values = known.get(bound.variable)
+        if values is not None:
+            out &= (values >= bound.low) & (values <= bound.high)
+    return out
+
+
+def variables_here(found: Explanation) -> dict[str, Vector]:
+    """What is known of the tiles (n,), in the units of verdicts, range and disparity too."""
+    known = dict(variables_of(found.before))
+    patches = found.before.patches
+    known["range"] = np.concatenate([p.tiles.mean(p.depth * p.view.stretch) for p in patches])
+    if not patches[0].view.time_of_flight:
+        known["disparity"] = np.concatenate([p.tiles.mean(p.view.focal_baseline / p.depth) for p in patches])
+    angle = np.concatenate([np.full(len(p.tiles), p.view.moment.table_angle) for p in patches])
+    if np.ptp(angle) > 0:
+        known["table_angle"] = angle
+    painted_on = [p.tiles.mean(p.view.reflectance) for p in patches if p.view.reflectance is not None]
+    if len(painted_on) == len(patches):
+        known["reflectance"] = np.concatenate(painted_on)
+    return known

@@ -1,0 +1,134 @@
+"""An interactive 3D view of a mesh: the data packed small into the page, drawn by `viewer.js` beside this file."""
+
+import base64
+import json
+import zlib
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.pose import Array
+from fusion.mesh.drawing.sight import sides
+from fusion.mesh.mesh import Mesh
+from fusion.report.kit.page import Section
+from fusion.report.kit.thinning import thinned
+from fusion.report.kit.views import Scale, scale_colors
+
+CLAY = (201, 206, 214)  # of a bare shape
+STEPS = 65535  # of the longest side: places are kept as 16-bit numbers, 5 micrometres in 30 cm
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One colouring of the mesh.
+
+    Attributes:
+        name: what the button says.
+        colors: (n, 3) uint8 RGB; None is plain clay.
+        scale: what the colours stand for, shown as a bar; None for colours that are only colours.
+    """
+
+    name: str
+    colors: NDArray[np.uint8] | None = None
+    scale: Scale | None = None
+
+
+@dataclass(frozen=True)
+class Path3D:
+    """A line through space (n, 3) [m], with its name and colour "#rrggbb"; it passes over points of NaN."""
+
+    name: str
+    points: Array
+    color: str
+
+
+def value_layer(name: str, values: NDArray, scale: Scale) -> Layer:
+    """Values (n,) as colours, with their scale."""
+    return Layer(name, np.rint(scale_colors(values, scale) * 255).astype(np.uint8), scale)
+
+
+def script() -> str:
+    """The JavaScript that draws, for Page.script: put it on a page once."""
+    return Path(__file__).with_name("viewer.js").read_text(encoding="utf-8")
+
+
+def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tuple[Path3D, ...] = ()) -> Section:
+    """The interactive view as a section; without content when the mesh is empty.
+
+    Args:
+        mesh: [m]; thinned out for display when it is large.
+        layers: colourings of its vertices; the first is shown, buttons change it.
+        up, front: (3,) directions in the mesh's frame; front points from the object to the eye.
+        paths: lines that a person can switch on.
+    """
+    if not np.isfinite(mesh.vertices).all(axis=1).any():
+        return Section("Turn it yourself")
+    small, nearest = thinned(mesh)
+    layers = layers or [Layer("Shape")]
+    about = _packed(small, layers, nearest, paths) | {"up": sides(up, front)[0].up.tolist()}
+    about["front"] = sides(up, front)[0].towards.tolist()
+    count = f"{len(small.faces):,} triangles" if len(small.faces) else f"{len(small.vertices):,} points"
+    thinner = len(small.faces) != len(mesh.faces) or not len(mesh.faces)
+    lead = f"Drag to turn, scroll to zoom, right-drag to shift.{f' Shown with {count} for speed.' if thinner else ''}"
+    # "<" would end the script early; JSON may write it as a number
+    data = json.dumps(about, separators=(",", ":")).replace("<", "\\u003c")
+    html = (
+        f'<div class="viewer" role="group" aria-label="Interactive 3D view of the mesh"><canvas tabindex="0"></canvas>'
+        f'{_buttons(layers)}{_switches(paths)}{_bars(layers)}<div class="scale"></div>'
+        f'<p class="sorry">This browser cannot show the 3D view (it needs WebGL 2); the pictures above need nothing.'
+        f'</p><script type="application/json">{data}</script></div>'
+        "<noscript><p>The 3D view needs JavaScript; the pictures above do not.</p></noscript>"
+    )
+    return Section("Turn it yourself", lead, html=html, screen_only=True)
+
+
+def _packed(mesh: Mesh, layers: list[Layer], nearest: NDArray[np.int64], paths: tuple[Path3D, ...]) -> dict[str, Any]:
+    """What `viewer.js` reads; `nearest` (n,) are the vertices of the layers' mesh that stand for those of `mesh`."""
+    low = mesh.vertices.min(axis=0)
+    step = max(float(np.ptp(mesh.vertices, axis=0).max()) / STEPS, 1e-12)
+    clay = np.tile(np.array(CLAY, np.uint8), (len(nearest), 1))
+    parts = [np.rint((mesh.vertices - low) / step).astype("<u2"), mesh.faces.astype("<u4")]
+    parts += [clay if layer.colors is None else layer.colors[nearest] for layer in layers]
+    return {
+        "vertices": len(mesh.vertices),
+        "triangles": len(mesh.faces),
+        "low": low.tolist(),
+        "step": step,
+        "layers": [layer.name for layer in layers],
+        "paths": [
+            {"color": path.color, "points": np.round(path.points[np.isfinite(path.points).all(axis=1)], 4).tolist()}
+            for path in paths
+        ],
+        "data": base64.b64encode(zlib.compress(b"".join(part.tobytes() for part in parts), 9)).decode(),
+    }
+
+
+def _buttons(layers: list[Layer]) -> str:
+    names = layers if len(layers) > 1 else []
+    inner = "".join(f'<button type="button" data-layer>{escape(layer.name)}</button>' for layer in names)
+    return f'<div class="buttons">{inner}<button type="button" data-home>Start view</button></div>'
+
+
+def _switches(paths: tuple[Path3D, ...]) -> str:
+    inner = "".join(
+        f'<label><input type="checkbox" data-path><i style="background:{path.color}"></i>{escape(path.name)}</label>'
+        for path in paths
+    )
+    return f'<div class="paths">{inner}</div>' if inner else ""
+
+
+def _bars(layers: list[Layer]) -> str:
+    """The colour scales, each shown with its layer."""
+    return "".join(_bar(place, layer.scale) for place, layer in enumerate(layers) if layer.scale is not None)
+
+
+def _bar(place: int, scale: Scale) -> str:
+    stops = np.rint(scale_colors(np.linspace(scale.low, scale.high, 9), scale) * 255).astype(int)
+    colors = ", ".join(f"rgb({r},{g},{b})" for r, g, b in stops)
+    ends = f"<span>{scale.low:g}</span><span>{scale.high:g}</span>"
+    ramp = f'<i style="background:linear-gradient(to right, {colors})"></i>'
+    return f'<div class="bar" data-of="{place}" hidden>{ramp}<b>{ends}</b>{escape(scale.label)}</div>'

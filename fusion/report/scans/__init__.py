@@ -1,0 +1,1 @@
+"""Pages of scans: one, several passes merged, their texture."""

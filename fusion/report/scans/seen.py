@@ -1,0 +1,45 @@
+"""How many frames saw each vertex of a mesh."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import inverse, transform
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.drawing.shading import vertex_normals
+from fusion.mesh.mesh import Mesh
+
+GRAZING = 0.17  # cosine of 80 degrees: beyond, depth cameras give no usable depth (guess)
+NEARER = 0.99  # a surface hides a vertex when it stands nearer than this share of the way to it
+
+
+def times_seen(mesh: Mesh, trajectory: Trajectory, camera: Camera) -> NDArray[np.int32]:
+    """Number of frames (n,) that had each vertex in the picture, turned to them and not hidden by the mesh itself."""
+    import open3d as o3d
+
+    counts = np.zeros(len(mesh.vertices), np.int32)
+    if len(mesh.vertices) == 0 or len(mesh.faces) == 0:
+        return counts
+    middle = np.nanmean(mesh.vertices, axis=0)
+    scene = o3d.t.geometry.RaycastingScene()
+    local = np.nan_to_num(mesh.vertices - middle).astype(np.float32)
+    scene.add_triangles(o3d.core.Tensor.from_numpy(local), o3d.core.Tensor.from_numpy(mesh.faces.astype(np.uint32)))
+    normals = vertex_normals(mesh)
+    for T_world_camera in trajectory.poses[trajectory.valid]:
+        index = _in_view(mesh, normals, T_world_camera, camera)
+        eye = T_world_camera[:3, 3] - middle
+        rays = np.hstack([np.broadcast_to(eye, (len(index), 3)), local[index] - eye]).astype(np.float32)
+        if len(index):
+            hidden = scene.test_occlusions(o3d.core.Tensor.from_numpy(rays), tnear=0.0, tfar=NEARER).numpy()
+            counts[index[~hidden]] += 1
+    return counts
+
+
+def _in_view(mesh: Mesh, normals: NDArray, T_world_camera: NDArray, camera: Camera) -> NDArray[np.int64]:
+    """Vertices (k,) in front of the camera, turned to it, and inside its picture."""
+    points = transform(inverse(T_world_camera), mesh.vertices)
+    away = mesh.vertices - T_world_camera[:3, 3]
+    facing = -np.einsum("ij,ij->i", away, normals) > GRAZING * np.linalg.norm(away, axis=1)
+    index = np.flatnonzero((points[:, 2] > 1e-3) & facing)
+    u, v = camera.project(points[index]).T
+    return index[(u > -0.5) & (u < camera.width - 0.5) & (v > -0.5) & (v < camera.height - 0.5)]

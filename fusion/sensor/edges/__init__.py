@@ -1,0 +1,1 @@
+"""Where depth jumps between neighbouring pixels, and what a pixel there measures."""

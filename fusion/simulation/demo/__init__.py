@@ -1,0 +1,1 @@
+"""The demo's object and its recording."""

@@ -1,0 +1,1 @@
+"""What every pixel of a camera sees, exactly: rays, edges, shadows, light."""

@@ -1,0 +1,152 @@
+"""A renderer of its own: what every pixel of a camera sees, exactly, along its distorted ray.
+
+    caster = RayCaster(mesh)                                  # once per mesh
+    view = caster.view(camera, T_world_camera)                # depth, incidence, normals, colour, reflectance
+    view = caster.view(camera, T_world_camera, Channels(edges=True, lit=0.075, indirect=Bounce()))
+
+Things that move against each other are bodies, and one picture:
+
+    bodies = (Body(RayCaster(room)), Body(RayCaster(owl), T_world_owl, twist=twist_between(T0, T1, dt), turning=True))
+    view = view_of(bodies, camera, T_world_camera, channels)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fusion.geometry.camera import Camera
+from fusion.geometry.pose import Array
+from fusion.mesh.mesh import Mesh
+from fusion.sensor.view import View, incidence_of
+from fusion.simulation.rendering.casting import Body, CastBodies, Floats, Hits, PreparedMesh, directions
+from fusion.simulation.rendering.edges import edges_of
+from fusion.simulation.rendering.indirect import Bounce, indirect_of
+from fusion.simulation.rendering.motion import velocity_of
+from fusion.simulation.rendering.shadow import lit_of
+
+
+@dataclass(frozen=True)
+class Channels:
+    """What a view holds beside depth, incidence and normals.
+
+    Attributes:
+        color: colour and reflectance.
+        edges: nearest depth edges.
+        lit: where the projector or lamp stands: x [m] in the camera frame, negative to the left of the camera
+            (Kinect v1: 0.075), 0 at the camera; None leaves the channel out.
+        motion: velocity, and what stands on the turntable.
+        indirect: how light of one bounce is computed; None leaves the channel out. Needs the reflectance.
+    """
+
+    color: bool = True
+    edges: bool = False
+    lit: float | None = None
+    motion: bool = False
+    indirect: Bounce | None = None
+
+
+def render(mesh: Mesh, camera: Camera, T_world_camera: Array, channels: Channels | None = None) -> View:
+    """What a camera sees of a mesh that stands in the world frame; for many views of one mesh, keep a RayCaster."""
+    return RayCaster(mesh).view(camera, T_world_camera, channels)
+
+
+class RayCaster(PreparedMesh):
+    """A mesh prepared for many views."""
+
+    def view(self, camera: Camera, T_mesh_camera: Array, channels: Channels | None = None) -> View:
+        """What every pixel sees; NaN (black) where its ray meets nothing."""
+        return view_of((Body(self),), camera, T_mesh_camera, channels)
+
+
+def view_of(
+    bodies: Sequence[Body],
+    camera: Camera,
+    T_world_camera: Array,
+    channels: Channels | None = None,
+    camera_twist: Array | None = None,
+) -> View:
+    """What a camera sees of several bodies; NaN (black) where a ray meets nothing.
+
+    Args:
+        camera_twist: (6,) rotation [rad/s] and velocity at the world's origin [m/s] of the camera, in the world frame.
+    """
+    channels = channels or Channels()
+    bodies = [body for body in bodies if len(body.mesh.faces)]
+    stage = CastBodies(bodies, T_world_camera)
+    hits = stage.first(directions(camera))
+    view, flat = _seen(camera, stage, hits, channels.color or channels.indirect is not None)
+    if channels.edges:
+        view = replace(view, edges=edges_of(view, flat, stage))
+    if channels.lit is not None:
+        view = replace(view, baseline=channels.lit or view.baseline, lit=lit_of(view, flat, stage, channels.lit))
+    if channels.indirect is not None:
+        view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect))
+    if channels.motion:
+        turning = np.array([body.turning for body in bodies] + [False])[hits.body] & np.isfinite(hits.t)
+        velocity = velocity_of(view, stage, hits.body.reshape(camera.shape), camera_twist)
+        view = replace(view, velocity=velocity, turning=turning.reshape(camera.shape))
+    return view
+
+
+def _seen(camera: Camera, stage: CastBodies, hits: Hits, color: bool) -> tuple[View, Floats]:
+    """Depth, incidence, normals, colour and reflectance, and the normals (h, w, 3) of the faces."""
+    # the directions have z = 1 in the camera frame, so the ray parameter is the planar depth
+    seen = np.isfinite(hits.t)
+    depth = np.where(seen, hits.t, np.float32(np.nan))
+    every = bool(seen.all())
+    some = hits if every else Hits(*(getattr(hits, entry.name)[seen] for entry in fields(Hits)))
+    values, smooth = stage.values(some)
+    towards = directions(camera) if every else directions(camera)[seen]
+    image = (*camera.shape, 3)
+    flat = _spread(_facing(some.normals, towards), seen, every).reshape(image)
+    smooth = _facing(smooth, towards)
+    normals = flat if smooth is some.normals else _spread(smooth, seen, every).reshape(image)
+    depth = depth.reshape(camera.shape)
+    view = View(camera, depth, incidence_of(normals, camera), normals)
+    if color:
+        rgb = np.zeros((len(seen), 3), np.uint8)
+        rgb[slice(None) if every else seen] = (values[:, :3] + 0.5).astype(np.uint8)
+        reflectance = _spread(values[:, 3], seen, every).reshape(camera.shape)
+        view = replace(view, color=rgb.reshape(image), reflectance=reflectance)
+    return view, flat
+
+
+def _facing(normals: Floats, directions: Floats) -> Floats:
+    """Normals (n, 3) turned towards the camera: the inside of a surface is seen through a hole."""
+    away = np.einsum("nk,nk->n", normals, directions) > 0
+    normals[away] *= -1
+    return normals
+
+
+def _spread(values: Floats, seen: np.ndarray, every: bool) -> Floats:
+    """Values of the rays that hit as values of all rays, NaN for the others."""
+    if every:
+        return values
+    spread = np.full((len(seen), *values.shape[1:]), np.nan, np.float32)
+    spread[seen] = values
+    return spread
+
+
+def nearest(first: View, second: View) -> View:
+    """Both views of one camera as one: the nearer surface of every pixel, with all that is known of it.
+
+    Edges, shadows and indirect light between the two are not in it: `view_of` renders bodies together.
+    """
+    if first.depth is None or second.depth is None:
+        raise ValueError("both views need a depth")
+    return _merged(first, second, (first.depth <= second.depth) | np.isnan(second.depth))
+
+
+def _merged(first: Any, second: Any, take: np.ndarray) -> Any:
+    """Every image of two equal dataclasses: of the first where `take` (h, w), else of the second."""
+    merged = {}
+    for entry in fields(first):
+        a, b = getattr(first, entry.name), getattr(second, entry.name)
+        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.shape[:2] == take.shape:
+            a = np.where(take if a.ndim == 2 else take[..., None], a, b)
+        elif type(a) is type(b) and is_dataclass(a) and not isinstance(a, Camera):
+            a = _merged(a, b, take)
+        merged[entry.name] = a
+    return replace(first, **merged)

@@ -1,0 +1,1 @@
+"""What a simulated recording is made from: surfaces, boards, the camera's course, the table."""
