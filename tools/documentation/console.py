@@ -24,7 +24,7 @@ def section(parser: argparse.ArgumentParser) -> nodes.section:
     made = nodes.section(ids=[parser.prog.replace(" ", "-")])
     made += nodes.title("", "", nodes.literal("", parser.prog))
     made += _text(parser.description or "")
-    usage = parser.format_usage().removeprefix("usage: ")
+    usage = " ".join(parser.format_usage().removeprefix("usage: ").split())  # the page breaks its lines
     made += nodes.literal_block(usage, usage, language="text", classes=["usage"])
     inner = []
     for group in parser._action_groups:
