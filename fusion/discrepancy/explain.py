@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.belonging import refuse_strangers
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import with_grain
@@ -118,8 +119,8 @@ def explain(
         simulated: what any simulator made of the same scenes, in the same order: it stands for the prediction, and
             no mesh is needed. The sensor model counts as in it.
     Raises:
-        FusionError: a scene or pose is not known, cameras differ, frames do not match, a recording is given
-            twice, or no tile is left.
+        FusionError: a scene or pose is not known or is another one's, cameras differ, frames do not match, a
+            recording is given twice, or no tile is left.
 
     >>> walls = [fusion.open_recording(f"wall_{i}") for i in range(5)]
     >>> found = fusion.explain(walls, fusion.read_sensor("kinect-v2-indoors"))
@@ -136,6 +137,7 @@ def explain(
         seen = looks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
         prints.append((recording.path, frozenset().union(*(look.prints for look in seen))))
         refuse_copies(prints)
+        refuse_strangers(seen, sensor)
         looks += seen
     return explained_looks(joined(looks), sensor)
 
