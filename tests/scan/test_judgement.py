@@ -166,14 +166,14 @@ def test_a_log_in_radians_is_called_that():
 def test_the_verdict_is_the_worst_of_the_lights(word, plant):
     scan = plant(good_scan())
     assert scan.judgement.worth.word == word
-    assert scan.turntable()["verdict"] == word and bool(scan.turntable()["reasons"]) == (word != "good")
+    assert scan.turntable().verdict == word and bool(scan.turntable().reasons) == (word != "good")
     assert lines(scan)[0].startswith(f"verdict   {word}")
     assert (failure(scan, "scan") is not None) == (word == "failed")
 
 
 def test_what_made_a_scan_fail_stands_first():
     scan = replace(with_evidence(good_scan(), agreement=contradicted(0.4)), wobble=0.05)
-    assert "contradict the surface" in scan.turntable()["reasons"][0]
+    assert "contradict the surface" in scan.turntable().reasons[0]
     assert "--keep-failed" in str(failure(scan, "scan"))
 
 

@@ -183,7 +183,7 @@ def lenses(given: Inputs, out: Path) -> Any:
 
 def explanations(given: Inputs, out: Path) -> Any:
     found = fusion.explain(given.walls(1), given.sensor)
-    return found, found.sensor, found.mean_sensor, found.compared, fusion.verdict_of(found).to_dict()
+    return found, found.sensor, found.mean_sensor, found.compared, fusion.json_values(fusion.verdict_of(found))
 
 
 # the light ones are made several times each in the quick tests, the heavy ones once

@@ -1,13 +1,13 @@
 """`fusion calibrate depth`: walls at known distances become a depth correction."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic, made
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import DISTANCE_STD, RADIAL_LIMIT
 
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, found, told if options.report else None)
     numbers = summary(found)
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+        print(json_text(numbers | {"output": str(options.output)}))
     else:
         print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
 

@@ -1,13 +1,13 @@
 """`fusion calibrate intrinsics`: a camera from pictures of a checkerboard or ChArUco board."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import WORKING_DISTANCE
 
@@ -52,13 +52,13 @@ def run(options: argparse.Namespace) -> None:
     settings = LensSettings(options.keep_outliers, options.distance)
     result = calibrate_intrinsics(options.recording, board, settings, options.topic)
     with options.claim.folder() as partial:
-        text = json.dumps(camera_content(result), indent=1, allow_nan=False)
+        text = json_text(camera_content(result))
         (partial / "camera.json").write_text(text + "\n", encoding="utf-8")
         if options.report:
             with stage("report"):
                 lens_report(result, partial / "report.html", options.recording, "fusion " + " ".join(sys.argv[1:]))
     content = numbers(result)
-    print(json.dumps(content, indent=1, allow_nan=False) if options.json else "\n".join(_lines(result, content)))
+    print(json_text(content) if options.json else "\n".join(_lines(result, content)))
 
 
 def _lines(result: "Intrinsics", content: dict[str, Any]) -> list[str]:

@@ -1,13 +1,13 @@
 """`fusion calibrate noise`: a flat target at several distances and tilts becomes noise and dropout laws."""
 
 import argparse
-import json
 import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.options.results import add_output, add_topic, made
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, found, told if options.report else None)
     numbers = summary(found)
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1, allow_nan=False))
+        print(json_text(numbers | {"output": str(options.output)}))
     else:
         print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
 

@@ -1,13 +1,13 @@
 """`fusion evaluate`: what a depth camera does in front of still scenes."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic, made
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import DISTANCE_STD
 
@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> None:
     with options.claim.folder() as partial:
         fill(partial, found, result, told if options.report else None)
     if options.json:
-        print(json.dumps(result | {"output": str(options.output)}, indent=1))
+        print(json_text(result | {"output": str(options.output)}))
     else:
         print("\n".join([*_lines(result, found), *made(options, "report", width=8)]))
 
@@ -65,7 +65,7 @@ def fill(folder: Path, found: "Evaluation", result: dict[str, Any], settings: di
     """evaluation.json, and report.html with the settings if any, into a folder."""
     from fusion.report.evaluations.evaluation import evaluation_report
 
-    (folder / "evaluation.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    (folder / "evaluation.json").write_text(json_text(result) + "\n", encoding="utf-8")
     if settings is not None:
         with stage("report"):
             evaluation_report(folder / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)

@@ -1,7 +1,6 @@
 """`fusion sensor`: a sensor model as a table or a page, for other simulators, or beside another one."""
 
 import argparse
-import json
 import shutil
 import textwrap
 from pathlib import Path
@@ -11,6 +10,7 @@ from fusion.commands.camera.sensor_export import run_compare, run_export
 from fusion.commands.camera.sensor_page import run_check, run_page
 from fusion.commands.camera.sensor_units import run_units
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 
 EXAMPLE = "fusion sensor show kinect-v1"
 NARROWEST, WIDEST = 80, 120
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int | None:
     from fusion.sensor.words.description import description
 
     content = description(read_sensor(options.sensor))
-    print(json.dumps(content, indent=1, allow_nan=False) if options.json else "\n".join(table(content)))
+    print(json_text(content) if options.json else "\n".join(table(content)))
     return None
 
 
@@ -82,7 +82,7 @@ def _list(as_json: bool) -> None:
     models = [make() for make in PRESETS.values()]
     if as_json:
         rows = {m.name: {"principle": m.principle, "sensor": m.sensor, "effects": len(m.effects)} for m in models}
-        print(json.dumps(rows, indent=1))
+        print(json_text(rows))
         return
     width = max(len(model.name) for model in models)
     for model in models:

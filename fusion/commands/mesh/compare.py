@@ -1,7 +1,6 @@
 """`fusion compare`: signed distances between a mesh and a reference, in both directions."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, made
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import MAX_DISTANCE
 
@@ -104,13 +104,7 @@ def run(options: argparse.Namespace) -> None:
                 comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)
     judgement = judge_comparison(comparison)
     if options.json:
-        print(
-            json.dumps(
-                comparison.to_dict() | more | {"judgement": judgement.values(), "output": str(options.output)},
-                indent=1,
-                allow_nan=False,
-            )
-        )
+        print(json_text(comparison.to_dict() | more | {"judgement": judgement.values(), "output": str(options.output)}))
         return
     if not options.quiet:
         sys.stderr.writelines(f"note: {note}\n" for note in notes)
