@@ -31,7 +31,7 @@ def test_a_good_scan_has_only_good_lights():
     judgement = good_scan().judgement
     assert judgement.level == "ok" and judgement.warnings == ()
     assert len(judgement.lines()) == 1 and judgement.lines()[0].startswith("good")
-    json.dumps(judgement.values())
+    json.dumps(judgement.lights)
 
 
 def without_a_side(scan):

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,7 +78,7 @@ def run(options: argparse.Namespace) -> None:
         print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
 
 
-def fill(folder: Path, found: "DepthCalibration", settings: dict[str, Any] | None) -> None:
+def fill(folder: Path, found: "DepthCalibration", settings: Mapping[str, object] | None) -> None:
     """sensor.json with its maps, and report.html with the settings if any, into a folder."""
     from fusion.report.calibrations.depth_calibration import depth_report
     from fusion.sensor.files.sensor_file import write_sensor

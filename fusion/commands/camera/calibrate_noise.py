@@ -3,6 +3,7 @@
 import argparse
 import math
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +52,7 @@ def run(options: argparse.Namespace) -> None:
         print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
 
 
-def fill(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | None) -> None:
+def fill(folder: Path, found: "NoiseCalibration", settings: Mapping[str, object] | None) -> None:
     """sensor.json with its maps, and report.html with the settings if any, into a folder."""
     from fusion.report.calibrations.noise_calibration import noise_report
     from fusion.sensor.files.sensor_file import write_sensor

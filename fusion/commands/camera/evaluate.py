@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace) -> None:
         print("\n".join([*_lines(result, found), *made(options, "report", width=8)]))
 
 
-def fill(folder: Path, found: "Evaluation", result: dict[str, Any], settings: dict[str, Any] | None) -> None:
+def fill(folder: Path, found: "Evaluation", result: dict[str, Any], settings: Mapping[str, object] | None) -> None:
     """evaluation.json, and report.html with the settings if any, into a folder."""
     from fusion.report.evaluations.evaluation import evaluation_report
 

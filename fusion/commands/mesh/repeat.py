@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
     settings = RepeatSettings(tuple(options.conditions), options.diameter, options.spacing, names)
     found = repeat([scan.mesh for scan in scans], settings)
     judgement = judge_repeat(found)
-    content = found.to_dict() | {"judgement": judgement.values(), "notes": notes}
+    content = found.to_dict() | {"judgement": judgement.lights, "notes": notes}
     with options.claim.folder() as partial:
         fill(partial, found, content, page=options.report)
     if options.json:

@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> None:
         recording = replace(recording, path=out / "simulated" / "recording")
         turntable.fill(partial, recording, scan, comparison, page=options.report)
     numbers = turntable.summary(scan)
-    numbers |= {"distance_rms_m": comparison.accuracy["rms"], "scale": comparison.scale}
+    numbers |= {"distance_rms_m": comparison.accuracy.rms, "scale": comparison.scale}
     numbers |= {"seconds": seconds(), "output": str(out)}
     if options.json:
         print(json_text(numbers))

@@ -131,7 +131,7 @@ def fill(folder: Path, merged: "Merged", page: bool = True) -> None:
         "voxel_m": merged.volume.voxel,
         "truncation_m": merged.volume.truncation,
         "result": merged.facts.values(),
-        "judgement": merged.judgement.values(),
+        "judgement": merged.judgement.lights,
         "warnings": merged.judgement.warnings,
         "seconds": seconds(),
     }

@@ -143,7 +143,7 @@ def fill(
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
         "sigma": None if result.sure is None else result.sure.values(),
         **_large(large),
-        "judgement": result.judgement.values(),
+        "judgement": result.judgement.lights,
         "warnings": result.judgement.warnings,
         "footnotes": result.judgement.footnotes,
         "seconds": seconds(),
@@ -192,12 +192,12 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
         "truncation_m": result.settings["truncation_m"],
         "kind": result.settings["kind"],
         "kind_reason": result.settings["kind_reason"],
-        "judgement": result.judgement.values(),
+        "judgement": result.judgement.lights,
         "warnings": result.judgement.warnings,
     }
 
 
-def _large(large: "Large | None") -> dict[str, Any]:
+def _large(large: "Large | None") -> dict[str, dict[str, float]]:
     """What is told of a mesh made tile by tile."""
     if large is None:
         return {}

@@ -62,12 +62,12 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, made, options.usdz)
         if options.report:
             _page(partial / "report.html", made, options)
-    numbers = made.values() | {"seconds": seconds()}
+    spent = seconds()
     if options.json:
-        print(json_text(numbers | {"output": str(options.output)}))
+        print(json_text({**made.values(), "seconds": spent, "output": options.output}))
     else:
         files = [str(options.output / "textured.glb"), *files_made(options, "report")]
-        print("\n".join([*lines(made), *files, f"took      {took(numbers['seconds'])}"]))
+        print("\n".join([*lines(made), *files, f"took      {took(spent)}"]))
 
 
 def fill(folder: Path, made: "Textured", usdz: bool = False) -> None:

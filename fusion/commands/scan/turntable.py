@@ -130,7 +130,7 @@ def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = N
         "result": scan.facts.values(),
         "agreement": scan.evidence.agreement.values(),
         "sigma": None if scan.sure is None else scan.sure.values(),
-        "judgement": scan.judgement.values(),
+        "judgement": scan.judgement.lights,
         "warnings": scan.judgement.warnings,
         "footnotes": scan.judgement.footnotes,
         "seconds": seconds(),
@@ -189,7 +189,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
         "voxel_m": scan.settings["voxel_m"],
         "uncolored_share": scan.settings["uncolored_share"],
         "focal_length_check": table.focal_length_check,
-        "judgement": scan.judgement.values(),
+        "judgement": scan.judgement.lights,
         "warnings": scan.judgement.warnings,
     }
 
