@@ -31,7 +31,7 @@ class ExtrapolatedFit(Struct, frozen=True, kw_only=True):
     chi2_per_dof_after: float
 
 
-class Loose(Struct, frozen=True, kw_only=True):
+class LooseSize(Struct, frozen=True, kw_only=True):
     """An error of places or recordings that follows no law."""
 
     value: float
@@ -43,8 +43,8 @@ class Fit(Struct, frozen=True, kw_only=True):
 
     heldout: HeldOutFit
     extrapolation: tuple[ExtrapolatedFit, ...]
-    scatter: Loose
-    drift: Loose
+    scatter: LooseSize
+    drift: LooseSize
     frames_fitted: int
     frames_heldout: int
 
