@@ -110,7 +110,7 @@ def sensing(given: Inputs, out: Path) -> Any:
         made.parameters,
         made.loss,
         beside,
-        beside.to_dict(),
+        fusion.json_values(beside),
         [*fusion.sense_all([ideal, given.depth], CAMERA, given.sensor, given.seed)],
     )
 

@@ -71,8 +71,8 @@ def run_compare(options: argparse.Namespace) -> None:
 
         with options.claim.folder() as partial:
             write_comparison_page(partial / "report.html", found, models, camera)
-            (partial / "comparison.json").write_text(json_text(found.to_dict()) + "\n", encoding="utf-8")
-    print(json_text(found.to_dict()) if options.json else "\n".join(_lines(found)))
+            (partial / "comparison.json").write_text(json_text(found) + "\n", encoding="utf-8")
+    print(json_text(found) if options.json else "\n".join(_lines(found)))
 
 
 def _camera(options: argparse.Namespace, sensor: "Sensor") -> "Camera":
