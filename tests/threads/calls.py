@@ -82,7 +82,7 @@ def alignments(given: Inputs, out: Path) -> Any:
     repeated = fusion.repeat([given.ball, turned], settings)
     said = repeated.mean, repeated.offsets(), repeated.to_dict()
     printed = fusion.print_ready(given.ball, fusion.PrintSettings(triangles=400, smooth=1))
-    said = said, printed.mesh, printed.values(), printed.lines()
+    said = said, printed.mesh, printed.figures(), printed.lines()
     return fusion.compare(turned, given.ball, fusion.CompareSettings(samples=500, scale=True)), said
 
 
