@@ -1,4 +1,4 @@
-# make demo | test | slow | real | lint | types | clean; the environment in .venv is made when it is missing or out of date
+# make demo | test | slow | real | lint | types | docs | clean; the environment in .venv is made when it is missing or out of date
 
 SHELL := /bin/bash
 VENV := .venv
@@ -10,6 +10,9 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 # what demo needs, and beside it what tests and checks need
 STAMP := $(VENV)/.made
 TOOLS := $(VENV)/.made_tools
+# what the site is made with lies over that, so that tests do not see it: those of what a plain install lacks stay skipped
+SITE := $(VENV)/site
+SITE_MADE := $(SITE)/.made
 # each is run, not only looked up: a version manager may put names on the path that fail when they are called
 PYTHONS ?= python3.13 python3.12 python3.11 python3 python
 # a file stays with one worker: its fixtures and kernels are made once; more than four workers mostly import
@@ -17,7 +20,7 @@ SPREAD ?= -n auto --maxprocesses 4 --dist loadfile
 # many of the slow ones use two cores themselves, or wait for a device's clock
 SLOW_SPREAD ?= -n auto --maxprocesses 2 --dist loadfile
 
-.PHONY: demo test slow real lint types environment clean
+.PHONY: demo test slow real lint types docs environment clean
 
 demo: $(STAMP)
 	$(BIN)/fusion demo -o out/demo --overwrite
@@ -37,6 +40,12 @@ lint: $(TOOLS)
 
 types: $(TOOLS)
 	$(BIN)/mypy
+
+# without a network: pages need nothing but themselves
+docs: $(SITE_MADE)
+	rm -rf out/site
+	$(SITE)/bin/python -m sphinx -b html -W --keep-going -q -d out/site_build/doctrees docs out/site
+	$(SITE)/bin/python -m tools.documentation.standalone out/site
 
 environment: $(TOOLS)
 
@@ -65,9 +74,17 @@ $(STAMP): pyproject.toml
 	touch $(STAMP)
 
 $(TOOLS): $(STAMP)
-	@echo "installing what tests and checks need: some 0.5 GB"
+	@echo "installing what tests and checks need: some 0.8 GB"
 	@$(PIP) --editable '.[dev]'
 	@touch $(TOOLS)
+
+$(SITE_MADE): $(STAMP)
+	@echo "installing what the site is made with: some 0.3 GB"
+	@$(BIN)/python -m venv --clear $(SITE)
+	@site=$$($(SITE)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))'); \
+	$(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))' > "$$site/program.pth"
+	@$(SITE)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --editable '.[docs,batch]'
+	@touch $(SITE_MADE)
 
 clean:
 	rm -rf $(VENV) out build dist .mypy_cache .ruff_cache .pytest_cache

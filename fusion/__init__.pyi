@@ -54,9 +54,12 @@ from fusion.repeatability.repeat import repeat as repeat
 from fusion.scan.pipeline import scan_turntable as scan_turntable
 from fusion.scan.result import Scan as Scan
 from fusion.scan.settings import ScanSettings as ScanSettings
+from fusion.sensor.effect import Effect as Effect
 from fusion.sensor.files.sensor_file import read_sensor as read_sensor
 from fusion.sensor.files.sensor_file import write_sensor as write_sensor
+from fusion.sensor.parameter import parameter as parameter
 from fusion.sensor.sensor import Sensor as Sensor
+from fusion.sensor.view import View as View
 from fusion.simulation.exporting.compare import SensorComparison as SensorComparison
 from fusion.simulation.exporting.compare import compare_sensors as compare_sensors
 from fusion.simulation.exporting.export import Export as Export

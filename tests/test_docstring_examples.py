@@ -1,6 +1,7 @@
 """The examples in the docstrings of what `import fusion` offers, run in a folder with small recordings."""
 
 import contextlib
+import dataclasses
 import doctest
 import inspect
 import io
@@ -25,7 +26,7 @@ SLOW = {
 
 def examples(name):
     """The examples in the docstring of a public name and, of a class, in those of its methods."""
-    known = {"fusion": fusion, "np": np, "open3d": open3d, "trimesh": trimesh}
+    known = {"fusion": fusion, "np": np, "dataclasses": dataclasses, "open3d": open3d, "trimesh": trimesh}
     found = doctest.DocTestFinder().find(getattr(fusion, name), f"fusion.{name}", module=False, globs=known)
     return [test for test in found if test.examples]
 

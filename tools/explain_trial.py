@@ -9,13 +9,13 @@ python tools/explain_trial.py --open ../shared/challenges -o OUT                
 The generator (tools/concealed) shares no formula and no code with the package: rays, raw samples and disparities of
 its own. The engine runs as a separate process on a folder that holds no label; labels stay in memory until it has
 ended, and their hashes are written before it starts. The same seed makes the same cases. A trial that was stopped
-goes on where it was. docs/explain_trial.md tells of families, strata and figures.
+goes on where it was; with --workers or --scheduler its cases are jobs of a batch. docs/explain_trial.md tells of
+families, strata and figures.
 """
 
 import argparse
 import json
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from concealed.left_out import LEFT_OUT
 from concealed.plan import FAMILIES, POWER
 from trial.case import Order, opened, tried
 from trial.figures import figures, table
+from trial.on_batch import tried_on_workers
 from trial.scoring import stratum
 
 ALL = [*FAMILIES, POWER, LEFT_OUT]
@@ -40,7 +41,8 @@ def main() -> None:
     parser.add_argument("--whole", action="store_true", help="run the command with its report, not the verdict alone")
     parser.add_argument("--only", type=int, nargs="+", metavar="I", help="these cases of the series alone")
     parser.add_argument("--keep", action="store_true", help="keep the recordings")
-    parser.add_argument("--jobs", type=int, default=1, help="cases at a time")
+    parser.add_argument("--workers", type=int, default=1, help="cases at a time; more than one by `fusion batch`")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask workers that run already, on any machines")
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -66,11 +68,10 @@ def _results(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
         seed = [options.seed, i, ALL.index(family)]
         order = Order(f"case_{i:04d}", family, tuple(seed), options.output, options.shared)
         orders.append(order.having(options.whole, options.keep, not options.no_gain, options.baselines))
-    if options.jobs == 1:
+    if options.workers == 1 and options.scheduler is None:
         yield from map(tried, orders)
         return
-    with ProcessPoolExecutor(options.jobs) as pool:
-        yield from pool.map(tried, orders)
+    yield from tried_on_workers(orders, options.output, options.workers, options.scheduler)
 
 
 def _line(result: dict[str, Any]) -> str:

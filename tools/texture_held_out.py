@@ -114,7 +114,7 @@ def fitted(show: Any, camera: Camera, color: NDArray[np.uint8], stated: Array) -
         points = transform(T, rays * depth[v, u][:, None].astype(float))
         known = np.isfinite(depth)
         model, image = (one - coarse(one, known) for one in (picture, color.astype(float)))
-        T = settled(camera, image.astype(np.float32), stated, T, (points, model[v, u].astype(np.float32)))
+        T = settled(camera, image.astype(np.float32), stated, T, points, model[v, u].astype(np.float32))
     return show(T)
 
 

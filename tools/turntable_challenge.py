@@ -34,6 +34,7 @@ from fusion.recording.native.camera_file import camera_from_dict, camera_to_dict
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
+from fusion.results.facts import Gap
 from fusion.scan.object import CLEAR_OF_PLATE
 from fusion.scan.pipeline import mesh_at, scan_turntable
 from fusion.scan.settings import ScanSettings
@@ -219,8 +220,8 @@ def _line(numbers: dict[str, float]) -> str:
     return f"{lengths}, scale {numbers['scale when freed']:.4f}, {within}"
 
 
-def _gap(gap: tuple[float, float] | None) -> str:
-    return "unknown" if gap is None else f"{gap[1] * 1e3:.2f} mm, {np.rad2deg(gap[0]):.2f} deg"
+def _gap(gap: Gap | None) -> str:
+    return "unknown" if gap is None else f"{gap.distance * 1e3:.2f} mm, {np.rad2deg(gap.angle):.2f} deg"
 
 
 if __name__ == "__main__":

@@ -77,7 +77,7 @@ def color_from(mesh: Mesh, taken: Sequence[tuple[Recording, Trajectory]]) -> Col
         return Colored(plain)
     surface, best, images, lost = RayMesh(mesh), BestViews(len(mesh.vertices)), 0, 0
     for source, course in sources:
-        used, failed = _looked_at((surface, best), source, course)
+        used, failed = _looked_at(surface, best, source, course)
         images, lost = images + used, lost + failed
     if not images:
         return Colored(plain, lost=lost)
@@ -97,9 +97,9 @@ def color_from(mesh: Mesh, taken: Sequence[tuple[Recording, Trajectory]]) -> Col
     )
 
 
-def _looked_at(onto: tuple[RayMesh, BestViews], source: ColorImages, trajectory: Trajectory) -> tuple[int, int]:
+def _looked_at(surface: RayMesh, best: BestViews, source: ColorImages, trajectory: Trajectory) -> tuple[int, int]:
     """Add what well spread images show of a surface: how many there were, and how many could not be used."""
-    (surface, best), images, lost = onto, 0, 0
+    images = lost = 0
     most = max(ENOUGH, int(SHARE * len(trajectory)))
     for index in each(source.spread(trajectory, most), "colour"):
         try:

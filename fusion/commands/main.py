@@ -52,12 +52,7 @@ def _main(arguments: list[str] | None, stop: Stop) -> int:
     except (ImportError, OSError) as error:
         sys.stderr.write(f"fusion {chosen.command}: {_refused(error, verbose=False)}\n")
         return 1
-    parser = CommandParser(
-        prog=f"fusion {chosen.command}",
-        description=COMMANDS[chosen.command].capitalize() + ".",
-        epilog=f"example: {command.EXAMPLE}",
-    )
-    command.add_arguments(parser)
+    parser = parser_of(chosen.command, command)
     try:
         options = parser.parse_args(arguments[end:])
     except FusionError as error:  # a number that is not possible: told before any work
@@ -152,6 +147,17 @@ def _unexpected(error: Exception, verbose: bool) -> str:
     hint = "" if verbose else "-v shows the traceback"
     what = "a fault of the program itself, please report it"
     return str(FusionError(f"{what}: {type(error).__name__}: {error}", where, do=hint))
+
+
+def parser_of(name: str, command: ModuleType) -> CommandParser:
+    """What reads the options of a command, and tells them."""
+    parser = CommandParser(
+        prog=f"fusion {name}",
+        description=COMMANDS[name].capitalize() + ".",
+        epilog=f"example: {command.EXAMPLE}",
+    )
+    command.add_arguments(parser)
+    return parser
 
 
 def overview() -> Parser:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
+from fusion.discrepancy.channels.grain import with_grain
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
-from fusion.discrepancy.copies import Prints, refuse_copies
 from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after
 from fusion.discrepancy.likely_pose import at_likely_poses
@@ -32,6 +32,7 @@ from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
 from fusion.errors import FusionError
 from fusion.progress import each, stage
+from fusion.recording.looking.copies import Prints, refuse_copies
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 
@@ -153,6 +154,9 @@ def explained_looks(looks: Sequence[FrameBlock], sensor: Sensor) -> Explanation:
             expected="20 or more",
             do="check the poses, the mesh and its unit with fusion info",
         )
+    sensor, grain = with_grain(before)
+    if grain:
+        before = before.under(sensor)
     with stage("trying every effect"):
         gauge = gauge_of(before)  # whatever the likely poses are
         looks = at_likely_poses(looks, before, gauge)
@@ -160,7 +164,8 @@ def explained_looks(looks: Sequence[FrameBlock], sensor: Sensor) -> Explanation:
     with stage("naming"):
         mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), ways[0], sensor)
     with stage("noise"):
-        channels = _channels(mean.named, mean.beyond, mean.seen.looks, shaking)
+        first = (*(() if shaking is None else (_shaken(shaking),)), *grain)
+        channels = _channels(mean.named, mean.beyond, mean.seen.looks, first)
     with stage("judging by frames held out"):
         held_out = before_and_after(mean.held, sensor, _extended(mean.named, mean.beyond))
     seen = mean.seen
@@ -197,14 +202,14 @@ def _extended(named: Named, beyond: Unknown | None) -> Sensor:
 
 
 def _channels(
-    named: Named, beyond: Unknown | None, looks: Sequence[FrameBlock], shaking: Shaking | None
+    named: Named, beyond: Unknown | None, looks: Sequence[FrameBlock], first: tuple[ChannelStep, ...]
 ) -> ChannelFindings:
-    """What is found beside the mean, under the model with all that was found for the mean."""
+    """What is found beside the mean, under the model with all that was found for the mean and `first`."""
     found = channels_of(named.observations, looks)
     # the size of an effect that the mean has just been given is no number of the given model that is wrong
     given = {effect.name for effect in named.sensor.effects} - {step.effect.name for step in named.steps}
     kept = (s for s in found.steps if not s.corrected or s.effect is None or s.effect.name in given)
-    found = replace(found, steps=(*(() if shaking is None else (_shaken(shaking),)), *kept))
+    found = replace(found, steps=(*first, *kept))
     sensor = _extended(named, beyond)
     for step in found.steps:
         sensor = step.added_to(sensor)

@@ -14,6 +14,7 @@ from fusion.discrepancy.camera_file import camera_columns
 from fusion.discrepancy.covariance import drifting, grain, neighbours
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.own_pattern import own_patterns
+from fusion.discrepancy.rounding import rounding_covariance
 from fusion.discrepancy.shapes import mesh_columns, shape_covariance
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import moved_rigidly
@@ -84,9 +85,11 @@ def gauge_of(observations: Observations) -> Gauge:
     loose, none = observations.loose, np.zeros((n, 0))
     wrong = loose.mesh * mesh_columns(observations) if loose.mesh else none
     other = loose.camera * camera_columns(observations) if loose.camera else none
-    total += own_patterns(observations)
+    patterns = own_patterns(observations)
+    total += patterns
     common = np.column_stack([*pose_columns(observations), wrong, other, known])
     total += common @ common.T
+    total += rounding_covariance(observations, total, patterns)
     return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.copies import Prints, print_of
 from fusion.discrepancy.frames import FrameSeries
 from fusion.discrepancy.given import GivenImages
 from fusion.discrepancy.interior import interior
@@ -16,6 +15,7 @@ from fusion.discrepancy.tiles import Tiling, tiling
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.progress import each
+from fusion.recording.looking.copies import Prints, print_of
 from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
 from fusion.sensor.moment import Moment
@@ -171,7 +171,7 @@ def _seen(
             else (replace(view, ir=np.asarray(ir, np.float32)), given)
         )
     assert stage.caster is not None
-    twist = None if stage.table is None else stage.table.twists[list(frames)].mean(axis=0)
+    twist = None if stage.twists is None else stage.twists[list(frames)].mean(axis=0)
     body = Body(stage.caster, turning=stage.table is not None)
     view = view_of((body,), stage.recording.camera, T_world_camera, channels, twist)
     view = replace(view, placed_by_images=stage.placed_by_images)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
+from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 
 Vector = NDArray[np.float64]
@@ -25,7 +26,7 @@ SMOOTH = 0.03  # of its size: what changes less from a column to the next is a f
 def own_patterns(observations: Observations) -> Matrix:
     """(n, n) covariance in native units of the patterns that this unit may have; the same in all recordings."""
     total = np.zeros((len(observations.residual),) * 2)
-    for effect in _unknown(observations):
+    for effect in unknown_patterns(observations.sensor):
         cells, sizes = _cells(observations), []
         for _, patch in observations.rows():
             sizes.append(_size(patch, effect))
@@ -36,9 +37,9 @@ def own_patterns(observations: Observations) -> Matrix:
     return total
 
 
-def _unknown(observations: Observations) -> Iterator[Effect]:
+def unknown_patterns(sensor: Sensor) -> Iterator[Effect]:
     """Effects that every unit has in its own way, and of which the model holds a size."""
-    for effect in observations.sensor.effects:
+    for effect in sensor.effects:
         if effect.frozen and not effect.anew and not effect.lattice:
             yield effect
 

@@ -4,7 +4,9 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fusion.discrepancy.motion import twists_of
 from fusion.discrepancy.simulated import Match
 from fusion.discrepancy.table import LoggedTable, table_of
 from fusion.discrepancy.wall import wall_of
@@ -33,6 +35,7 @@ class KnownScene:
         mesh_sigma_m: how far the real surface may be from the mesh; None where nobody said.
         shape: fingerprint of the mesh file: recordings of one target share its errors.
         table: the turntable on which everything stands; None where nothing turns.
+        twists: (n, 6) motion of the camera at every frame, see `twists_of`; None where a simulation stands for it.
         simulated: the simulation of the recording and the sensor model that goes with it; None where there is a mesh.
         placed_by_images: its poses were found in images of this camera, so that they are as wrong as the camera is.
         reconstructed: the mesh was made of recordings of this sensor, and holds errors of its own.
@@ -46,6 +49,7 @@ class KnownScene:
     mesh_sigma_m: float | None
     shape: str = ""
     table: LoggedTable | None = None
+    twists: NDArray[np.float64] | None = None
     simulated: tuple[Match, Sensor] | None = None
     placed_by_images: bool = False
     reconstructed: bool = False
@@ -82,6 +86,7 @@ def stage_of(recording: Recording, place: int) -> KnownScene:
         RECONSTRUCTED_M if scene.mesh_sigma_m is None and reconstructed else scene.mesh_sigma_m,
         sha256(mesh.read_bytes()).hexdigest(),
         table_of(recording),
+        twists_of(recording),
         placed_by_images=poses.from_ == "images",
         reconstructed=reconstructed,
     )

@@ -1,17 +1,14 @@
-"""Table: a recording whose object turns, seen from the object: the axis, and how fast it turns at every frame."""
+"""Table: a recording whose object turns, seen from the object: the axis about which it does."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array, inverse
 from fusion.recording.native.scene_file import CourseFields, SceneFields, scene_content, stated_scene
 from fusion.recording.recording import Recording
 from fusion.sensor.moments import moments_of
-from fusion.simulation.rendering.motion import twist_between
 
-STEADY_S = 0.5  # frames that follow each other faster, each at an angle of its own, are taken while the table turns
 LEAST_TURN = np.deg2rad(5.0)
 
 
@@ -21,12 +18,10 @@ class LoggedTable:
 
     Attributes:
         point, direction: (3,) of the axis [m]; the object turns right-handed about it by the logged angle.
-        twists: (n, 6) motion of the camera in that frame, as `twist_between`; 0 where the table stands still.
     """
 
     point: Array
     direction: Array
-    twists: NDArray[np.float64]
 
     def in_camera(self, T_world_camera: Array) -> tuple[Array, Array]:
         """A point of the axis and its direction in the camera frame."""
@@ -49,7 +44,7 @@ def table_of(recording: Recording) -> LoggedTable | None:
         return None
     stated = _stated(recording)
     point, direction = stated if stated is not None else _axis(poses[known], angle[known])
-    return LoggedTable(point, direction, _twists(recording, poses))
+    return LoggedTable(point, direction)
 
 
 def _follow(poses: Array, angle: Array) -> bool:
@@ -94,20 +89,3 @@ def _axis(poses: Array, angle: Array) -> tuple[Array, Array]:
     rows.append(direction[None])
     ends.append(np.zeros(1))
     return np.linalg.lstsq(np.concatenate(rows), np.concatenate(ends), rcond=None)[0], direction
-
-
-def _twists(recording: Recording, poses: Array) -> NDArray[np.float64]:
-    """(n, 6) motion of the camera at every frame, from the frames before and after."""
-    stamps, n = np.asarray(recording.timestamps, float), len(poses)
-    out = np.zeros((n, 6))
-    same = [np.allclose(poses[i], poses[i + 1], atol=1e-9) for i in range(n - 1)]
-    about = stated_scene(recording).trajectory
-    said = about.continuous if isinstance(about, CourseFields) else None
-    turning = said if said is not None else not any(same) and float(np.median(np.diff(stamps))) < STEADY_S
-    if not turning:
-        return out
-    for i in range(n):
-        before, after = max(i - 1, 0), min(i + 1, n - 1)
-        if stamps[after] > stamps[before] and np.isfinite(poses[[before, after]]).all():
-            out[i] = twist_between(poses[before], poses[after], stamps[after] - stamps[before])
-    return out

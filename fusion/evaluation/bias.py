@@ -42,15 +42,17 @@ class Bias:
     rms: float
 
 
-def bias_of(still: Still, surface: ExpectedSurface, camera: Camera, known: tuple[Sensor | None, float]) -> Bias | None:
+def bias_of(
+    still: Still, surface: ExpectedSurface, camera: Camera, sensor: Sensor | None, distance_std: float
+) -> Bias | None:
     """Bias of a stretch; None where nothing is known of the surface.
 
     Args:
-        known: the sensor model, or None; standard deviation of a stated distance [m].
+        sensor: the model that is known, or None.
+        distance_std: standard deviation of a stated distance [m].
     """
     if surface.kind == "unknown":
         return None
-    sensor, distance_std = known
     mean = still.depth.mean
     with np.errstate(invalid="ignore"):
         # a plane goes on beyond the region that is counted

@@ -165,7 +165,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
     surface = surface_of(sample, camera)
     u, v = settings.pixel or (camera.width // 2, camera.height // 2)
     still = measure_still(sample, expected_depth(surface, sample.reference.depth), (v, u))
-    bias = bias_of(still, surface, camera, (settings.sensor, settings.distance_std))
+    bias = bias_of(still, surface, camera, settings.sensor, settings.distance_std)
     noise = _noise(sample, surface, camera)
     tiles = tiles_of(still, surface)
     stated = stated_scene(stretch.recording).reflectance

@@ -75,7 +75,7 @@ def surface_of(sample: StretchSample, camera: Camera) -> ExpectedSurface:
     if np.isfinite(stated):
         region = np.zeros(camera.shape, bool)
         region[centre_of(camera.shape)] = True
-        return _plane(WallPlane(stated, 0.0, 0.0), camera, region, ("distance", None, stated))
+        return _plane(WallPlane(stated, 0.0, 0.0), camera, region, "distance", None, stated)
     if not np.isfinite(usual).any():
         raise FusionError(
             "no frame has a depth",
@@ -111,19 +111,18 @@ def _target(usual: Image, camera: Camera, stated: float) -> ExpectedSurface:
     plane = WallPlane(float(target.distance / n[2]), float(n[0] / n[2]), float(n[1] / n[2]))
     region = np.zeros(camera.shape, bool)
     region[target.inside] = True
-    return _plane(plane, camera, region, ("plane", target, stated))
+    return _plane(plane, camera, region, "plane", target, stated)
 
 
 def _wall(usual: Image, camera: Camera, stated: float) -> ExpectedSurface:
     plane, mask = find_wall(usual, camera)
     closed = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSE, CLOSE), np.uint8))
-    return _plane(plane, camera, closed > 0, ("plane", None, stated))
+    return _plane(plane, camera, closed > 0, "plane", None, stated)
 
 
 def _plane(
-    plane: WallPlane, camera: Camera, region: NDArray, about: tuple[str, FlatTarget | None, float]
+    plane: WallPlane, camera: Camera, region: NDArray, kind: str, target: FlatTarget | None, stated: float
 ) -> ExpectedSurface:
-    kind, target, stated = about
     normal = -np.array([plane.a, plane.b, 1.0]) / np.sqrt(plane.a**2 + plane.b**2 + 1)
     incidence = incidence_of(np.broadcast_to(normal.astype(np.float32), (*camera.shape, 3)), camera)
     distance = float("nan") if kind == "distance" else plane.distance

@@ -55,12 +55,12 @@ def fused(passes: Sequence[Pass], T: Array, settings: MergeSettings) -> tuple[Me
         frames.append(frame)
         poses.append(T[i] @ own)
     with stage("mesh"):
-        return _clean(volume.surface(), (frames, np.array(poses)), chosen, settings), chosen
+        return _clean(volume.surface(), frames, np.array(poses), chosen, settings), chosen
 
 
-def _clean(mesh: Mesh, seen: tuple[list[Prepared], Array], chosen: VolumeSettings, settings: MergeSettings) -> Mesh:
+def _clean(mesh: Mesh, frames: list[Prepared], poses: Array, chosen: VolumeSettings, settings: MergeSettings) -> Mesh:
     if len(mesh.faces):
-        mesh = vertices_kept(mesh, ~looked_through(mesh, *seen, chosen.truncation))
+        mesh = vertices_kept(mesh, ~looked_through(mesh, frames, poses, chosen.truncation))
     if not len(mesh.faces):
         raise TrackingError("nothing is left of the object that the passes share")
     mesh = large_parts(mesh, CRUMB)[0]

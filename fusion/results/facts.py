@@ -19,10 +19,12 @@ class Gap:
     Attributes:
         angle: [rad].
         distance: [m].
+        deviations: the same in standard deviations of what the two views tell of each other.
     """
 
     angle: float
     distance: float
+    deviations: float
 
 
 @dataclass(frozen=True)

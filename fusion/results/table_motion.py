@@ -14,10 +14,11 @@ FRAME = "the first camera's: x right, y down, z forward; mesh.ply: z up along th
 
 @dataclass(frozen=True)
 class ClosingGap:
-    """How far two views about a full turn apart miss each other; None where the turn is not full."""
+    """How far two views about a full turn apart miss each other, as `Gap` has it; None where the turn is not full."""
 
     angle_rad: float | None = None
     distance: float | None = None
+    deviations: float | None = None
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from fusion.scan.relieved import relieved
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.together import WORTH
+from fusion.turntable.axis import Axis
 from fusion.turntable.focal import SURE, FocalCheck, focal_of
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
@@ -53,8 +54,8 @@ class Attempt:
         return float(np.nanmedian(self.motion.residual)) / max(support, 1e-3)
 
 
-def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Attempt:
-    """Find what turns and how.
+def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings, start: Motion | None = None) -> Attempt:
+    """Find what turns and how; `start` is its motion where that is known but for the camera: no turn is sought anew.
 
     Raises:
         RecordingError: too few readable frames.
@@ -65,7 +66,7 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings) -> Att
     told = told_angles(recording, settings)
     # print helps to find what nothing was told of
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
-    moved = _moved(frames, (recording, sensor, settings), region, told)
+    moved = _moved(frames, (recording, sensor, settings), region, told, start)
     if told is None and moved.passed > FEW:  # what passes pulls the views along
         moved = _moved(moved.frames, (recording, sensor, settings), region, told, moved.motion)
     motion, frames = moved.motion, relieved(moved.frames, moved.motion.taken_out)
@@ -139,8 +140,19 @@ def _with_focal_length_of(found: Attempt, sensor: Sensor, settings: ScanSettings
     depth errors imitate it, and what it is wrong by turns the whole scan, nearly, and bends nothing. Measured on the
     statue of the open challenges, nominal camera: distance std 0.60 mm with the focal length alone, 1.47 mm with both.
     """
-    camera = found.motion.focal_check.only("focal").camera(found.recording.camera)
+    before = found.recording.camera
+    camera = found.motion.focal_check.only("focal").camera(before)
+    lost = [i for i in found.motion.rejected if found.frames[i] is not None]  # the other camera may place them
+    known = found.told is None and not lost
+    start = replace(found.motion, axis=_seen_by(found.motion.axis, before.fx / camera.fx)) if known else None
     try:
-        return attempt(replace(found.recording, camera=camera), sensor, settings)
+        return attempt(replace(found.recording, camera=camera), sensor, settings, start)
     except TrackingError:
         return None
+
+
+def _seen_by(axis: Axis, smaller: float) -> Axis:
+    """An axis where a camera sees it to whose focal length all is `smaller` across its line of sight."""
+    squeeze = np.array([smaller, smaller, 1.0])
+    direction = squeeze * axis.direction
+    return Axis(squeeze * axis.point, direction / np.linalg.norm(direction))

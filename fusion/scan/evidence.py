@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from fusion.geometry.camera import Camera
 from fusion.results.light import Light
 from fusion.scan.agreement import Agreement
+from fusion.scan.print_agreement import PrintAgreement
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
 
@@ -21,6 +22,7 @@ class Evidence:
         noise: standard deviation of the depth on the object [m].
         kept_share: share of the surface that hangs together; the rest was dropped.
         agreement: of single frames with the model.
+        print: of what is printed on the object, from view to view; None where no colours helped to find the motion.
         notes: of the recording's doctor, of readers and of the correction.
         footnotes: sentences that come with nearly every scan of such a sensor.
     """
@@ -32,5 +34,6 @@ class Evidence:
     noise: float
     kept_share: float
     agreement: Agreement
+    print: PrintAgreement | None = None
     notes: tuple[Light, ...] = ()
     footnotes: tuple[str, ...] = ()

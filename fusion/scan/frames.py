@@ -37,11 +37,15 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
     """
     if len(recording) < 3:
         raise RecordingError("too few frames for a turntable", recording.path, len(recording), "3 or more")
-    depths, lost = [], ""
+    depths, colors, lost = [], [], ""
+    shown = Colors.of(recording) if settings.color and masks is None else None
+    everywhere = slice(None), slice(None)
     for index in each(np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)), "reading"):
         try:
-            depth = recording[int(index)].depth
-            depths.append(depth if masks is None else np.where(masks[int(index)], depth, np.float32(np.nan)))
+            frame = recording[int(index)]
+            depth = frame.depth if masks is None else np.where(masks[int(index)], frame.depth, np.float32(np.nan))
+            depths.append(depth)
+            colors.append(None if shown is None else shown.seen_at(int(index), frame, everywhere))
         except RecordingError as error:  # told when all frames are loaded
             lost = lost or f"frame {index}: {error}"
             continue
@@ -56,8 +60,8 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
 
     if settings.box is not None:
         low, high = np.sort(np.array(settings.box, float), axis=0)
-        return Region(low, high, wall=find_wall(np.stack(depths), camera, sigma, (low, high)))
-    moving = find_moving(np.stack(depths), camera, sigma)
+        return Region(low, high, wall=find_wall(np.stack(depths), camera, sigma, (low, high), colors))
+    moving = find_moving(np.stack(depths), camera, sigma, colors)
     return Region(moving.low, moving.high, moving.still, moving.wall).grown(0.015)
 
 

@@ -20,8 +20,10 @@ from fusion.scan.attempt import Attempt, attempt, settle_camera
 from fusion.scan.doctor import ask_doctor, notes_of
 from fusion.scan.evidence import Evidence
 from fusion.scan.frames import load
+from fusion.scan.missed import closing_gaps, confirmed
 from fusion.scan.object import choose_volume, clean, typical_noise
-from fusion.scan.poses import align_directly, confirmed, constrained, gap_of, track_freely, wobble
+from fusion.scan.poses import constrained, track_freely, wobble
+from fusion.scan.print_agreement import print_agreement
 from fusion.scan.relieved import relieved
 from fusion.scan.result import Scan
 from fusion.scan.seen import looked_through, seen_by_any
@@ -34,7 +36,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.turntable.circle import fit_circle, onto_circle
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import find_jump
-from fusion.turntable.steps import closing_pair, judge_steps
+from fusion.turntable.steps import judge_steps
 from fusion.turntable.views import Region
 from fusion.volume.prepared import fuse
 from fusion.volume.volume import Volume
@@ -94,13 +96,13 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
         sure = scan_sigma(mesh, frames, corrected.poses, used, (motion, focal))
     mesh = sure.onto(mesh)
     colored = color_mesh(mesh, recording, corrected) if settings.color else Colored(mesh)
-    pair = closing_pair(motion.angles)
-    direct = None if pair is None else align_directly(frames, region, corrected, pair)
-    gaps = [None if direct is None or pair is None else gap_of(t, pair, direct, region) for t in (corrected, raw)]
+    gaps = closing_gaps(frames, region, (corrected, raw), motion.angles)
     chosen = _chosen(settings, found, (sensor, told), volume) | colored.values()
     noise = typical_noise(frames, region)
     with stage("judging"):
         agreed = agreement(volume, frames, corrected.poses, motion)
+        cut = region.cut(region.window(recording.camera))
+        prints = print_agreement(frames, cut, corrected.poses, motion.angles)
     jump = find_jump(raw.poses, corrected.poses, mesh.vertices.mean(axis=0))
     return Scan(
         mesh=colored.mesh,
@@ -127,6 +129,7 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
             noise=noise,
             kept_share=kept,
             agreement=agreed,
+            print=prints,
             notes=(*asked, *notes_of(recording, told, motion, raw), *color_lights(colored)),
             footnotes=(*sensor.warnings, *told.left),
         ),

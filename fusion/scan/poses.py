@@ -1,10 +1,9 @@
-"""Poses of the camera about the object: from the axis, tracked freely, and the gap where a turn closes."""
+"""Poses of the camera about the object: from the axis, and tracked freely."""
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
@@ -12,12 +11,8 @@ from fusion.geometry.depth import PointMap
 from fusion.geometry.trajectory import Trajectory
 from fusion.progress import each
 from fusion.recording.recording import Recording
-from fusion.tracking.equations import lay_out
-from fusion.tracking.icp import IcpResult, IcpSettings, align
-from fusion.tracking.pairs import EFFECTIVE
+from fusion.tracking.icp import IcpSettings, align
 from fusion.turntable.axis import Axis
-from fusion.turntable.focal import SURE
-from fusion.turntable.jumps import Jump
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.turntable.wobble import rocking
@@ -86,73 +81,6 @@ def model(volume: Volume, camera: Camera, T_object_camera: Array) -> PointMap:
 def only(surface: PointMap, region: Region) -> PointMap:
     """A surface of which only the region takes part in alignment."""
     return replace(surface, normals=np.where(region.holds(surface.points)[..., None], surface.normals, np.nan))
-
-
-def align_directly(
-    frames: list[Prepared | None], region: Region, guess: Trajectory, pair: tuple[int, int]
-) -> Array | None:
-    """`T_i_j` of two frames about a turn apart, aligned directly, no model and no axis between them."""
-    found = _aligned(frames, region, guess, pair)
-    return None if found is None else found.T_model_source
-
-
-def _aligned(
-    frames: list[Prepared | None], region: Region, guess: Trajectory, pair: tuple[int, int]
-) -> IcpResult | None:
-    first, second = frames[pair[0]], frames[pair[1]]
-    if first is None or second is None or not np.isfinite(guess.poses[list(pair)]).all():
-        return None
-    T = pose.inverse(guess.poses[pair[0]]) @ guess.poses[pair[1]]
-    found = align(only(second.surface, region), first.surface, T, TRACKING)
-    return found if found.ok else None
-
-
-def gap_of(
-    trajectory: Trajectory, pair: tuple[int, int], T_direct: Array, region: Region
-) -> tuple[float, float] | None:
-    """How far a trajectory is from the direct alignment: angle [rad], and shift of the object's middle [m]."""
-    i, j = trajectory.poses[pair[0]], trajectory.poses[pair[1]]
-    if not (np.isfinite(i).all() and np.isfinite(j).all()):
-        return None
-    T = pose.inverse(i) @ j
-    middle = (region.low + region.high) / 2
-    shift = pose.transform(T, middle) - pose.transform(T_direct, middle)
-    return pose.angle(pose.inverse(T_direct) @ T), float(np.linalg.norm(shift))
-
-
-def confirmed(jump: Jump | None, frames: list[Prepared | None], region: Region, by_axis: Trajectory) -> Jump | None:
-    """The jump, if frames before and after it show it too when they are aligned directly; its distance from them.
-
-    Free tracking may lose its way where nothing moved; two views aligned from where the axis puts them do not. Both
-    slide along surfaces that look the same there: by how much the axis fits the two views worse says whether they do.
-    """
-    if jump is None:
-        return None
-    pairs = [(jump.frame - 1 - a, jump.frame + b) for a, b in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))]
-    found = [_missed(frames, region, by_axis, (i, j)) for i, j in pairs if i >= 0 and j < len(frames)]
-    known = np.array([one for one in found if one is not None]).reshape(-1, 2)
-    if not len(known):
-        return None
-    distance, deviations = np.median(known, axis=0)
-    real = distance > jump.distance / 2 and deviations > SURE
-    return replace(jump, distance=float(distance)) if real else None
-
-
-def _missed(
-    frames: list[Prepared | None], region: Region, by_axis: Trajectory, pair: tuple[int, int]
-) -> tuple[float, float] | None:
-    """By how much two views miss each other on the axis: shift of the middle [m], and in standard deviations."""
-    found = _aligned(frames, region, by_axis, pair)
-    gap = None if found is None else gap_of(by_axis, pair, found.T_model_source, region)
-    second = frames[pair[1]]
-    if found is None or gap is None or second is None:
-        return None
-    T = pose.inverse(by_axis.poses[pair[0]]) @ by_axis.poses[pair[1]]
-    centre = lay_out(only(second.surface, region), TRACKING.points[-1]).centre
-    about, moved = (pose.transform(at, centre) for at in (found.T_model_source, T))
-    turn = Rotation.from_matrix(T[:3, :3] @ found.T_model_source[:3, :3].T).as_rotvec()
-    twist = np.concatenate([turn, moved - about])
-    return gap[1], float(np.sqrt(EFFECTIVE * twist @ found.information @ twist))
 
 
 def wobble(raw: Trajectory, motion: Motion) -> float:

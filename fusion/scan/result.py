@@ -33,7 +33,7 @@ class Scan:
         trajectory, trajectory_raw: (n) `T_object_camera`, NaN for rejected frames.
         motion, steps: what the table did.
         circle: fitted to the raw centres.
-        closure, closure_raw: closing gap after and before, (angle [rad], distance [m]), None when the turn is not full.
+        closure, closure_raw: closing gap after and before, None when the turn is not full.
         residual, inlier_share: (n,) [m], [1].
         wobble: rms rocking of the axis over the freely tracked poses [rad].
         camera: used for the result (refined when asked for).
@@ -50,8 +50,8 @@ class Scan:
     motion: Motion
     steps: Steps
     circle: Circle
-    closure: tuple[float, float] | None
-    closure_raw: tuple[float, float] | None
+    closure: Gap | None
+    closure_raw: Gap | None
     residual: Array
     inlier_share: Array
     wobble: float
@@ -74,7 +74,6 @@ class Scan:
     @cached_property
     def facts(self) -> ScanFacts:
         """Every number that terminal, page and JSON tell."""
-        gap, gap_raw = (None if pair is None else Gap(*pair) for pair in (self.closure, self.closure_raw))
         slips = tuple(slip.frame for slip in self.steps.slips)
         # None: the plate is round, or none was seen
         cut = self.motion.table is not None and not self.settings["keep_plate"]
@@ -84,7 +83,7 @@ class Scan:
             placed=int(self.trajectory.valid.sum()),
             residual=rms_of(self.residual),
             inlier_share=median_of(self.inlier_share),
-            table=TableFacts(self.steps.mean, self.steps.std, slips, gap, gap_raw, cut),
+            table=TableFacts(self.steps.mean, self.steps.std, slips, self.closure, self.closure_raw, cut),
             sure=SureFacts.of(self.sure),
         )
 
@@ -110,8 +109,8 @@ class Scan:
             direction=self.steps.direction,
             radial_rms=self.circle.radial_rms,
             axial_rms=self.circle.axial_rms,
-            closure=ClosingGap(*(self.closure or ())),
-            closure_raw=ClosingGap(*(self.closure_raw or ())),
+            closure=_gap(self.closure),
+            closure_raw=_gap(self.closure_raw),
             wobble_rad=self.wobble,
             step_mean_rad=self.steps.mean,
             step_std_rad=self.steps.std,
@@ -125,3 +124,7 @@ class Scan:
             depth_taken_out=motion.taken_out.depth_errors(),
             sigma=None if self.sure is None else self.sure.values(),
         )
+
+
+def _gap(found: Gap | None) -> ClosingGap:
+    return ClosingGap() if found is None else ClosingGap(found.angle, found.distance, found.deviations)

@@ -25,6 +25,17 @@ class Effect:
 
     Attributes:
         where: bounds outside which it does not change the mean; empty: it acts everywhere.
+
+    >>> @dataclasses.dataclass(frozen=True)
+    ... class Tilted(fusion.Effect):
+    ...     name = "tilted"
+    ...     slope: float = fusion.parameter("1", (-0.1, 0.1), "of the error from column to column", "guess")
+    ...     def bias(self, depth, view):
+    ...         return (self.slope * depth * (view.u - view.camera.cx) / view.camera.fx).astype(depth.dtype)
+    >>> sensor, camera = fusion.Sensor(effects=(Tilted(slope=0.01),)), fusion.Camera(64, 48, 60.0, 60.0, 31.5, 23.5)
+    >>> measured = sensor.predict(np.full(camera.shape, 1.0, np.float32), camera)
+    >>> print(f"{1e3 * (measured[0, -1] - 1):.2f} mm")
+    5.25 mm
     """
 
     name: ClassVar[str] = ""
@@ -39,6 +50,7 @@ class Effect:
     # how far apart the only depths lie that it leaves: law of the distance ("constant", "z^2"), and its parameter
     lattice: ClassVar[dict[str, str]] = {}
 
+    grain: ClassVar[tuple[str, ...]] = ()  # parameters of what frozen pixels have each for themselves: size, window
     anew: ClassVar[bool] = False  # frozen for as long as the scene stands still, drawn anew for the next one
     own: ClassVar[bool] = False  # noise that every sensor has: a model without any is not finished
     shakes: ClassVar[bool] = False  # all pixels of a frame share the motion of a camera, of sigma_m and sigma_rad

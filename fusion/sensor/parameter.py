@@ -76,6 +76,8 @@ def parameter(
     """A dataclass field of an effect; its default is the neutral value.
 
     `typical` is a tenth of the upper bound unless given, or the neutral value where that is not 0.
+
+    >>> size = fusion.parameter("m", (-0.1, 0.1), "error at 1 m", "measured on two units", typical=0.002)
     """
     usual = typical if typical is not None else (neutral or 0.1 * bounds[1])
     about = {"unit": unit, "neutral": neutral, "low": bounds[0], "high": bounds[1], "meaning": meaning}

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
-from fusion.sensor.effects import EFFECTS
+from fusion.sensor.effects import place_of
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
 from fusion.sensor.laws.moving import CameraEffect
 from fusion.sensor.parameter import parameters
@@ -56,8 +56,7 @@ class Sensor:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        order = {kind: place for place, kind in enumerate(EFFECTS)}
-        object.__setattr__(self, "effects", tuple(sorted(self.effects, key=lambda e: order[type(e)])))
+        object.__setattr__(self, "effects", tuple(sorted(self.effects, key=place_of)))
         undone = tuple(
             f"{effect.name}: not undone by the correction ({why})"
             for effect in self.effects

@@ -68,7 +68,7 @@ def painted(points: Mesh, mesh: Mesh, views: Views) -> Painted:
     levels, numbers, fine = _compared(sampled, views)
     stated = views.T_world_color
     for _ in range(ROUNDS):
-        views, fine = _settled((sampled, some), (views, stated), (levels, numbers), fine)
+        views, fine = _settled(sampled, some, views, stated, levels, numbers, fine)
     _, nearest = cKDTree(some.vertices).query(points.vertices)
     surface, count = RayMesh(mesh, points), len(points.vertices)
     low, high = ColorMean(count), ColorMean(count)
@@ -105,17 +105,21 @@ def _compared(surface: RayMesh, views: Views) -> tuple[Levels, dict[int, int], N
 
 
 def _settled(
-    samples: tuple[RayMesh, Mesh], told: tuple[Views, Array], known: tuple[Levels, dict[int, int]],
+    surface: RayMesh,
+    some: Mesh,
+    views: Views,
+    stated: Array,
+    levels: Levels,
+    numbers: dict[int, int],
     fine: NDArray[np.float32],
-) -> tuple[Views, NDArray[np.float32]]:  # fmt: skip
+) -> tuple[Views, NDArray[np.float32]]:
     """Views whose cameras fit the fine colours of sample points, and what these are then."""
-    (surface, some), (views, stated), (levels, numbers) = samples, told, known
     poses, mean = views.T_world_color.copy(), ColorMean(len(some.vertices))
     for shot in views.shots(surface, "settling"):
         number, shown = shot.number, shot.shows(surface)
         high = shot.bands.high * levels.gain[numbers[number]]
-        fits = (some.vertices[shown.index], fine[shown.index])
-        poses[number] = settled(shot.source.camera, high, stated[number], poses[number], fits)
-        pixels = shot.source.camera.project(transform(inverse(poses[number]), fits[0]))
+        points, print_ = some.vertices[shown.index], fine[shown.index]
+        poses[number] = settled(shot.source.camera, high, stated[number], poses[number], points, print_)
+        pixels = shot.source.camera.project(transform(inverse(poses[number]), points))
         mean.add(shown.index, shown.weight, bilinear(high, pixels))
     return replace(views, T_world_color=without_common(poses, stated)), mean.value()

@@ -21,7 +21,7 @@ FEWEST, ENOUGH = 100, 5000  # points that a camera is settled by: six numbers ne
 
 
 def settled(
-    camera: Camera, high: NDArray[np.float32], stated: Array, at: Array, shown: tuple[Array, NDArray[np.float32]]
+    camera: Camera, high: NDArray[np.float32], stated: Array, at: Array, points: Array, print_: NDArray[np.float32]
 ) -> Array:
     """`T_world_camera` (4, 4) at which the fine colours of an image fit.
 
@@ -30,12 +30,13 @@ def settled(
         high: (h, w, 3) what is fine in the image [counts].
         stated: (4, 4) where the depth says that it was.
         at: (4, 4) from where it is sought.
-        shown: points (k, 3) of the surface that it shows [m], and their fine colours (k, 3), from all views [counts].
+        points: (k, 3) of the surface that it shows [m].
+        print_: (k, 3) their fine colours from all views [counts].
     """
-    if len(shown[0]) < FEWEST:
+    if len(points) < FEWEST:
         return at
-    every = -(-len(shown[0]) // ENOUGH)
-    points, print_ = shown[0][::every], shown[1][::every]
+    every = -(-len(points) // ENOUGH)
+    points, print_ = points[::every], print_[::every]
     across, down = np.gradient(high, axis=1), np.gradient(high, axis=0)
     T, local = at, transform(inverse(stated), points)
     start, near = camera.project(local), camera.fx / float(np.median(local[:, 2]))  # [px], [px/m]

@@ -63,7 +63,6 @@ class Motion:
             where no model of all frames was fitted.
         size_std: relative, of the size by what may be wrong with the depth, see `model/size`; None where no calibration
             says how wrong it may be.
-        against_print: share of the pairs of views whose prints do not agree there; NaN where none was asked.
     """
 
     axis: Axis
@@ -86,7 +85,6 @@ class Motion:
     table: float | None = None
     axis_std: Array | None = None
     size_std: float | None = None
-    against_print: float = float("nan")
 
     @property
     def state(self) -> State:
@@ -156,7 +154,6 @@ def estimate_motion(
         taken_out=taken_out,
         focal_check=camera_fit.check,
         focal_std=float(camera_fit.check_std[0]),
-        against_print=begun.against_print,
     )
 
 
@@ -214,7 +211,6 @@ def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[ObjectView]],
         shifts=whole(state.shifts) if found.wanders else None,
         held=True,
         spread=found.joint.spread,
-        against_print=found.against_print,
     )
 
 

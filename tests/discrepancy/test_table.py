@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fusion.discrepancy.motion import twists_of
 from fusion.discrepancy.table import table_of
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
@@ -43,8 +44,9 @@ def test_the_axis_follows_from_poses_and_log(step):
 
 def test_what_is_stated_of_the_axis_counts():
     about = {"turntable": {"axis_point": [0, 0, 1], "axis_direction": [0, 0, 2]}, "continuous": False}
-    table = table_of(turning(10.0 * np.arange(9), trajectory=about))
-    assert table is not None and table.direction.tolist() == [0, 0, 1] and not table.twists.any()
+    stepped = turning(10.0 * np.arange(9), trajectory=about)
+    table = table_of(stepped)
+    assert table is not None and table.direction.tolist() == [0, 0, 1] and not twists_of(stepped).any()
     with pytest.raises(RecordingError):
         table_of(turning(10.0 * np.arange(9), trajectory={"turntable": {"axis_point": [0], "axis_direction": "up"}}))
 
@@ -55,9 +57,19 @@ def test_a_table_that_turns_while_frames_are_taken_has_a_rate():
     assert table is not None
     # the camera goes round backwards, 9 deg in 0.2 s
     spin = -np.deg2rad(9.0 * 5.0) * table.direction
-    assert table.twists[4][:3] == pytest.approx(spin, abs=1e-9)
-    slow = table_of(turning(9.0 * np.arange(10), rate_hz=0.5))
-    assert slow is not None and not slow.twists.any()
+    assert twists_of(recording)[4][:3] == pytest.approx(spin, abs=1e-9)
+    assert not twists_of(turning(9.0 * np.arange(10), rate_hz=0.5)).any()
+
+
+def test_a_camera_in_a_hand_has_a_rate_and_needs_no_table():
+    recording = turning(9.0 * np.arange(10))
+    in_a_hand = replace(recording, telemetry={})
+    assert table_of(in_a_hand) is None
+    assert twists_of(in_a_hand) == pytest.approx(twists_of(recording))
+    assert recording.poses is not None
+    still = Trajectory(recording.timestamps, np.repeat(recording.poses.poses[:1], 10, axis=0))
+    assert not twists_of(replace(in_a_hand, poses=still)).any()
+    assert not twists_of(replace(in_a_hand, poses=None)).any()
 
 
 def test_no_log_or_poses_of_the_room_are_no_table():

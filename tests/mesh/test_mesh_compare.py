@@ -133,6 +133,13 @@ def test_units_are_recognised_and_can_be_named(unit):
     assert compare(reference, mesh, STAND).accuracy.rms < 1e-6  # the mesh in another unit
 
 
+def test_a_unit_that_makes_the_reference_tiny_is_refused():
+    """Both are in metres: a reference of 0.3 mm would make a millimetre of the mesh as well, and all would fit."""
+    mesh = _object(3)
+    with pytest.raises(MeshError, match="too small in its stated unit"):
+        compare(mesh, mesh, replace(STAND, unit="mm"))
+
+
 @pytest.mark.parametrize("times", [15, 62, 250])
 def test_sizes_that_tell_no_unit_are_said(times):
     mesh = _object(2)

@@ -91,6 +91,29 @@ def test_format(tmp_path, write, name):
     np.testing.assert_array_equal(native[2].depth, recording[2].depth)
 
 
+@pytest.mark.parametrize(
+    ("depth", "color", "joined", "told"),
+    [
+        (["a_depth", "b_depth"], ["a_color", "b_color", "c_color"], [0, 1], "the words"),
+        (["0-33", "1-66"], ["1-40", "2-70", "0-10"], [2, 0], "the number"),
+        (["a1", "b1"], ["a2", "b2", "c3"], [None, None], "left out"),  # no number stands for one image
+        (["left", "right"], ["one", "two", "three"], [None, None], "left out"),
+    ],
+)
+def test_colours_go_with_the_depth_that_their_names_say(tmp_path, depth, color, joined, told):
+    open3d(tmp_path)
+    for kind, names in (("depth", depth), ("color", color)):
+        for old in (tmp_path / kind).iterdir():
+            old.unlink()
+        for i, name in enumerate(names):
+            value = np.full(synthetic.CAMERA.shape, 900, np.uint16) if kind == "depth" else np.full_like(COLOR, 60 * i)
+            image(tmp_path / kind / f"{name}.png", value)
+    recording = open_recording(tmp_path)
+    assert any(told in warning for warning in recording.warnings)
+    frames = list(recording)
+    assert [None if f.color is None else int(f.color[0, 0, 0]) // 60 for f in frames] == joined
+
+
 def test_seven_scenes_with_colours_in_jpeg(tmp_path):
     camera = seven_scenes(tmp_path)
     for name in tmp_path.glob("*.color.png"):

@@ -13,7 +13,9 @@ from fusion.report.scans.facts import fact_numbers
 from fusion.results.facts import Gap, ScanFacts, TableFacts
 from fusion.results.worth import Worth
 
-TABLE = TableFacts(float(np.radians(6.054)), float(np.radians(0.1149)), (), Gap(0.0162, 0.00249), Gap(0.007, 0.0031))
+TABLE = TableFacts(
+    float(np.radians(6.054)), float(np.radians(0.1149)), (), Gap(0.0162, 0.00249, 1.0), Gap(0.007, 0.0031, 2.0)
+)
 FACTS = ScanFacts(shape_of(bumpy_sphere(3), UP), 25, 23, 0.00123, 0.9, TABLE)
 
 

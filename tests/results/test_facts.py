@@ -15,7 +15,7 @@ def shape(size=(0.134, 0.133, 0.169), volume=8.12e-4) -> MeshShape:
 
 
 def table(before: tuple[float, float], after: tuple[float, float]) -> TableFacts:
-    gaps = [Gap(float(np.deg2rad(degrees)), mm / 1e3) for degrees, mm in (after, before)]
+    gaps = [Gap(float(np.deg2rad(degrees)), mm / 1e3, 1.0) for degrees, mm in (after, before)]
     return TableFacts(0.1, 0.01, (), *gaps)
 
 

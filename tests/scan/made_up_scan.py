@@ -10,6 +10,7 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.results.facts import Gap
 from fusion.scan.agreement import Agreement
 from fusion.scan.evidence import Evidence
 from fusion.scan.result import Scan
@@ -41,8 +42,9 @@ def good_scan() -> Scan:
     return Scan(
         mesh=mesh, mesh_raw=mesh, trajectory=trajectory, trajectory_raw=trajectory, motion=motion,
         steps=judge_steps(angles, small), circle=Circle(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.8, 0.001, 0.001),
-        closure=(0.001, 0.0005), closure_raw=(0.004, 0.002), residual=small, inlier_share=np.full(COUNT, 0.9),
-        wobble=0.001, camera=CAMERA, settings={"voxel_m": 0.001, "correction": {"text": "nothing"}},
+        closure=Gap(0.001, 0.0005, 0.5), closure_raw=Gap(0.004, 0.002, 2.0), residual=small,
+        inlier_share=np.full(COUNT, 0.9), wobble=0.001, camera=CAMERA,
+        settings={"voxel_m": 0.001, "correction": {"text": "nothing"}},
         evidence=Evidence(CAMERA, FocalCheck(0.002, 0.003, 6.0, COUNT), False, None, 0.001, 1.0, AGREEING),
     )  # fmt: skip
 

@@ -1,6 +1,5 @@
 """Every fault that a scan knows of turns on its own light, the worst stands first, and a good scan has none."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,9 @@ from fusion.certainty.common import Common
 from fusion.certainty.shared import NOTHING
 from fusion.certainty.sigma import Sure
 from fusion.commands.scan.turntable import failure, lines
+from fusion.files.json_values import json_text
 from fusion.mesh.mesh import Mesh
+from fusion.results.facts import Gap
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
 from fusion.turntable.selfcheck import NAMES
@@ -31,7 +32,7 @@ def test_a_good_scan_has_only_good_lights():
     judgement = good_scan().judgement
     assert judgement.level == "ok" and judgement.warnings == ()
     assert len(judgement.lines()) == 1 and judgement.lines()[0].startswith("good")
-    json.dumps(judgement.lights)
+    json_text(judgement.lights)
 
 
 def without_a_side(scan):
@@ -83,13 +84,14 @@ PLANTED = {
     ],
     "Log": [
         ("warning", off_its_log),
+        ("warning", lambda s: replace(s, told=-s.motion.angles)),
         ("bad", lambda s: replace(s, told=s.motion.angles / 57.3)),
         ("bad", lambda s: replace(s, told=1.5 * s.motion.angles)),
     ],
     "Standing still": [("bad", lambda s: with_evidence(s, jump=Jump(17, 0.008, "camera")))],
     "Closing": [
-        ("bad", lambda s: replace(s, closure=(0.001, 0.015))),
-        ("warning", lambda s: replace(s, closure=(0.03, 0.0))),
+        ("bad", lambda s: replace(s, closure=Gap(0.001, 0.015, 8.0))),
+        ("warning", lambda s: replace(s, closure=Gap(0.03, 0.0, 4.0))),
     ],
     "Frames": [
         ("warning", lambda s: with_motion(s, rejected=dict.fromkeys(range(4), "a hand"))),
@@ -139,12 +141,12 @@ def test_the_size_is_part_of_what_all_vertices_share():
 
 
 def test_the_worst_stands_first():
-    scan = with_evidence(replace(good_scan(), closure=(0.03, 0.0)), jump=Jump(17, 0.008, "object"))
+    scan = with_evidence(replace(good_scan(), closure=Gap(0.03, 0.0, 4.0)), jump=Jump(17, 0.008, "object"))
     assert [x.level for x in scan.judgement.lights[:3]] == ["bad", "warning", "ok"]
 
 
 def test_a_closing_angle_that_got_worse_is_said_so():
-    scan = replace(good_scan(), closure=(0.03, 0.001), closure_raw=(0.01, 0.001))
+    scan = replace(good_scan(), closure=Gap(0.03, 0.001, 4.0), closure_raw=Gap(0.01, 0.001, 1.0))
     assert "the angle got worse" in light(scan, "Closing").reason
 
 
@@ -156,7 +158,7 @@ def test_a_log_in_radians_is_called_that():
     ("word", "plant"),
     [
         ("good", lambda s: s),
-        ("good", lambda s: replace(s, closure=(0.03, 0.0))),
+        ("good", lambda s: replace(s, closure=Gap(0.03, 0.0, 4.0))),
         ("doubtful", lambda s: replace(s, wobble=0.05)),
         ("doubtful", lambda s: with_evidence(s, agreement=contradicted(0.15))),
         ("failed", lambda s: replace(with_evidence(s, agreement=contradicted(0.4)), wobble=0.05)),
@@ -182,13 +184,6 @@ def test_a_calibrated_camera_that_a_scan_contradicts_may_have_a_wrong_depth_law(
     assert "depth law" not in light(scan, "Camera").reason
     corrected = replace(scan, settings=scan.settings | {"correction": {"undone_m": {"depth_offset": 0.003}}})
     assert "depth law" in light(corrected, "Camera").reason and "more walls" in light(corrected, "Camera").do
-
-
-@pytest.mark.parametrize(("share", "level"), [(0.0, "ok"), (0.04, "warning"), (0.2, "bad")])
-def test_print_that_does_not_agree_is_told(share, level):
-    scan = with_motion(good_scan(), against_print=share)
-    assert light(scan, "Print").level == level
-    assert scan.judgement.worth.word == ("doubtful" if level == "bad" else "good")
 
 
 def test_what_has_no_print_is_not_asked_for_it():

@@ -47,7 +47,7 @@ def test_an_error_of_two_pixels_is_found(seed):
     rng = np.random.default_rng(seed)
     stated = TRUE @ exp([*rng.normal(0, 0.0015, 3), *rng.normal(0, 0.0015, 3)])
     before = off_by(stated, points)
-    after = off_by(settled(CAMERA, high, stated, stated, (points, colors)), points)
+    after = off_by(settled(CAMERA, high, stated, stated, points, colors), points)
     assert before > 0.3 and after < 0.1  # of bilinear looks into print of some pixels
 
 
@@ -56,16 +56,16 @@ def test_where_nothing_is_printed_it_stays():
     stated = TRUE @ exp([0.002, 0, 0, 0, 0.002, 0])
     noise = np.random.default_rng(0).normal(0, 2, (*high.shape,)).astype(np.float32)
     plain = np.zeros((len(points), 3), np.float32)
-    moved = settled(CAMERA, noise, stated, stated, (points, plain))
+    moved = settled(CAMERA, noise, stated, stated, points, plain)
     assert abs(off_by(moved, points) - off_by(stated, points)) < 0.5
-    few = settled(CAMERA, high, stated, stated, (points[:20], plain[:20]))
+    few = settled(CAMERA, high, stated, stated, points[:20], plain[:20])
     np.testing.assert_array_equal(few, stated)
 
 
 def test_never_far_from_where_the_depth_says():
     high, points, colors = look()
     stated = TRUE @ exp([0.03, 0.0, 0, 0, 0, 0])  # nine pixels: print repeats
-    moved = settled(CAMERA, high, stated, stated, (points, colors))
+    moved = settled(CAMERA, high, stated, stated, points, colors)
     fall = [CAMERA.project(transform(inverse(one), points)) for one in (moved, stated)]
     assert np.median(np.linalg.norm(fall[0] - fall[1], axis=1)) <= FARTHEST
 

@@ -22,7 +22,9 @@ from concealed.oracle import oracle_of
 from concealed.rays import cast, nudged
 from concealed.turning import Turn, runs_of, table_shots
 from trial.asked import kind_asked
+from trial.case import Order, tried
 from trial.figures import figures, table
+from trial.on_batch import tried_on_workers
 from trial.scoring import interval, likeness, score
 from trial.sealing import digest, sealed
 
@@ -234,3 +236,25 @@ def test_figures_count_by_what_the_oracle_could_do():
     assert rows["90 % intervals that hold the true parameter"]["value"] == 0.5
     assert rows["gain against the oracle's, held out: median, deciles"]["value"] == pytest.approx(0.9)
     assert "hard null: c (false claim: x)" in table(results)
+
+
+@pytest.mark.slow
+def test_a_case_on_a_worker_is_the_same_and_is_not_tried_twice(tmp_path):
+    pytest.importorskip("distributed")
+    order = Order("case_0000", "null", (4711, 0, 0), tmp_path / "here", gain=False)
+    order.output.mkdir()
+    tried(order)
+    here = json.loads((tmp_path / "here" / "case_0000.json").read_text())
+    there, again = (next(tried_on_workers([order], tmp_path / "there", 1)) for _ in range(2))
+    assert there == again  # the salt of a seal is another one each time
+    for key in ("label", "claims", "score", "complaint"):
+        assert here[key] == there[key]
+    (line,) = (tmp_path / "there" / "seals.txt").read_text().splitlines()
+    assert line == f"case_0000 {there['seal']}"
+
+
+def test_a_case_that_cannot_be_made_is_told(tmp_path):
+    pytest.importorskip("distributed")
+    order = Order("case_0000", "injected", (4711, 0, 0), tmp_path)
+    (result,) = tried_on_workers([order], tmp_path, 1)
+    assert "real recordings are absent" in result["absent"]

@@ -11,7 +11,7 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.simulation.demo.demo import looking_at
-from fusion.turntable.guess.alone import Alone, find_alone, found_again
+from fusion.turntable.guess.alone import find_alone, found_again
 from fusion.turntable.guess.everywhere import Heard
 from fusion.turntable.views import Region, view
 
@@ -95,18 +95,6 @@ def test_a_hand_that_moves_little_is_a_hand_all_the_same():
     found = find_alone(views, REGION)
     error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
     assert found.wanders and np.abs(error - error.mean()).max() < 0.5
-    assert found.against_print == 0
-
-
-@pytest.mark.parametrize(
-    ("alike", "share"),
-    [([0.9] * 19 + [0.5], 0.0), ([0.9] * 18 + [0.1, 0.2], 0.1), ([0.1] * 20, None), ([0.0] * 20, None)],
-    ids=["all agree", "two do not", "hardly any print", "none"],
-)
-def test_pairs_that_show_other_print_are_counted(alike, share):
-    joint = SimpleNamespace(at=SimpleNamespace(alike=np.array(alike)))
-    found = Alone(state=None, joint=joint, lens=None).against_print
-    assert np.isnan(found) if share is None else found == pytest.approx(share)
 
 
 @pytest.mark.slow

@@ -42,8 +42,11 @@ def make(family: str, seed: list[int], folder: Path, shared: Path | None = None)
     """
     rng = np.random.default_rng(seed)
     case = injected_plan(rng, shared) if family == "injected" else plan(family, rng)
-    if case is None:
-        return None
+    return None if case is None else written(case, seed, folder, rng)
+
+
+def written(case: Plan, seed: list[int], folder: Path, rng: np.random.Generator) -> Made:
+    """The recordings and sensor.json of a plan, written to `folder`."""
     folder.mkdir(parents=True)
     depth = write_recordings(case, case.shots, folder, rng)
     (folder / "sensor.json").write_text(sensor_file(known_part(case), case.flight))

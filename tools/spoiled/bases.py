@@ -65,24 +65,32 @@ def _preset(name: str, scene: str, seed: int, folder: Path) -> Base:
 
     One run of the simulator, so that all are of one unit and no two share random numbers.
     """
+    whole = simulated(scene, name, seed, folder)
+    return Base(f"{name} {scene}", Case(placements(whole), name))
+
+
+def simulated(scene: str, sensor: Path | str, seed: int, folder: Path, *more: object) -> Taken:
+    """One recording of four distances at two tilts each by `fusion simulate`; `more` are options of its own."""
     shutil.rmtree(folder, ignore_errors=True)
-    settings = ("--set", "distance_m=0.8,1.2,1.8,2.4", "--set", "tilt_deg=0,25", "--set", "frames=6")
-    ran = fusion("simulate", scene, *settings, "-o", folder / "rec_0", "--sensor", name, "--seed", seed)
+    settings = ("--set", "distance_m=0.8,1.2,1.8,2.4", "--set", "tilt_deg=0,25", "--set", "frames=6", *more)
+    ran = fusion("simulate", scene, *settings, "-o", folder / "rec_0", "--sensor", sensor, "--seed", seed)
     if ran.status:
         raise RuntimeError(ran.last)
-    whole = opened(folder, 1, name)
+    return opened(folder, 1, str(sensor)).recordings[0]
+
+
+def placements(whole: Taken) -> tuple[Taken, ...]:
+    """A recording of several poses as one recording each."""
     parts: list[Taken] = []
-    for taken in whole.recordings:
-        for frames, _ in views(taken):
-            stamps = taken.times[frames]
-            part = retimed(taken, np.array(frames), 0.0)
-            infrared = [(t, image) for t, image in taken.infrared if stamps[0] - 1e-6 <= t <= stamps[-1] + 1e-6]
-            parts.append(replace(part, name=f"rec_{len(parts):02d}", infrared=infrared))
+    for frames, _ in views(whole):
+        stamps = whole.times[frames]
+        part = retimed(whole, np.array(frames), 0.0)
+        infrared = [(t, image) for t, image in whole.infrared if stamps[0] - 1e-6 <= t <= stamps[-1] + 1e-6]
+        parts.append(replace(part, name=f"rec_{len(parts):02d}", infrared=infrared))
     # placed one after the other, as a user does
-    parts = [
+    return tuple(
         replace(
             retimed(part, np.arange(len(part.times)), 60.0 * k), infrared=[(t + 60.0 * k, x) for t, x in part.infrared]
         )
         for k, part in enumerate(parts)
-    ]
-    return Base(f"{name} {scene}", Case(tuple(parts), name))
+    )

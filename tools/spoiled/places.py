@@ -15,8 +15,12 @@ SIGMA = 0.0005  # [m, rad] where a scene says none: what `fusion simulate` takes
 
 
 def poses_worse(case: Case, rng: Rng) -> Spoiled:
+    """Poses 3, 10 or 20 times worse than stated."""
+    return poses_by(case, float(rng.choice(WORSE)), rng)
+
+
+def poses_by(case: Case, k: float, rng: Rng) -> Spoiled:
     """The poses file is moved by one error per recording, k times the stated sigma on each axis."""
-    k = float(rng.choice(WORSE))
     moved = {i: _displaced(taken, k, rng) for i, taken in enumerate(case.recordings)}
     # the errors that were there before add up with the new ones
     told = Told("pose", pose_factor=float(np.hypot(1.0, k)))
@@ -35,7 +39,11 @@ def poses_modest(case: Case, rng: Rng) -> Spoiled:
 
 def centre_wrong(case: Case, rng: Rng) -> Spoiled:
     """cx or cy of camera.json off by 1 to 5 px; the depth was made by the right one."""
-    axis, by = str(rng.choice(["cx", "cy"])), float(rng.choice([-1, 1]) * rng.uniform(1, 5))
+    return centre_by(case, str(rng.choice(["cx", "cy"])), float(rng.choice([-1, 1]) * rng.uniform(1, 5)))
+
+
+def centre_by(case: Case, axis: str, by: float) -> Spoiled:
+    """cx or cy of camera.json off by so many pixels."""
     told = Told(r"camera file|camera.json|principal|centre of the image|\bcx\b|\bcy\b")
     return Spoiled(_by_camera(case, {axis: by}, 1.0), f"{axis} {by:+.1f} px", told, ("principal_point",))
 

@@ -10,7 +10,7 @@ from judging.command import fusion
 from judging.said import content
 
 from spoiled.bases import Base
-from spoiled.case import put
+from spoiled.case import Spoiled, put
 from spoiled.catalogue import SPOILS
 from spoiled.scoring import Score, score
 
@@ -35,7 +35,11 @@ class Run:
 def run(base: Base, number: int, spoil: str, seed: int, folder: Path, keep: bool) -> Run:
     """The spoil's own random numbers depend on seed, number of the base and name of the spoil alone."""
     rng = np.random.default_rng([seed, number, *spoil.encode()])
-    spoiled = SPOILS[spoil](base.case, rng)
+    return answered(base, SPOILS[spoil](base.case, rng), number, spoil, folder, keep)
+
+
+def answered(base: Base, spoiled: Spoiled, number: int, spoil: str, folder: Path, keep: bool) -> Run:
+    """The command's answer to a spoiled case, scored."""
     recordings, sensor = put(spoiled.case, folder / "case")
     out = folder / "explained"
     ran = fusion("explain", *recordings, "--sensor", sensor, "-o", out, "--no-report", "--overwrite", limit=LIMIT)

@@ -13,11 +13,15 @@ WAVES = 4
 
 
 def walls_bowed(case: Case, rng: Rng) -> Spoiled:
-    """Every plane bent by 0.5 to 2 mm rms in waves of 1.5 to 6 m; no tolerance of the mesh is given.
+    """Every plane bent by 0.5 to 2 mm rms."""
+    return bowed_by(case, float(rng.uniform(0.5e-3, 2e-3)), rng)
+
+
+def bowed_by(case: Case, size: float, rng: Rng) -> Spoiled:
+    """Every plane bent by `size` [m] rms in waves of 1.5 to 6 m; no tolerance of the mesh is given.
 
     The same place of a wall is as high in every recording. Depth moves along the ray.
     """
-    size = float(rng.uniform(0.5e-3, 2e-3))
     bends = [_bend(rng) for _ in range(max(len(planes_of(taken.mesh)) for taken in case.recordings))]
     changed = {}
     for i, taken in enumerate(case.recordings):
@@ -30,8 +34,12 @@ def walls_bowed(case: Case, rng: Rng) -> Spoiled:
 
 
 def frames_shaken(case: Case, rng: Rng) -> Spoiled:
-    """Each frame from a place of its own, up to 1 to 5 mm and 0.6 to 3 mrad from the stated one, exact on planes."""
-    strength = float(rng.uniform(0.2, 1.0))
+    """Each frame up to 1 to 5 mm and 0.6 to 3 mrad from the stated place."""
+    return shaken_by(case, float(rng.uniform(0.2, 1.0)), rng)
+
+
+def shaken_by(case: Case, strength: float, rng: Rng) -> Spoiled:
+    """Each frame from a place of its own, up to `strength` times 5 mm and 3 mrad off, exact on planes."""
     most = strength * np.array([3e-3] * 3 + [5e-3] * 3)
     changed = {}
     for i, taken in enumerate(case.recordings):

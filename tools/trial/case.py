@@ -36,6 +36,7 @@ class Order:
         keep: keep the recordings.
         gain: predict recordings that the engine was not given.
         others: let plainer methods answer too.
+        seals: file that the hash of the label is added to; `output/seals.txt` where it is not said.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Order:
     keep: bool = False
     gain: bool = True
     others: bool = False
+    seals: Path | None = None
 
     def having(self, whole: bool, keep: bool, gain: bool, others: bool) -> "Order":
         return replace(self, whole=whole, keep=keep, gain=gain, others=others)
@@ -77,7 +79,7 @@ def opened(folder: Path, output: Path, whole: bool) -> Iterator[Result]:
 
 def _judged(order: Order, case: Path, made: Made) -> Result:
     seal, salt = sealed(made.label)
-    with (order.output / "seals.txt").open("a", encoding="utf-8") as file:
+    with (order.seals or order.output / "seals.txt").open("a", encoding="utf-8") as file:
         file.write(f"{order.name} {seal}\n")
     if order.keep:
         shutil.copytree(case, order.output / "cases" / order.name, dirs_exist_ok=True)

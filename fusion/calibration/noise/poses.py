@@ -85,7 +85,7 @@ def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -
             name = name if len(parts) == 1 else f"{name} {part.start}-{part.stop - 1}"
             unread: dict[int, str] = {}
             try:
-                poses.append(_pose(recording, part, (name, camera, known), unread))
+                poses.append(_pose(recording, part, name, camera, known, unread))
             except FusionError as error:
                 lost.append(FusionError(error.what, name, error.found, error.expected, error.do))
             notes += [f"{name}: {unread_text(unread)}"] if unread else []
@@ -125,9 +125,8 @@ def pose_of(
                 _shadowed(seen, known, camera))  # fmt: skip
 
 
-def _pose(recording: Recording, part: range, about: tuple[str, Camera, Sensor], unread: dict[int, str]) -> Pose:
+def _pose(recording: Recording, part: range, name: str, camera: Camera, known: Sensor, unread: dict[int, str]) -> Pose:
     """Measure one part of a recording; see `readable` for `unread`."""
-    name, camera, known = about
     frames = _Depths(recording, part, unread)
     clean = replace(known, effects=tuple(e for e in known.effects if e.name not in FITTED), left_out=())
     ir = _mean_ir(recording, part)

@@ -90,7 +90,7 @@ def measure_target(
     middle = _middle(found, camera.shape)
     limit = max(OUTLIER * (sigma if sigma is not None else _pooled(series, middle)), LEAST_OUTLIER)
     where = np.nonzero(middle)
-    look = _look(depths, (found, plane), (limit, -(-series.frames // MOST_FRAMES)), where)
+    look = _look(depths, found, plane, limit, -(-series.frames // MOST_FRAMES), where)
     v, u = (round(float(np.mean(indices))) for indices in where)
     at_edges = edge_depth(found, plane, 0), edge_depth(found, plane, 1)
     lateral = [[z / camera.fx * x for x in spread_with_error(p)] for z, p in zip(at_edges, look.edges, strict=True)]
@@ -144,12 +144,13 @@ class _Look:
 
 def _look(
     depths: Iterable[Image],
-    target: tuple[FlatTarget, Image],
-    limits: tuple[float, int],
+    found: FlatTarget,
+    plane: Image,
+    limit: float,
+    every: int,
     where: tuple[NDArray[np.intp], ...],
 ) -> _Look:
     """The frames once more: target and its plane (h, w) [m], outlier limit [m] and every which frame, middle."""
-    (found, plane), (limit, every) = target, limits
     shares, frames = np.zeros(3), 0
     edges: tuple[list[Image], list[Image]] = ([], [])
     values: list[Image] = []

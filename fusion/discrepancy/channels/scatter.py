@@ -100,6 +100,17 @@ def _undithered(patch: Patch) -> float:
     return WANDERS * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
 
 
+def frozen_rounding(patch: Patch) -> float:
+    """Mean square in native units that rounding, the model's or the file's, may leave in the mean of many frames."""
+    recording = getattr(patch.look.stage, "recording", None)
+    counts = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
+    step = max(_step(patch), counts)
+    if not step:
+        return 0.0
+    before = max(float(np.median(variance(patch, patch.look.std))) - step**2 / 12, 0.0)
+    return step**2 / 12 * float(np.exp(-4 * np.pi**2 * before / step**2))
+
+
 def _step(patch: Patch) -> float:
     """Usual step of the rounding in native units; 0 without."""
     rounding = next((effect for effect in patch.sensor.effects if effect.lattice), None)

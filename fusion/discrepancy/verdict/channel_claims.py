@@ -12,7 +12,7 @@ from fusion.sensor.parameter import parameters
 
 # a law of the range or of the disparity is one of the depth too
 ALSO = {"range": "depth", "disparity": "depth"}
-OF = {"bias": "which depths occur", "noise": "the spread of repeated frames", "dropout": "missing values"}
+OF = {"noise": "the spread of repeated frames", "dropout": "missing values"}
 
 
 def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
@@ -36,10 +36,10 @@ def _variables(step: ChannelStep) -> tuple[str, ...]:
 
 
 def _text(step: ChannelStep) -> str:
-    if step.text or step.effect is None:
-        return f"{OF[step.channel]}: {step.text}"
-    how = "as the model has it, with other numbers" if step.corrected else step.effect.formula
-    return f"{OF[step.channel]}: {how}"
+    said = step.text
+    if not said and step.effect is not None:
+        said = "as the model has it, with other numbers" if step.corrected else step.effect.formula
+    return f"{OF[step.channel]}: {said}" if step.channel in OF else said
 
 
 def _parameters(step: ChannelStep) -> dict[str, ClaimedNumber]:

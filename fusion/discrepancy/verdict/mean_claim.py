@@ -61,7 +61,7 @@ def _seen_in(bounds: tuple[Bound, ...], found: Explanation) -> tuple[tuple[str, 
     looks: dict[int, list[tuple[int, ...]]] = {}
     whole: dict[int, list[tuple[int, ...]]] = {}
     names: dict[int, dict[str, None]] = {}
-    for patch in found.before.patches:
+    for patch in (patch for patch in found.before.patches if len(patch.tiles)):
         look = patch.look
         whole.setdefault(look.place, []).append(look.frames)
         path = getattr(getattr(look.stage, "recording", None), "path", None)

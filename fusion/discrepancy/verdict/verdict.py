@@ -1,5 +1,6 @@
 """The verdict: what an explanation says, as the file that others read (`fusion-verdict/1`)."""
 
+import numpy as np
 from msgspec.structs import replace
 
 from fusion.discrepancy.compared import NOISE_ALONE
@@ -28,7 +29,7 @@ def verdict_of(found: Explanation) -> Verdict:
     before = float(found.white @ found.white)
     plans = Plans(found.named.sensor, found.looks)
     missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
-    missing += [channel_claim(found, step) for step in found.channels.steps if step.established]
+    missing = _joined(missing, [channel_claim(found, step) for step in found.channels.steps if step.established])
     likely = [found.named.likely] if found.named.likely else []
     indicated = [_with_next(mean_claim([step], found, before), [step], found, plans) for step in likely]
     indicated += [channel_claim(found, step) for step in found.channels.steps if not step.established]
@@ -76,6 +77,20 @@ def _identifiability(seen: EffectVisibility) -> Identifiability:
         shape=seen.shape,
         looks_like=seen.alike,
     )
+
+
+def _joined(named: list[Claim], others: list[Claim]) -> list[Claim]:
+    """All claims; an effect that the mean has named is one with what a channel says of it: its squares, its grain."""
+    known = {claim.effect: claim for claim in named}
+    for claim in others:
+        if (own := known.get(claim.effect)) is None:
+            continue
+        numbers = dict(own.parameters)
+        for label, number in claim.parameters.items():
+            value = numbers[label].value if label in numbers else 0.0
+            numbers[label] = replace(numbers.get(label, number), value=float(np.hypot(value, number.value)))
+        known[claim.effect] = replace(own, parameters=numbers)
+    return [*known.values(), *(claim for claim in others if claim.effect not in known)]
 
 
 def _by_name(found: Explanation) -> list[list[Step]]:

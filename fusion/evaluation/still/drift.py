@@ -71,7 +71,7 @@ def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:
     constant = float(np.median(tau)) if told[1] / told[0] < 10 else float("nan")
     change = float(np.median(later))
     return Drift(time, value, fitted, float(np.median(slope)), _interval(slope), change, _interval(later), constant,
-                 wait, verdict, _text(verdict, wait, (long, change, _interval(later)), tolerance))  # fmt: skip
+                 wait, verdict, _text(verdict, wait, long, change, _interval(later), tolerance))  # fmt: skip
 
 
 def _warm_up(t: Array, value: Array) -> tuple[Array, Array, "_Draws"]:
@@ -163,8 +163,15 @@ def _verdict(later: Array, tau: Array, asked: tuple[float, float]) -> tuple[str,
     return "not warmed up", (float(middle), float(low), float(high))
 
 
-def _text(verdict: str, wait: tuple[float, ...] | None, seen: tuple[float, float, tuple], tolerance: float) -> str:
-    long, change, (low, high) = seen
+def _text(
+    verdict: str,
+    wait: tuple[float, ...] | None,
+    long: float,
+    change: float,
+    interval: tuple[float, float],
+    tolerance: float,
+) -> str:
+    low, high = interval
     of = f"{change * 1e3:+.2f} mm in the next ten minutes ({low * 1e3:+.2f} to {high * 1e3:+.2f})"
     if verdict == "ready":
         return f"Ready: warmed up, the depth changes by {of}."

@@ -122,14 +122,13 @@ def _part(library: Any, model: Any, part: Any, T: Array) -> Mesh:
     """Triangles at their place, in the file's unit."""
     places = _numbers(library.Position, part.GetVertices(), np.float32).reshape(-1, 3).astype(float)
     faces = _numbers(library.Triangle, part.GetTriangleIndices(), np.uint32).reshape(-1, 3).astype(np.int32)
-    colors = _colors(library, model, part, (faces, len(places)))
+    colors = _colors(library, model, part, faces, len(places))
     mirrored = np.linalg.det(T[:3]) < 0  # which turns faces inside out
     return Mesh(places @ T[:3] + T[3], faces[:, ::-1] if mirrored else faces, colors=colors)
 
 
-def _colors(library: Any, model: Any, part: Any, of: tuple[NDArray[Any], int]) -> NDArray[np.uint8] | None:
+def _colors(library: Any, model: Any, part: Any, faces: NDArray[Any], count: int) -> NDArray[np.uint8] | None:
     """(n, 3) of the vertices, where every triangle has colours from one table; None where not."""
-    faces, count = of
     rows = _numbers(library.TriangleProperties, part.GetAllTriangleProperties(), np.uint32).reshape(-1, 4)
     tables = np.unique(rows[:, 0]).tolist()
     if len(rows) != len(faces) or len(tables) != 1 or not tables[0]:

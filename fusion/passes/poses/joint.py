@@ -46,20 +46,19 @@ def refined(sides: Sequence[PassSide], T: Array) -> Array:
             H[other, own] -= A
             g[own] += b
             g[other] -= b
-            _stand((H, g), (sides[j], T[j]), pose.transform(T[i], thinned[i].points), (own, other))
+            _stand((H, g), sides[j], T[j], pose.transform(T[i], thinned[i].points), (own, other))
         step = np.append(np.zeros(6), _solved(H[6:, 6:], g[6:]))
         for i in range(1, len(sides)):
             T[i] = pose.exp(step[6 * i : 6 * i + 6]) @ T[i]
     return T
 
 
-def _stand(system: tuple[Array, Array], on: tuple[PassSide, Array], points: Array, which: tuple[slice, slice]) -> None:
+def _stand(system: tuple[Array, Array], side: PassSide, T: Array, points: Array, which: tuple[slice, slice]) -> None:
     """The lowest of a pass's surface, points (n, 3) in the common frame, stands on the plate of another pass.
 
     It tells how high an object lies of which the passes share hardly more than the sides. A flat foot lies on the
     plate; of another one the lowest point may be unseen, or rounded by the sensor: it may only not be below.
     """
-    side, T = on
     height = pose.transform(pose.inverse(T), points)[:, 2]
     least, lowest, above = np.percentile(height, FOOT)
     flat = above - least < FLAT

@@ -48,8 +48,10 @@ def out_of_proportion(depth: tuple[int, int], color: tuple[int, int], where: obj
 def laid_as_depth(
     stated: Array,
     size: tuple[int, int],
-    depth: tuple[Callable[[int], NDArray[np.float32]], tuple[int, int]],
-    color: tuple[Callable[[int], NDArray[np.uint8] | None], int],
+    depth: Callable[[int], NDArray[np.float32]],
+    depth_size: tuple[int, int],
+    color: Callable[[int], NDArray[np.uint8] | None],
+    asked: int,
     where: object,
 ) -> Laid:
     """The stated cameras as the depth images lie.
@@ -57,25 +59,27 @@ def laid_as_depth(
     Args:
         stated: (n, 4) fx, fy, cx, cy [px from the corner] of each frame.
         size: (width, height) that these are of.
-        depth: the depth (h, w) [m] of a frame, and (width, height) of these.
-        color: the picture of a frame as it is stored, or None; and the quarter turns that its notes (EXIF) ask for.
+        depth: the depth (h, w) [m] of a frame.
+        depth_size: (width, height) of these.
+        color: the picture of a frame as it is stored, or None.
+        asked: the quarter turns that its notes (EXIF) ask for.
         where: named in messages.
 
     Raises:
         RecordingError: sides are not in proportion in either way, or it is not clear which way they are to be turned.
     """
-    if in_proportion(depth[1], size):
+    if in_proportion(depth_size, size):
         return Laid(stated, size)
-    (a, b), (c, d) = depth[1], size
+    (a, b), (c, d) = depth_size, size
     turn = pictures = 0
-    if in_proportion(depth[1], size[::-1]):
-        looks = looks_of(np.arange(len(stated)), color[0], depth[0])
-        lie = looks and in_proportion(looks[0][1].shape[1::-1], depth[1])
+    if in_proportion(depth_size, size[::-1]):
+        looks = looks_of(np.arange(len(stated)), color, depth)
+        lie = looks and in_proportion(looks[0][1].shape[1::-1], depth_size)
         # pictures that are stored as the depth lies and shown as their camera stands say it themselves
-        turn = -color[1] % 4 if lie else fit_of(looks, Camera(a, b, 1.0, 1.0, 0.0, 0.0)).turn
+        turn = -asked % 4 if lie else fit_of(looks, Camera(a, b, 1.0, 1.0, 0.0, 0.0)).turn
         pictures = 0 if lie else turn
     if turn not in (1, 3):
-        raise out_of_proportion(depth[1], size, where)
+        raise out_of_proportion(depth_size, size, where)
     why = "rims in depth are seen so (a guess)" if pictures else "the notes (EXIF) of the images say"
     told = f"depth of {a} x {b} pixels is the other way round than colour of {c} x {d}: this and its camera are turned"
     way = "left" if turn == LEFT else "right"

@@ -94,7 +94,7 @@ def check_poses(sample: Sample) -> list[Finding]:
     best = min(close, key=lambda key: (key[0] + (key[1] != 1), -table[key]))
     if table[best] < 0.3 or table[best] < stated + BETTER:
         return [_fitting(seen, sample, pairs)]
-    return _doubts(sample, best, stated, table[best])
+    return _doubts(sample, *best, stated, table[best])
 
 
 def _fitting(seen: str, sample: Sample, pairs: list[PosedPair]) -> Finding:
@@ -113,8 +113,7 @@ def _fitting(seen: str, sample: Sample, pairs: list[PosedPair]) -> Finding:
     return Finding("poses", "warning", told, do)
 
 
-def _doubts(sample: Sample, best: tuple[bool, float], stated: float, agreed: float) -> list[Finding]:
-    turned, factor = best
+def _doubts(sample: Sample, turned: bool, factor: float, stated: float, agreed: float) -> list[Finding]:
     seen = f"with them as stated the depth of two frames agrees by {100 * stated:.0f} %, by {100 * agreed:.0f} % "
     findings = []
     if turned:

@@ -62,13 +62,8 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     color = next((found for name in COLOR_FOLDERS if (found := _images(folder, name))), [])
     camera = camera or _camera(folder)
     stamps, warnings = _stamps(depth)
-    matched: list[str | None] = []
-    if color and len(color) == len(depth):
-        matched = list(color)
-    elif color:
-        by_number = {_number(name): name for name in color}
-        matched = [by_number.get(_number(name)) for name in depth]
-        warnings += [f"{len(depth)} depth and {len(color)} colour images: joined by the number in their names"]
+    matched, told = _matched(depth, color)
+    warnings += told
     files, more = with_color_placed(FrameFiles(folder=folder, depth=depth, color=matched), camera)
     return Recording(
         path=folder,
@@ -88,6 +83,25 @@ def _images(folder: Path, name: str) -> list[str]:
     names = [entry.name for entry in (folder / name).iterdir() if entry.suffix.lower() in IMAGES]
     listed = [f"{name}/{file}" for file in sorted(names, key=lambda file: (_number(file), file))]
     return all_inside(folder, listed, RecordingError)
+
+
+def _matched(depth: list[str], color: list[str]) -> tuple[list[str | None], list[str]]:
+    """The colour image of each depth image, and what is told of that."""
+    if len(color) in (0, len(depth)):
+        return list(color), []
+    count = f"{len(depth)} depth and {len(color)} colour images"
+    for key, how in ((_number, "the number"), (_common, "the words")):
+        known = {key(name): name for name in color}
+        found = [known.get(key(name)) for name in depth]
+        # a name that stands for two says nothing of either
+        if len(known) == len(color) and len({*map(key, depth)}) == len(depth) and any(found):
+            return found, [f"{count}: joined by {how} in their names"]
+    return [], [f"{count}: colour is left out, as names do not tell which belong together"]
+
+
+def _common(name: str) -> str:
+    """What a depth image and its colour image share in their names."""
+    return re.sub(r"depth|colou?r|rgb|image|[^a-z0-9]", "", Path(name).stem.lower())
 
 
 def _number(name: str) -> int:

@@ -37,8 +37,6 @@ PARTNERS = 8  # of a view in the joint fit
 # hand moved the object by what noise does not hide (guess)
 WANDERS = 1.15
 SLIPS = 2.0  # standard deviations of the angles by shape alone over those with print: shape lets them slip (guess)
-PRINTED = 0.5  # typical correlation of prints that match (guess; 0.8 to 0.97 on printed things)
-UNLIKE = 1 / 3  # of it, from which two views show other places (guess: wrong pairs had 0.0 to 0.3)
 HOPELESS = 0.5  # misfit of views that do not turn about any axis (guess)
 JOINT = (ViewPairLimits(0.01, 2.0, 0.12, 1000), ViewPairLimits(0.006, 2.0, 0.12, POINTS_JOINT))
 COARSE = (ViewPairLimits(0.02, 0.0, 0.24, 600), *JOINT)
@@ -60,13 +58,6 @@ class Alone:
     joint: Joint
     lens: Joint | None
     wanders: bool = False
-
-    @property
-    def against_print(self) -> float:
-        """Share of the pairs of views whose prints do not agree where they were put, though most do; NaN: no print."""
-        alike = self.joint.at.alike
-        typical = float(np.median(alike))
-        return float(np.mean(alike < UNLIKE * typical)) if typical > PRINTED else float("nan")
 
 
 def find_alone(views: Sequence[ObjectView], region: Region) -> Alone:

@@ -32,7 +32,6 @@ class Begun:
         floor: height of the plate's end along the axis [m].
         axis, angles: of these frames [rad].
         by_hand: where a hand turned the object about no fixed axis.
-        against_print: see `Alone`; NaN where it was not asked.
     """
 
     used: NDArray[np.intp]
@@ -42,7 +41,6 @@ class Begun:
     axis: Axis
     angles: Array
     by_hand: Alone | None = None
-    against_print: float = float("nan")
 
 
 def begin(
@@ -89,7 +87,7 @@ def begun_with(
     if alone is not None:
         angles = alone.state.angles - alone.state.angles[0]
         by_hand = None if alone.lens is None else alone
-        return Begun(used, seen, shown, floor, axis, angles, by_hand, alone.against_print)
+        return Begun(used, seen, shown, floor, axis, angles, by_hand)
     axis, angles = _chain(shown, axis, steps, stride, told)
     return Begun(used, seen, shown, floor, axis, angles)
 

@@ -53,7 +53,7 @@ def find_background(seen: Behind, outside: NDArray[np.bool_]) -> Image:
         return nothing
     nearness = np.zeros(far.shape, np.float32)
     nearness[sure] = 1 / far[sure]
-    nearness, sure = _followed(nearness, sure, far, limit)
+    nearness, sure = followed(nearness, sure, far, limit)
     behind, known = _filled(nearness, sure)
     behind = np.where(known, 1 / np.maximum(behind, 1e-3), np.nan).astype(np.float32)
     # filled in: what was seen there stands before it, so the border lies between the two; what was seen behind it says
@@ -72,7 +72,7 @@ def find_background(seen: Behind, outside: NDArray[np.bool_]) -> Image:
     return np.where(np.isfinite(found), found, np.nan).astype(np.float32)
 
 
-def _followed(nearness: Image, sure: NDArray[np.bool_], far: Image, limit: Image) -> tuple[Image, NDArray[np.bool_]]:
+def followed(nearness: Image, sure: NDArray[np.bool_], far: Image, limit: Image) -> tuple[Image, NDArray[np.bool_]]:
     """Inverse depth and where it is known, followed from what is sure over what was seen on the same plane."""
     waiting = np.isfinite(far) & ~sure
     for _ in range(max(far.shape)):

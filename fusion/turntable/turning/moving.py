@@ -1,7 +1,7 @@
 """Find what turns: the region in space whose surface changes in nearly every frame of a standing camera."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -12,9 +12,11 @@ from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.turntable.turning.background import RARE, USUAL, Behind, find_background
 from fusion.turntable.turning.noise_seen import noise_over_stated
+from fusion.turntable.turning.print_moves import outline_of, print_moves
 from fusion.turntable.turning.visitors import undisturbed, without_visitors
 
 Array = NDArray[np.float64]
+Colors = Sequence[NDArray[np.uint8] | None]
 EDGE = 0.015  # [m] around what turns that may still be it (guess)
 NEAREST = 0.006  # [m] least difference that shows a motion (guess)
 # share of a cell's face that must show surface in one frame: mixed pixels along silhouettes string things together
@@ -43,7 +45,10 @@ class Moving:
 
 
 def find_moving(
-    depths: NDArray[np.float32], camera: Camera, sigma: Callable[[NDArray[np.float32]], NDArray[np.float32]]
+    depths: NDArray[np.float32],
+    camera: Camera,
+    sigma: Callable[[NDArray[np.float32]], NDArray[np.float32]],
+    colors: Colors | None = None,
 ) -> Moving:
     """Find the turning object without a mask.
 
@@ -55,6 +60,7 @@ def find_moving(
         depths: (k, h, w) a sample of the frames [m], NaN where missing; k from 6 to about 40.
         camera: its camera.
         sigma: the noise of a depth image [m].
+        colors: k images (h, w, 3) of the same pixels, None among them where there is none; None for no colours at all.
 
     Raises:
         TrackingError: when nothing moves.
@@ -70,6 +76,7 @@ def find_moving(
     points, frames = points[kept], frames[kept]
     calm = undisturbed(points, frames)
     chosen, visited = points[calm], np.setdiff1d(np.arange(len(depths)), frames[calm])
+    behind = _without_print(behind, depths, colors, outline_of(chosen, camera))
     wall = find_background(behind, outside_of(_box(chosen), behind.far, camera))
     # with it the whole object shows, not only where something was seen behind it
     with np.errstate(invalid="ignore"):
@@ -90,11 +97,12 @@ def find_wall(
     camera: Camera,
     sigma: Callable[[NDArray[np.float32]], NDArray[np.float32]],
     within: tuple[Array, Array],
+    colors: Colors | None = None,
 ) -> NDArray[np.float32] | None:
     """The background (h, w) as `Moving.wall` when the box around what turns is told, which may hold some of it.
 
     Args:
-        depths, camera, sigma: as in `find_moving`.
+        depths, camera, sigma, colors: as in `find_moving`.
         within: corners (3,) of the box [m].
 
     Returns:
@@ -107,6 +115,7 @@ def find_wall(
         return None
     points, frames = points[inside], frames[inside]
     chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride))]
+    behind = _without_print(behind, depths, colors, outline_of(chosen, camera))
     return find_background(behind, outside_of(_box(chosen), behind.far, camera))
 
 
@@ -146,6 +155,17 @@ def look_behind(
     with np.errstate(invalid="ignore"):
         usual = (known & (depths > farthest - limit)).sum(axis=0) > USUAL * np.maximum(count, 1)
     return Behind(farthest, still, still | usual, limit), moved
+
+
+def _without_print(
+    behind: Behind, depths: NDArray[np.float32], colors: Colors | None, outline: NDArray[np.bool_]
+) -> Behind:
+    """What stands behind, without what only print tells to move."""
+    if colors is None:
+        return behind
+    moves = print_moves(depths, colors, (behind.far, behind.limit), outline)
+    far = np.where(moves, np.float32(np.nan), behind.far)
+    return replace(behind, far=far, still=behind.still & ~moves, usual=behind.usual & ~moves)
 
 
 def outside_of(box: tuple[Array, Array], far: NDArray[np.float32], camera: Camera) -> NDArray[np.bool_]:

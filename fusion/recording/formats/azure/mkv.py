@@ -65,10 +65,10 @@ def read(path: Path, camera: Camera | None) -> Recording:
         raise RecordingError("the recording is empty", path, "no image of depth", "one or more")
     check_size(64 * depth.width * depth.height, path, RecordingError, "a frame of depth")
     warnings = [] if held.whole else [f"cut off: {len(depth.parts)} frames are whole"]
-    known = _calibration(path, held, (depth, color), needed=camera is None)
+    known = _calibration(path, held, depth, color, needed=camera is None)
     stated = _stated(camera, known, held, depth)
     stamps = _stamps(held, depth)
-    colors, pixels = _colors(path, held, (color, stated.color), stamps, warnings)
+    colors, pixels = _colors(path, held, color, stated.color, stamps, warnings)
     grey = None if ir is None or ir.size != depth.size else _beside(path, held, ir, stamps)
     blind = None if known is None else blind_pixels(known)
     stored = partial(counts, path, depth, blind)
@@ -94,9 +94,9 @@ def _track(held: Matroska, name: str) -> Track | None:
     return next((track for track in found if track.width and track.height), None)
 
 
-def _calibration(path: Path, held: Matroska, tracks: tuple[Track, Track | None], needed: bool) -> Calibration | None:
+def _calibration(path: Path, held: Matroska, depth: Track, color: Track | None, needed: bool) -> Calibration | None:
     """The attached calibration. Raises RecordingError where it is `needed` and cannot be used."""
-    (depth, color), name = tracks, held.tags.get("K4A_CALIBRATION_FILE", "calibration.json")
+    name = held.tags.get("K4A_CALIBRATION_FILE", "calibration.json")
     where, what = f"{path}, {name}", "the calibration"
     try:
         if name not in held.files:
@@ -137,12 +137,12 @@ def _beside(path: Path, held: Matroska, track: Track, stamps: NDArray[np.float64
 def _colors(
     path: Path,
     held: Matroska,
-    seen_by: tuple[Track | None, Camera | None],
+    track: Track | None,
+    camera: Camera | None,
     stamps: NDArray[np.float64],
     told: list[str],
 ) -> tuple[TrackPictures | None, tuple[int, int]]:
     """The colour images and their size (width, height), None where they cannot be placed; what is told is appended."""
-    track, camera = seen_by
     if track is None or not track.parts:
         return None, (0, 0)
     if camera is None:

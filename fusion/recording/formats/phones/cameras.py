@@ -76,7 +76,7 @@ def cameras_of(stated: Array, size: tuple[int, int], images: Pictured, pictures:
     """
     height, width = images.shape
     seen, asked = _first(images.tree, pictures)
-    laid = laid_as_depth(stated, size, (images.depth, (width, height)), (images.color, asked), images.tree.path)
+    laid = laid_as_depth(stated, size, images.depth, (width, height), images.color, asked, images.tree.path)
     camera = depth_camera(camera_of(*laid.size, *laid.stated[0].tolist()), width, height)
     scale = np.array([width / laid.size[0], height / laid.size[1]])
     inside = np.hstack([laid.stated[:, :2] * scale, laid.stated[:, 2:] * scale - 0.5])

@@ -20,6 +20,7 @@ class FixedPattern(Effect):
     formula: ClassVar[str] = "z_measured = z + F(u, v); itof: r_measured = r + F(u, v)"
     variables: ClassVar[tuple[str, ...]] = ("u", "v")
     frozen: ClassVar[bool] = True
+    grain: ClassVar[tuple[str, ...]] = ("rms",)
 
     rms: Value = parameter(
         "m",

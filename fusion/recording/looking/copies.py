@@ -5,11 +5,14 @@ from hashlib import blake2b
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.sensor.view import Image
+from fusion.recording.recording import Recording
 
+Image = NDArray[np.floating]
 Prints = frozenset[bytes]
+SOME = 3  # frames that tell one recording from another
 FEW = 100  # values whose noise might come twice by chance (guess)
 
 
@@ -38,3 +41,18 @@ def refuse_copies(recordings: Sequence[tuple[Path, Prints]]) -> None:
                     "recordings of their own",
                     "leave it out, or record again",
                 )
+
+
+def refuse_repeated(recordings: Sequence[Recording]) -> None:
+    """As `refuse_copies`, of recordings that are still to be read: by some frames of each. Raises RecordingError."""
+    refuse_copies([(recording.path, _prints_of(recording)) for recording in recordings])
+
+
+def _prints_of(recording: Recording) -> Prints:
+    prints = set()
+    for index in np.unique(np.linspace(0, len(recording) - 1, SOME).astype(int)):
+        try:
+            prints.add(print_of(recording[int(index)].depth))
+        except RecordingError:  # whoever reads it tells
+            continue
+    return frozenset(prints - {b""})

@@ -1,0 +1,51 @@
+"""Rounding at a pose that is not exactly the stated one: its steps lie elsewhere, and nothing is missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_walls import looks_at
+
+from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.observations import observe
+from fusion.discrepancy.rounding import _products, rounding_covariance
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
+from fusion.sensor.sensor import Sensor
+
+COARSE = [
+    Sensor("coarse", "structured_light", (AxialNoise(sigma_px=0.02), DepthQuantization(step_px=0.125))),
+    Sensor("coarse", "itof", (AxialNoise(c0=0.001), DepthQuantization(step=0.008))),
+]
+
+
+@pytest.mark.parametrize("sensor", COARSE, ids=lambda sensor: sensor.principle)
+def test_residuals_are_as_large_as_steps_elsewhere_make_them(sensor):
+    calm = []
+    for seed in range(4):
+        observations = observe(sensor, looks_at(sensor, seed))
+        white = gauge_of(observations).whiten(observations.residual)
+        calm.append(float(white @ white) / len(white))
+    assert np.mean(calm) < 1.5, calm  # without these columns: far above
+
+
+@pytest.mark.parametrize("sensor", COARSE, ids=lambda sensor: sensor.principle)
+def test_what_is_known_exactly_is_rounded_as_predicted(sensor):
+    observations = observe(sensor, looks_at(sensor, 1))
+    n = len(observations.residual)
+    assert np.abs(rounding_covariance(observations, *np.zeros((2, n, n)))).max() < 1e-15
+
+
+def test_noise_that_is_large_beside_the_step_hides_it():
+    dithered = replace(COARSE[0], effects=(AxialNoise(sigma_px=0.1), DepthQuantization(step_px=0.125)))
+    observations = observe(dithered, looks_at(dithered, 1))
+    n = len(observations.residual)
+    assert not np.any(rounding_covariance(observations, np.eye(n), np.zeros((n, n))))
+
+
+def test_products_are_those_of_many_draws():
+    rng = np.random.default_rng(1)
+    p, root = rng.normal(size=5) + 1j * rng.normal(size=5), rng.normal(size=(5, 5))
+    e = rng.normal(size=(200_000, 5)) @ root.T
+    off = (p * np.exp(1j * e)).imag - p.imag
+    assert _products(p, root @ root.T) == pytest.approx(off.T @ off / len(e), abs=0.05)  # ten standard errors

@@ -1,0 +1,104 @@
+"""A printed ball near the axis: its depth hardly changes as it turns, its print tells that it is no background."""
+
+import numpy as np
+import pytest
+
+from fusion.geometry import pose
+from fusion.geometry.camera import Camera
+from fusion.simulation.demo.demo import looking_at
+from fusion.simulation.rendering.render import RayCaster
+from fusion.simulation.scene.shapes import box, joined
+from fusion.turntable.turning.moving import find_moving
+from fusion.turntable.turning.print_moves import outline_of, print_moves
+
+CAMERA = Camera(320, 240, 330.0, 330.0, 159.5, 119.5)
+T_WORLD_CAMERA = looking_at(np.array([0.5, 0.0, 0.25]), np.array([0.0, 0.0, 0.07]))
+RADIUS, ASIDE, FRAMES = 0.07, 0.008, 20
+
+
+def sigma(depth):
+    return np.full_like(depth, 0.0007)
+
+
+def patches(points):
+    """Brightness of places: fields of about 10 mm."""
+    cell = np.floor((points + 0.9001) / 0.01).astype(int)
+    return ((cell @ [7, 13, 29] + cell[..., 0] * cell[..., 2] * 3) * 37) % 170 + 40.0
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Depths, brightness of each frame with a printed ball, and which pixels show the ball."""
+    wall = box((-0.25, -1.0, -0.5), (-0.2, 1.0, 1.0), (200, 200, 200))
+    table = box((-0.2, -0.5, -0.05), (0.4, 0.5, 0.0), (120, 90, 60))
+    behind = RayCaster(joined([wall, table])).view(CAMERA, T_WORLD_CAMERA).depth
+    rays = np.concatenate([CAMERA.rays(), np.ones((*CAMERA.shape, 1))], axis=-1)
+    random, depths, images, shown = np.random.default_rng(2), [], [], []
+    for k in range(FRAMES):
+        turn = pose.about_axis([0, 0, 0], [0, 0, 1], np.deg2rad(18.0 * k))
+        T = pose.inverse(turn @ pose.pose(np.eye(3), [ASIDE, 0, RADIUS])) @ T_WORLD_CAMERA
+        along, start = rays @ T[:3, :3].T, T[:3, 3]
+        a, b = (along**2).sum(axis=-1), along @ start
+        with np.errstate(invalid="ignore"):
+            ball = (-b - np.sqrt(b**2 - a * (start @ start - RADIUS**2))) / a
+        first = ball < behind
+        depth = np.where(first, ball, behind)
+        there = rays @ T_WORLD_CAMERA[:3, :3].T * behind[..., None] + T_WORLD_CAMERA[:3, 3]
+        gray = np.where(first, patches(along * np.nan_to_num(ball)[..., None] + start), patches(there))
+        depths.append((depth + random.normal(0, 0.0007, depth.shape)).astype(np.float32))
+        images.append(gray)
+        shown.append(first)
+    return np.stack(depths), np.stack(images), np.stack(shown)
+
+
+def pictures(gray, seed=0):
+    """(h, w, 3) each, with noise and an exposure of its own."""
+    random = np.random.default_rng(seed)
+    seen = [g * random.uniform(0.8, 1.2) + random.normal(0, 3, g.shape) for g in gray]
+    return [np.repeat(s[..., None], 3, axis=-1).clip(0, 255).astype(np.uint8) for s in seen]
+
+
+def asked(depths, images, outline):
+    far = np.nanquantile(depths, 0.9, axis=0).astype(np.float32)
+    return print_moves(depths, images, (far, np.full(CAMERA.shape, np.float32(0.006))), outline)
+
+
+def test_from_a_part_of_its_rim_the_whole_ball_is_found(scene):
+    """A triangulating camera sees nothing beside it on one side: what moves by depth is a crescent on the other."""
+    depths, gray, shown = scene
+    crescent = shown.any(axis=0) & ~np.roll(shown.all(axis=0), -12, axis=1)
+    crescent[:, : CAMERA.width // 2] = False
+    always = shown.all(axis=0)
+    assert (crescent & always).sum() < 0.3 * always.sum()
+    found = asked(depths, pictures(gray), crescent)
+    assert (found & always).sum() > 0.97 * always.sum()
+    assert not (found & ~shown.any(axis=0)).any()
+
+
+def test_what_stands_before_the_background_is_seen_as_before(scene):
+    depths, gray, shown = scene
+    found = find_moving(depths, CAMERA, sigma, pictures(gray))
+    before = (depths < found.wall) & ~found.still
+    assert (before & shown).sum() > 0.96 * shown.sum()
+    assert (before & ~shown).mean() < 0.01
+
+
+def test_shadows_and_a_ball_of_one_colour_are_nothing_that_moves(scene):
+    """A hard shadow wanders over all that stands still."""
+    depths, gray, shown = scene
+    plain = np.where(shown, 150.0, gray)
+    column = np.arange(CAMERA.width)
+    for k in range(FRAMES):
+        dark = np.abs(column - 20 - 14 * k) < 12
+        plain[k] *= np.where(dark & ~shown[k], 0.5, 1.0)
+    found = asked(depths, pictures(plain), shown.any(axis=0))
+    assert found.mean() < 0.002
+
+
+def test_too_few_pictures_and_an_empty_outline_say_nothing(scene):
+    depths, gray, shown = scene
+    usual = np.median(depths, axis=0), np.full(CAMERA.shape, np.float32(0.006))
+    few = [*pictures(gray[:3]), *[None] * (FRAMES - 3)]
+    assert not print_moves(depths, few, usual, shown[0]).any()
+    nowhere = outline_of(np.zeros((0, 3)), CAMERA)
+    assert not nowhere.any() and not print_moves(depths, pictures(gray), usual, nowhere).any()
