@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.files.json_values import json_values
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.passes.poses.outlook import Outlook
@@ -91,7 +92,7 @@ class Made:
 
 def pass_of_scan(recording: Recording, scan: Scan, settings: ScanSettings) -> Pass:
     """The pass that a scan of a recording is."""
-    made = Made(scan.trajectory, scan.mesh, scan.settings, scan.turntable(), scan.motion.taken_out)
+    made = Made(scan.trajectory, scan.mesh, scan.settings, json_values(scan.turntable()), scan.motion.taken_out)
     sensor = settings.sensor or default_sensor(recording.camera)
     return pass_of(recording, sensor, made)
 

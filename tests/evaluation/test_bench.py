@@ -9,6 +9,7 @@ from made_stills import CAMERA, NOISE, frames, recording, stated
 from fusion.evaluation.evaluate import EvaluationSettings, evaluate
 from fusion.evaluation.near_limit import SurfaceSeen, near_limits
 from fusion.evaluation.numbers import numbers
+from fusion.files.json_values import json_text
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.sensor import Sensor
 
@@ -75,7 +76,7 @@ def test_the_shortest_distance_is_where_the_share_crosses():
 
 def test_the_numbers_are_json_and_complete():
     found = evaluate([recording(frames(8), telemetry=stated(1.2))])
-    text = json.dumps(numbers(found), allow_nan=False)
+    text = json_text(numbers(found))
     read = json.loads(text)
     assert read["format"] == "fusion-evaluation/1"
     assert read["stretches"][0]["depth"]["std_m"]["median"] == pytest.approx(NOISE, rel=0.1)

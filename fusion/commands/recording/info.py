@@ -1,12 +1,12 @@
 """`fusion info`: what is in a recording, and what looks wrong with it."""
 
 import argparse
-import json
 import math
 from datetime import UTC, datetime
 from pathlib import Path
 
 from fusion.commands.options.results import add_topic
+from fusion.files.json_values import json_text
 
 SINCE_1970 = (1e9, 4e9)  # [s] September 2001 to 2096: no device's own clock runs that long
 SHOWN = 24  # settings on the terminal
@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
         checks = (*CHECKS, check_focal_length)
     findings = inspect(recording, checks)
     if options.json:
-        print(json.dumps(findings.to_dict(), indent=1))
+        print(json_text(findings.to_dict()))
     else:
         print("\n".join(_lines(findings.to_dict())))
     return int(findings.severity == "error")
