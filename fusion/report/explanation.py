@@ -4,7 +4,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from fusion.discrepancy.compared import NOISE_ALONE, Compared, recording_names
+from fusion.discrepancy.compared import Compared, recording_names
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.words import how_sure, name_of, rivals_said, size_of, what_it_is
 from fusion.report.claim_sections import claim_sections

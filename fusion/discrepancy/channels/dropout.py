@@ -11,6 +11,7 @@ from scipy.stats import chi2
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
 from fusion.discrepancy.channels.validity import Validity, validity_of, validity_of_rims
+from fusion.discrepancy.decisions import ALIKE, LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -25,13 +26,10 @@ LEAST_FRAMES = 3
 SIZES = np.geomspace(0.02, 50.0, 33)  # of a typical size, that are tried
 FINE = np.linspace(-1.0, 1.0, 13)  # between two of them, then between two of these
 OUTLIER = 4.0  # standard deviations from which on a tile counts less
-FALSE_ALARM = 1e-6
 BEYOND = 3.0  # standard deviations by which a stated value must be off
-REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
 EXPLAINED = 0.7  # of what is too much: less, and the name is not the right one
 LEAST_CHANGE = 0.05  # of the values of the tile that changes most
 MOST_STEPS = 2
-ALIKE = 0.95
 
 
 @dataclass(frozen=True)
@@ -98,7 +96,7 @@ def _step(sensor: Sensor, seen: Validity, forms: Sequence[LostForm]) -> tuple[Se
     probability = float(min(1.0, len(tried) * len(SIZES) * chi2.sf(max(gain, 0.0), 1)))
     excess = float(before.sum()) - len(now)
     change = best.share - now
-    if probability > FALSE_ALARM or float(np.max(np.abs(change))) < LEAST_CHANGE or gain < EXPLAINED * excess:
+    if probability > LOST_BY_CHANCE or float(np.max(np.abs(change))) < LEAST_CHANGE or gain < EXPLAINED * excess:
         return None
     if len(before) > 2 and float((before - best.held_out).sum()) < REPLICATED * gain:
         return None

@@ -1,5 +1,6 @@
 """Claimed numbers: a fitted parameter as it stands in the verdict, every wave of a list with its own deviation."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,14 @@ from numpy.typing import NDArray
 
 from fusion.sensor.parameter import Parameter
 from fusion.sensor.quantity import is_determined
+
+# a law of the range or of the disparity is one of the depth too
+ALSO = {"range": "depth", "disparity": "depth"}
+
+
+def variables_said(names: Iterable[str]) -> list[str]:
+    """Variables as a verdict lists them."""
+    return list(dict.fromkeys(said for name in names for said in (name, ALSO.get(name, name))))
 
 
 def claimed(about: Parameter, value: float, std: float | None) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.discrepancy.compared import NOISE_ALONE
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.extrapolation import extrapolated
 from fusion.discrepancy.identifiability import visibilities
