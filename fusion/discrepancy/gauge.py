@@ -17,14 +17,13 @@ from fusion.discrepancy.own_pattern import own_patterns
 from fusion.discrepancy.rounding import rounding_covariance
 from fusion.discrepancy.shapes import mesh_columns, shape_covariance
 from fusion.sensor.effect import Effect
-from fusion.sensor.laws.surface import moved_rigidly
+from fusion.sensor.laws.surface import rigid_motions
 from fusion.sensor.parameter import parameters
 
 Vector = NDArray[np.float64]
 
 # what the model of a tile leaves open, in native units: guess, a hundredth of usual noise
 FLOOR = {True: 2e-5, False: 7e-4}  # [m] time of flight, [px] triangulation
-TWIST = 1e-3  # [rad], [m] small enough to be linear
 
 
 @dataclass(frozen=True)
@@ -182,8 +181,8 @@ def _moved(patches: Sequence[tuple[slice, Patch]], n: int) -> list[Vector]:
     """Six columns (n,): all that patches show turned about each axis by a radian, and shifted along it by a metre."""
     columns = [np.zeros(n) for _ in range(6)]
     for rows, patch in patches:
-        for column, unit in zip(columns, np.eye(6), strict=True):
-            column[rows] = patch.tiles.mean(moved_rigidly(patch.depth, TWIST * unit, patch.view) * patch.native) / TWIST
+        for column, change in zip(columns, rigid_motions(patch.depth, patch.view), strict=True):
+            column[rows] = patch.tiles.mean(change * patch.native)
     return columns
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
+from fusion.discrepancy.decisions import ALIKE, DETECTED
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import Candidate, unit_of
 from fusion.sensor.effects import EFFECTS
@@ -16,8 +17,6 @@ from fusion.sensor.parameter import parameters
 Matrix = NDArray[np.float64]
 
 UNSEEN = 0.01  # share of a footprint that must survive poses and known parameters, or it counts as invisible
-DETECTED = 5.0  # standard deviations
-ALIKE = 0.95  # cosine above which this data cannot tell two effects apart
 ROOMY = 6  # columns more than the other: so many follow anything, and tell nothing about likeness
 NOT_SIZES = (*ANGLES, "columns")
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.compared import NOISE_ALONE
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.held_out import HeldOut, held_out_of
 from fusion.discrepancy.look import FrameBlock

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from fusion.discrepancy.covariance import BENDS_M
+from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.gauge import Gauge, drift_columns, pose_columns
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.naming.candidates import Candidate
@@ -15,7 +16,7 @@ from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.part import FIELD
 from fusion.discrepancy.observations import Observations
 from fusion.discrepancy.shapes import room_columns, shape_columns
-from fusion.discrepancy.sizes import SURE, sizes_of
+from fusion.discrepancy.sizes import sizes_of
 from fusion.discrepancy.spreads import Left, Spreads, likeliest
 from fusion.discrepancy.unknown.unrestricted import Group
 

@@ -13,7 +13,6 @@ from fusion.discrepancy.shapes import mesh_columns, room_columns, shape_columns
 from fusion.discrepancy.sizes import sizes_of
 
 USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plasterboard bows by 1 to 3 mm over 2 m
-LEAST_POSTERIOR = 0.95  # from which on a claim is established
 
 
 @dataclass(frozen=True)

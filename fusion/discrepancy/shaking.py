@@ -15,18 +15,17 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 from scipy.stats import f as variance_ratio
 
+from fusion.discrepancy.decisions import FALSE_ALARM
 from fusion.discrepancy.look import FrameBlock
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
-from fusion.sensor.laws.surface import moved_rigidly
+from fusion.sensor.laws.surface import rigid_motions
 from fusion.sensor.view import Image
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 SHAKES = next(kind for kind in EFFECTS if kind.shakes)
-FALSE_ALARM = 1e-4  # of rigid motion that is none, over all recordings
-SMALL = 1e-3  # [rad], [m] small enough to be linear
 DEGREE = 3  # of the fields that a motion is compared with
 SEEN = 1e-3  # of a column: directions that differ less from the others are rounding
 OWN = 0.1  # of a motion: what is left of it beside an offset must be that much, or it is one
@@ -158,7 +157,7 @@ def motion_of(look: FrameBlock) -> FrameMotion | None:
     if np.count_nonzero(known) < FEWEST_TILES:
         return None
     weight = np.sqrt(course.tiles.pixels) / np.where(known, noise, np.inf)
-    images = _motions(look)
+    images = rigid_motions(view.depth, view)
     columns = np.column_stack([course.tiles.mean(image) for image in images]) * weight[:, None]
     rigid = _directions(_unit(columns), SEEN)
     whole = np.column_stack([course.tiles.mean(image) for image in _offsets(look)]) * weight[:, None]
@@ -193,12 +192,6 @@ def _offsets(look: FrameBlock) -> list[Image]:
     depth = look.view.depth
     assert depth is not None
     return [np.ones_like(depth), 1.0 / look.view.stretch, depth, depth**2]
-
-
-def _motions(look: FrameBlock) -> list[Image]:
-    """Six images (h, w) [m]: what a turn of one radian about each axis, and a shift of a metre along it, change."""
-    assert look.view.depth is not None
-    return [moved_rigidly(look.view.depth, SMALL * unit, look.view) / SMALL for unit in np.eye(6)]
 
 
 def _smooth(cell: Matrix) -> Matrix:
@@ -238,7 +231,8 @@ def _share_of_tiles(look: FrameBlock, motion: FrameMotion, sizes: Vector) -> Vec
 
 def _shared(look: FrameBlock, covariance: Matrix) -> Image:
     """(h, w) variance [m^2] of pixels over frames that motions of a covariance (6, 6) make."""
-    images = np.stack(_motions(look))
+    assert look.view.depth is not None
+    images = np.stack(rigid_motions(look.view.depth, look.view))
     with np.errstate(all="ignore"):
         return np.asarray(np.einsum("ihw,ij,jhw->hw", images, covariance, images, optimize=True))
 

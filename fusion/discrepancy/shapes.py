@@ -7,14 +7,12 @@ from fusion.discrepancy.covariance import BENDS_M, bend, bending, bow
 from fusion.discrepancy.loose import Loose
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.stage import KnownScene
-from fusion.sensor.laws.surface import moved_rigidly, towards
-from fusion.sensor.view import Image
+from fusion.sensor.laws.surface import rigid_motions, towards
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 USUAL_SCALE = 0.01  # by which a mesh whose size nobody checked may be wrong: guess
-SMALL_M = 1e-3  # a shift that is small enough to be linear
 
 
 def shape_covariance(observations: Observations) -> Matrix:
@@ -47,7 +45,9 @@ def mesh_columns(observations: Observations) -> Matrix:
     out = np.zeros((n, 4))
     for rows, patch, _ in seen:
         T = patch.look.T_world_camera
-        shifts = [patch.tiles.mean(_shifted(patch, T[:3, :3].T @ unit) * patch.native) for unit in np.eye(3)]
+        # along the axes of the camera, then of the world
+        along = np.array([patch.tiles.mean(one * patch.native) for one in rigid_motions(patch.depth, patch.view)[3:]])
+        shifts = list(T[:3, :3] @ along)
         # larger about the camera, and the middle put back
         larger = patch.tiles.mean(patch.depth * patch.native) + (T[:3, 3] - middle) @ shifts
         out[rows] = np.column_stack([USUAL_SCALE * larger, *(off * shift for shift in shifts)])
@@ -68,10 +68,6 @@ def mesh_off(observations: Observations, pulled: Vector) -> tuple[float, float]:
     levers = np.concatenate([_surface(patch)[1] for patch in observations.patches])
     off = float(np.sqrt(np.mean(np.square(columns @ weights / levers))))
     return float(USUAL_SCALE * observations.loose.mesh * weights[0]), off
-
-
-def _shifted(patch: Patch, by: Vector) -> Image:
-    return moved_rigidly(patch.depth, SMALL_M * np.concatenate([np.zeros(3), by]), patch.view) / SMALL_M
 
 
 def bent_m(observations: Observations, pulled: Vector) -> float:

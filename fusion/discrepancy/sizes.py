@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
+from fusion.discrepancy.decisions import SURE
+
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-SURE = 10.0  # chi2 by which a size must be likelier than none: chance has it in one case of some hundreds
 FAINT = 1e-2  # of the largest direction of a part: what is left out tells next to nothing of its size
 STARTS = np.geomspace(1e-3, 1e3, 25)  # variances over that of the noise, where a part shows, that are tried
 

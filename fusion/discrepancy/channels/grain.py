@@ -15,9 +15,9 @@ from scipy.stats import t as student
 from scipy.stats import trim_mean
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.judging import FALSE_ALARM
 from fusion.discrepancy.channels.knobs import USUAL
 from fusion.discrepancy.channels.scatter import frozen_rounding
+from fusion.discrepancy.decisions import FALSE_ALARM
 from fusion.discrepancy.observations import Observations, Patch
 from fusion.discrepancy.own_pattern import unknown_patterns
 from fusion.discrepancy.tiles import Tiling
@@ -33,7 +33,7 @@ FEWEST = 3  # placements: a spread among them is asked for
 APART_PX = (8, 12)  # pixels so far apart share no grain: what they share is a shape, and told elsewhere
 SHAPED = 0.3  # of the grain: with more in common so far apart it is one
 UNITS = 8  # drawn of patterns that the model holds: their mean power is good to a third
-SURE = 2.0  # standard deviations of a stated size, within which it is as stated
+WITHIN = 2.0  # standard deviations of a stated size, within which it is as stated
 TRIMMED = 0.1  # of the tiles, at each end
 LEAST_SHARE = 0.1  # of the variance of a frame: what is less lies within what is known of noise and rounding
 
@@ -156,7 +156,7 @@ def _patterns(patch: Patch) -> float:
             with np.errstate(all="ignore"):
                 images = [np.nan_to_num(effect.bias(patch.depth, view) * patch.native) for view in drawn]
             powers = [_usual(patch.tiles, _upright(patch, image) ** 2, patch.tiles.label >= 0) for image in images]
-            total += SURE**2 * float(np.mean(powers))
+            total += WITHIN**2 * float(np.mean(powers))
     return total
 
 
@@ -221,7 +221,7 @@ def _stated(known: Effect | None, size: str, sensor: Sensor) -> float:
     if known is None:
         return 0.0
     value = float(np.mean(getattr(known, size)))
-    return (value + SURE * float(np.max(sensor.std.get((known.name, size), USUAL * value)))) ** 2
+    return (value + WITHIN * float(np.max(sensor.std.get((known.name, size), USUAL * value)))) ** 2
 
 
 def _window(near: float, side: int) -> float:

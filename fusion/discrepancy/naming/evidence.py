@@ -12,8 +12,6 @@ from fusion.discrepancy.naming.score import Scored
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
-
 
 def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0) -> float:
     """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others; not in place -1."""

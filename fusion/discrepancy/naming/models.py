@@ -7,9 +7,10 @@ from itertools import combinations, islice
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.decisions import REPLICATED, SURE
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.naming.evidence import REPLICATED, left_out_gain
+from fusion.discrepancy.naming.evidence import left_out_gain
 from fusion.discrepancy.naming.part import FIELD, EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, refitted, shapes_of
 from fusion.discrepancy.naming.score import possible, scored
@@ -18,7 +19,6 @@ from fusion.discrepancy.naming.step import SIMPLER, of_time
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-BETTER = 10.0  # a set must score that much more than the one whose place it takes
 SHAPES = 3  # of each name that are tried: those that explain most alone
 TRIED = 4  # sets that are fitted through the sensor itself: a linear score may promise too much
 FAINT = 1e-9  # of a direction's power: columns of two forms that are one
@@ -45,10 +45,10 @@ def rearranged(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Par
         return fit
     own = score_of(fit)
     for score, parts in islice(_promising(fit, candidates, most), TRIED):
-        if score < own + BETTER:
+        if score < own + SURE:
             break
         other = refitted(parts, fit.observations, fit.gauge)
-        if score_of(other) > own + BETTER and all(_sound(other, k) for k in range(len(other.parts))):
+        if score_of(other) > own + SURE and all(_sound(other, k) for k in range(len(other.parts))):
             return other
     return fit
 

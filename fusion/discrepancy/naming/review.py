@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.bounds import tweaked
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of
@@ -13,7 +14,6 @@ from fusion.discrepancy.naming.region import region_variables
 from fusion.discrepancy.naming.score import scored
 from fusion.discrepancy.naming.step import REGION_GAIN, scores
 
-BETTER = 10.0  # a rival must score that much more than the part whose place it takes
 ROUNDS = 2
 
 
@@ -48,7 +48,7 @@ def _widened(fit: PartsFit) -> PartsFit:
         space, target = beside(fit, k)
         whole = candidate_of(fit.observations, fit.gauge, part.candidate.form)
         own, wide = (scored(c, space.of(c.white), target) for c in (part.candidate, whole))
-        if wide.score > own.score - max(BETTER, REGION_GAIN * own.gain):
+        if wide.score > own.score - max(SURE, REGION_GAIN * own.gain):
             new = EffectPart(whole, wide.weights, wide.size)
             return refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
     return fit
@@ -92,7 +92,7 @@ def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:
             continue
         results = scores(rivals, space, target)
         best = int(np.argmax([one.score for one in results]))
-        if results[best].score <= own.score + BETTER:
+        if results[best].score <= own.score + SURE:
             continue
         rival = rivals[best]
         if part.candidate.where:

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from fusion.discrepancy.decisions import DETECTED, FALSE_ALARM, REPLICATED
 from fusion.discrepancy.gauge import Gauge
 from fusion.discrepancy.naming.candidates import Candidate, candidate_of
-from fusion.discrepancy.naming.evidence import REPLICATED, by_chance, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.part import EffectPart, is_field
 from fusion.discrepancy.naming.region import Regional, best_region, confined
 from fusion.discrepancy.naming.score import Scored, scored
@@ -20,14 +21,12 @@ from fusion.sensor.parameter import parameters
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-FALSE_ALARM = 1e-4  # of one step, over all names together
 SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
 REGION_LEAST = 12.0
 OF_TIME = ("time", "temperature")
 WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
 LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
-PARTED = 25.0  # of the chi2: five standard deviations, from which on data tell two laws apart
 KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
 SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
@@ -147,7 +146,7 @@ def _own_to_region(
     bound = {where[0].variable} | (set(OF_TIME) if where[0].variable in OF_TIME else set())
     if bound & set(chosen.form.kind.variables):
         return chosen, best
-    open_by = PARTED * inflation(target - space.of(chosen.white) @ best.weights)
+    open_by = DETECTED**2 * inflation(target - space.of(chosen.white) @ best.weights)
     enough = max(LOOK_ALIKE * best.gain, best.gain - open_by)
     own: tuple[Candidate, Scored] | None = None
     for other in candidates:

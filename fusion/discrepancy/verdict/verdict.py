@@ -3,7 +3,7 @@
 import numpy as np
 from msgspec.structs import replace
 
-from fusion.discrepancy.compared import NOISE_ALONE
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.identifiability import EffectVisibility, visibilities
 from fusion.discrepancy.naming.judged import Step
