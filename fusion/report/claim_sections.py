@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.explain import Explanation
 from fusion.files.publish import atomic_file
-from fusion.report.claims import claim_section
+from fusion.report.claims import claim_section, lead, parameters_table, questions
 from fusion.report.evidence import claims_of
 from fusion.report.figures.explanation import Unit
 from fusion.report.lattice_claim import lattice_section
 from fusion.report.missing_values import missing_of, missing_section
 from fusion.report.noise_claim import noise_mask, noise_of, noise_section
 from fusion.report.page import Section
+from fusion.sensor.in_words import plain
 
 
 def with_masks(folder: Path, found: Explanation, verdict: dict[str, Any]) -> dict[str, Any]:
@@ -39,6 +40,9 @@ def claim_sections(found: Explanation, verdict: dict[str, Any], unit: Unit) -> l
     for number, entry in enumerate(verdict["missing"]):
         if _is_lattice(found, entry):
             sections.append(lattice_section(found, number, entry))
+        elif entry["channel"] == "bias" and number not in of_mean:  # grain, of which squares show nothing
+            title = f"{'Also missing' if number else 'Missing'}: {plain(entry['effect'])}"
+            sections.append(Section(title, lead(entry), (), html=parameters_table(entry) + questions(entry)))
         elif (mask := _mask(found, verdict, number)) is None:
             continue
         elif number in of_mean:
@@ -67,4 +71,5 @@ def _mask(found: Explanation, verdict: dict[str, Any], number: int) -> NDArray[n
 
 def _is_lattice(found: Explanation, entry: dict[str, Any]) -> bool:
     """True for the steps in which depths are stored: they are seen in no tile."""
-    return any(step.effect is not None and step.effect.name == entry["effect"] for step in found.channels.of("bias"))
+    steps = (step.effect for step in found.channels.of("bias") if step.effect is not None)
+    return any(effect.lattice and effect.name == entry["effect"] for effect in steps)
