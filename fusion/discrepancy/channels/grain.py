@@ -120,7 +120,8 @@ def _grain(patch: Patch) -> Grain:
     assert patch.look.held is not None
     off = [np.nan_to_num((look.mean - patch.predicted) * patch.native) for look in (patch.look, patch.look.held)]
     whole = float(np.mean((off[0] * off[1])[patch.tiles.label >= 0]))
-    return Grain(patch, *(_upright(patch, image) for image in off), whole)
+    fitted, others = (_upright(patch, image) for image in off)
+    return Grain(patch, fitted, others, whole)
 
 
 def _upright(patch: Patch, off: Image) -> Image:
