@@ -50,11 +50,13 @@ class Grain:
     Attributes:
         patch: whose.
         fitted, others: measured less predicted without each tile's plane, in native units.
+        whole: mean square of what both have in common with their planes, in native units squared.
     """
 
     patch: Patch
     fitted: Image
     others: Image
+    whole: float
 
     @property
     def noise(self) -> float:
@@ -117,7 +119,9 @@ def _told_of(observations: Observations) -> list[Patch]:
 def _grain(patch: Patch) -> Grain:
     assert patch.look.held is not None
     off = [np.nan_to_num((look.mean - patch.predicted) * patch.native) for look in (patch.look, patch.look.held)]
-    return Grain(patch, *(_upright(patch, image) for image in off))
+    whole = float(np.mean((off[0] * off[1])[patch.tiles.label >= 0]))
+    fitted, others = (_upright(patch, image) for image in off)
+    return Grain(patch, fitted, others, whole)
 
 
 def _upright(patch: Patch, off: Image) -> Image:
@@ -213,7 +217,10 @@ def _step(kind: type[Effect], sensor: Sensor, found: Vector, seen: Sequence[Grai
     value = float(np.sqrt(square))
     fitted: dict[str, Any] = {size: min(value, parameters(kind)[size].high)}
     std, gain = {size: spread / (2 * value)}, float(found.sum())
-    return ChannelStep("bias", replace(one, **fitted), std, known is not None, gain, 1.0, chance, text=TEXT[kind.anew])
+    share = float(np.clip(gain / (np.array([grain.whole for grain in seen]) / noise).sum(), 0.0, 1.0))
+    return ChannelStep(
+        "bias", replace(one, **fitted), std, known is not None, gain, share, chance, text=TEXT[kind.anew]
+    )
 
 
 def _stated(known: Effect | None, size: str, sensor: Sensor) -> float:
