@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from fusion.coloring.images import bilinear
 from fusion.coloring.surface import RayMesh
+from fusion.errors import MeshError
 from fusion.geometry.pose import Array, inverse, transform
 from fusion.mesh.mesh import Mesh
 from fusion.texture.levels import Levels, SampledView, levels_of
@@ -101,6 +102,9 @@ def _compared(surface: RayMesh, views: Views) -> tuple[Levels, dict[int, int], N
         numbers[shot.number] = len(looks)
         looks.append(SampledView(shown.index, shown.weight, low, np.abs(high).mean(axis=1)))
         fine.add(shown.index, shown.weight, high)
+    if looks and not any(len(look.index) for look in looks):
+        do = "see its unit, and whether it stands where the recordings say"
+        raise MeshError("no image shows the mesh", "mesh", f"{len(looks)} images of something else", do=do)
     return levels_of(looks, surface.vertices.shape[1]), numbers, fine.value()
 
 

@@ -12,10 +12,11 @@ from fusion.errors import MeshError, RecordingError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.comparison.surface_samples import vertex_normals
 from fusion.mesh.mesh import Mesh
-from fusion.printing.fewer import decimated, moved_by
+from fusion.printing.fewer import decimated
 from fusion.progress import stage
 from fusion.recording.recording import Recording
 from fusion.texture.atlas import laid_flat
+from fusion.texture.other_mesh import apart
 from fusion.texture.paint import painted
 from fusion.texture.texels import texels_of
 from fusion.texture.views import Views
@@ -33,7 +34,7 @@ class Textured:
         uv: (n, 2) place of each vertex in the picture, 0 to 1, u to the right, v upwards.
         image: (h, w, 3) uint8 RGB.
         texel: edge of a texel on the surface [m].
-        moved: rms and largest distance from the mesh before [m].
+        moved: rms and largest distance from the scan [m], as far as both show the same.
         images: how many colour images were used.
         gains: smallest and largest factor by which one was made brighter.
         unseen_share: of the surface, shown by no image: there the colour is that of the vertices around, or grey.
@@ -67,7 +68,11 @@ class Textured:
 
 
 def texture_mesh(
-    mesh: Mesh, taken: Sequence[tuple[Recording, Trajectory]], triangles: int = TRIANGLES, texel: float | None = None
+    mesh: Mesh,
+    taken: Sequence[tuple[Recording, Trajectory]],
+    triangles: int = TRIANGLES,
+    texel: float | None = None,
+    scan: Mesh | None = None,
 ) -> Textured:
     """Lay the colour images of recordings on a mesh that was made from them.
 
@@ -76,9 +81,10 @@ def texture_mesh(
         taken: recordings, each with the trajectory (frames) `T_world_camera` of its depth camera.
         triangles: at most so many are left of the mesh.
         texel: edge of a texel on the surface [m]; None: two fifths of what a pixel covers.
+        scan: the mesh of the recordings, where `mesh` is another one of the object.
 
     Raises:
-        MeshError: no triangles.
+        MeshError: no triangles, or no image shows them.
         RecordingError: no colour image that can be used.
     """
     if not len(mesh.faces):
@@ -100,6 +106,7 @@ def texture_mesh(
         centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
         atlas = laid_flat(less, texel or views.pixel(centre) / OVERSAMPLED)
         texels = texels_of(atlas)
+        off = apart(scan or mesh, less)
     found = painted(texels.points, mesh, views)
     colors = found.colors
     unseen = np.flatnonzero(~found.seen)
@@ -110,7 +117,7 @@ def texture_mesh(
         atlas.uv,
         texels.picture(colors),
         texel_of(atlas.mesh, atlas.uv * [atlas.width, atlas.height]),
-        moved_by(mesh, less) if less is not mesh else (0.0, 0.0),
+        (float(np.sqrt(np.mean(off**2))), float(off.max())),
         found.images,
         found.gains,
         float(np.mean(~found.seen)) if len(found.seen) else 0.0,

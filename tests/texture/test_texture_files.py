@@ -14,8 +14,11 @@ from painted import HALF, cube, off, paint, scene
 from fusion import read_mesh, write_mesh, write_recording
 from fusion.commands.main import main
 from fusion.errors import MeshError
+from fusion.mesh.formats.conventions import for_file
+from fusion.mesh.mesh import Mesh
 from fusion.recording.native.trajectory_file import write_trajectory
 from fusion.texture.files import write_glb, write_obj
+from fusion.texture.other_mesh import apart, read_other
 from fusion.texture.result_folder import open_result
 from fusion.texture.textured import texture_mesh
 from fusion.texture.usd import write_usdz
@@ -182,3 +185,36 @@ def test_without_the_library_usdz_is_refused(tmp_path, made, monkeypatch):
     with pytest.raises(MeshError, match=r"fusion-scan\[usd\]"):
         write_usdz(tmp_path / "a.usdz", made)
     assert not list(tmp_path.iterdir())
+
+
+def test_another_mesh_lies_on_the_scan_or_is_refused(result, tmp_path, capsys):
+    """What fusion convert writes is taken in any format; another object, another unit, another place are not."""
+    scan = read_mesh(result / "mesh.ply")
+    write_mesh(tmp_path / "own.stl", for_file(scan, ".stl"))
+    write_mesh(tmp_path / "own.glb", for_file(scan, ".glb"))
+    bare = Mesh(scan.vertices, scan.faces[: len(scan.faces) // 2])  # three sides of six
+    write_mesh(tmp_path / "cut.ply", bare)
+    for name in ("own.stl", "own.glb", "cut.ply"):
+        assert np.abs(apart(scan, read_other(tmp_path / name, scan))).max() < 1e-5
+    ball = trimesh.creation.icosphere(3, HALF)
+    others = {
+        "ball.ply": Mesh(np.array(ball.vertices), np.array(ball.faces, np.int32)),
+        "mm.ply": Mesh(1000 * scan.vertices, scan.faces),
+        "lifted.ply": Mesh(scan.vertices + np.array([0, 0, 1.0]), scan.faces),
+    }
+    for name, other in others.items():
+        write_mesh(tmp_path / name, other)
+        out = tmp_path / "textured"
+        assert main(["texture", str(result), "-o", str(out), "--mesh", str(tmp_path / name)]) == 1
+        told = capsys.readouterr().err
+        assert "does not lie on the scan" in told and name in told and told.count("\n") == 1 and not out.exists()
+    assert "found 0.3499 m from end to end, " in told and "in its place, 0.3499 m, within 3.5 mm" in told
+
+
+def test_how_far_another_mesh_is_off_is_told(taken):
+    """The picture is laid on a box 1 mm too large: that is told, not by how much thinning out moved it."""
+    good = [(taken.recording, taken.poses)]
+    made = texture_mesh(off(cube(), 0.001), good, triangles=500, scan=cube())
+    assert made.moved[0] == pytest.approx(0.001, rel=0.05)
+    with pytest.raises(MeshError, match="no image shows the mesh"):
+        texture_mesh(Mesh(cube().vertices + np.array([0, 0, 9.0]), cube().faces, cube().normals), good, triangles=500)

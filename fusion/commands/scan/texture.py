@@ -49,15 +49,14 @@ def check(options: argparse.Namespace) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Make the texture and write the files."""
-    from fusion.mesh.files import read_mesh
+    from fusion.texture.other_mesh import read_other
     from fusion.texture.result_folder import open_result
     from fusion.texture.textured import TRIANGLES as USUAL
     from fusion.texture.textured import texture_mesh
 
-    mesh, taken = open_result(options.result, options.recording, options.camera, options.topic)
-    if options.mesh is not None:
-        mesh = read_mesh(options.mesh)
-    made = texture_mesh(mesh, taken, options.triangles or USUAL, options.texel)
+    scan, taken = open_result(options.result, options.recording, options.camera, options.topic)
+    mesh = scan if options.mesh is None else read_other(options.mesh, scan)
+    made = texture_mesh(mesh, taken, options.triangles or USUAL, options.texel, scan)
     with options.claim.folder() as partial:
         fill(partial, made, options.usdz)
         if options.report:

@@ -1,0 +1,50 @@
+"""Another mesh of a scan to lay the picture on, closed or cut: it has to lie where the scan lies."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import MeshError
+from fusion.mesh.alignment.units import size
+from fusion.mesh.comparison.distances import surface_of
+from fusion.mesh.comparison.surface_samples import sample_surface
+from fusion.mesh.files import read_mesh
+from fusion.mesh.formats.conventions import from_file
+from fusion.mesh.mesh import Mesh
+
+SAMPLES = 20_000  # points that tell how far two surfaces lie apart, each way
+LIES_ON = 0.01  # of the scan's size: closing, smoothing and thinning out move what was seen by far less (guess)
+
+
+def read_other(file: Path, scan: Mesh) -> Mesh:
+    """A mesh file of a scan's object, in the scan's world [m]: STL is millimetres, GLB has y up.
+
+    Raises:
+        MeshError: no mesh, or one that lies elsewhere than the scan's.
+    """
+    mesh = from_file(read_mesh(file), file.suffix.lower())
+    if not len(mesh.faces):
+        raise MeshError("a texture needs triangles", file, f"{len(mesh.vertices)} points", "a mesh")
+    limit, away = LIES_ON * size(scan), float(np.median(apart(scan, mesh)))
+    if not away <= limit:
+        raise MeshError(
+            "the mesh does not lie on the scan",
+            file,
+            f"{size(mesh):.4g} m from end to end, {1e3 * away:.3g} mm off (median)",
+            f"the scan's object in its place, {size(scan):.4g} m, within {1e3 * limit:.2g} mm",
+            "see its unit (STL: mm, others: m), whether it was moved: fusion convert --watertight stands it on z = 0",
+        )
+    return mesh
+
+
+def apart(scan: Mesh, mesh: Mesh) -> NDArray[np.float64]:
+    """Distances (n,) [m] of points of one surface from the other, from the one that is all on the other.
+
+    A closed mesh has a bottom that the scan lacks, a cut one lacks what the scan has: neither is off by that.
+    """
+    there, back = (
+        np.abs(surface_of(whole).closest(sample_surface(part, SAMPLES).points).distances)
+        for whole, part in ((mesh, scan), (scan, mesh))
+    )
+    return there if np.median(there) <= np.median(back) else back
