@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fusion.discrepancy.look import FrameBlock
+from fusion.discrepancy.observe.look import FrameBlock
 from fusion.errors import RecordingError
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ

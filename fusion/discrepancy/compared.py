@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from fusion.discrepancy.decisions import NOISE_ALONE
-from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.observe.observations import Observations, observe
 
 if TYPE_CHECKING:
     from fusion.discrepancy.explain import Explanation

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fusion.discrepancy.decisions import CONFIDENCE
-from fusion.discrepancy.likely_pose import at_likely_poses
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean
+from fusion.discrepancy.observe.likely_pose import at_likely_poses
 from fusion.discrepancy.setting import Explained, posterior, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
 

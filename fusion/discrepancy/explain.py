@@ -14,21 +14,21 @@ from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import with_grain
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
-from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after
-from fusion.discrepancy.likely_pose import at_likely_poses
-from fusion.discrepancy.look import FrameBlock, looks_of, wanted_channels
-from fusion.discrepancy.loose import Loose
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.inference.loose import Loose
+from fusion.discrepancy.inference.scatter import loose_of
+from fusion.discrepancy.inference.shaking import SHAKES, Shaking, shaking_of, steadied
 from fusion.discrepancy.mean import MeasuredForms, explained_mean, likeliest
-from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
-from fusion.discrepancy.observations import Observations, observe
-from fusion.discrepancy.placements import joined
-from fusion.discrepancy.scatter import loose_of
-from fusion.discrepancy.shaking import SHAKES, Shaking, shaking_of, steadied
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.likely_pose import at_likely_poses
+from fusion.discrepancy.observe.look import FrameBlock, looks_of, wanted_channels
+from fusion.discrepancy.observe.observations import Observations, observe
+from fusion.discrepancy.observe.placements import joined
+from fusion.discrepancy.observe.stage import simulated_stage, stage_of
 from fusion.discrepancy.simulated import matched
-from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
 from fusion.errors import FusionError

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from fusion.discrepancy.decisions import REPLICATED
-from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.sensor.sensor import Sensor
 
 

@@ -13,9 +13,9 @@ from fusion.mesh.mesh import Mesh
 from fusion.passes.poses.outlook import Outlook
 from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
-from fusion.scan.frames import load
-from fusion.scan.object import typical_noise
-from fusion.scan.relieved import relieved
+from fusion.scan.finding.frames import load
+from fusion.scan.finding.object import typical_noise
+from fusion.scan.finding.relieved import relieved
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording

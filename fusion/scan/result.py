@@ -15,8 +15,8 @@ from fusion.mesh.shape import shape_of
 from fusion.results.facts import Gap, ScanFacts, SureFacts, TableFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
 from fusion.results.table_motion import ClosingGap, FocalFigures, SlipFound, TableMotion, UsedCamera
-from fusion.scan.evidence import Evidence
-from fusion.scan.judgement import judge
+from fusion.scan.judging.evidence import Evidence
+from fusion.scan.judging.judgement import judge
 from fusion.turntable.circle import Circle
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps

@@ -8,17 +8,17 @@ import cv2
 import numpy as np
 import pytest
 
-from fusion.calibration.depth import board_walls
 from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
-from fusion.calibration.depth.choice import choose, refused
-from fusion.calibration.depth.harmonics import ALIKE, harmonics
 from fusion.calibration.depth.known import start
-from fusion.calibration.depth.law_sensor import LawNumbers, with_law
+from fusion.calibration.depth.laws.choice import choose, refused
+from fusion.calibration.depth.laws.harmonics import ALIKE, harmonics
+from fusion.calibration.depth.laws.law_sensor import LawNumbers, with_law
+from fusion.calibration.depth.maps.radial_limit import radial_limit
+from fusion.calibration.depth.maps.surface import _mean, _std_of_mean
 from fusion.calibration.depth.notes import beyond_laser
-from fusion.calibration.depth.plane import WallPlane, find_wall
-from fusion.calibration.depth.radial_limit import radial_limit
-from fusion.calibration.depth.surface import _mean, _std_of_mean
-from fusion.calibration.depth.wall import Means, Wall, wall_of
+from fusion.calibration.depth.walls import board_walls
+from fusion.calibration.depth.walls.plane import WallPlane, find_wall
+from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.calibration.lens.boards.board import Board
 from fusion.commands.main import main
 from fusion.errors import FusionError

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from fusion.discrepancy.explain import explain
-from fusion.discrepancy.look import looks_of, stage_of, wanted_channels
-from fusion.discrepancy.naming import candidates
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.naming.search import candidates
+from fusion.discrepancy.observe.look import looks_of, stage_of, wanted_channels
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.files.json_values import json_text
 from fusion.recording.open import open_recording

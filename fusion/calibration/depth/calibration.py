@@ -6,26 +6,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.axis_curve import axis_curve
-from fusion.calibration.depth.board_walls import board_walls
-from fusion.calibration.depth.candidates import CandidateLaw, candidates_for, richer, richest, terms_for
-from fusion.calibration.depth.choice import choose, promising, refused
-from fusion.calibration.depth.curve import DepthCurve, span
-from fusion.calibration.depth.fitted import FitSetting, Fitted, finish
-from fusion.calibration.depth.harmonics import harmonics
-from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
-from fusion.calibration.depth.lamp import with_lamp
-from fusion.calibration.depth.misstated import BETTER, MOST, misstated, told
+from fusion.calibration.depth.laws.candidates import CandidateLaw, candidates_for, richer, richest, terms_for
+from fusion.calibration.depth.laws.choice import choose, promising, refused
+from fusion.calibration.depth.laws.fitted import FitSetting, Fitted, finish
+from fusion.calibration.depth.laws.harmonics import harmonics
+from fusion.calibration.depth.laws.information import evidence_of, information_of
+from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, told
+from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, fit, judge, judge_all, level
+from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
+from fusion.calibration.depth.laws.variance import spread_of, with_variance
+from fusion.calibration.depth.maps.axis_curve import axis_curve
+from fusion.calibration.depth.maps.curve import DepthCurve, span
+from fusion.calibration.depth.maps.radial_limit import radial_limit, within
+from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
+from fusion.calibration.depth.maps.surface_sensor import with_surface
 from fusion.calibration.depth.notes import notes_on
-from fusion.calibration.depth.radial_limit import radial_limit, within
-from fusion.calibration.depth.selection import JudgedLaw, Problem, fit, judge, judge_all, level
-from fusion.calibration.depth.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
-from fusion.calibration.depth.surface_sensor import with_surface
-from fusion.calibration.depth.terms import LawTerm, gloss_term
-from fusion.calibration.depth.variance import spread_of, with_variance
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
-from fusion.calibration.depth.wall import Wall, read_walls
+from fusion.calibration.depth.walls.board_walls import board_walls
+from fusion.calibration.depth.walls.lamp import with_lamp
+from fusion.calibration.depth.walls.wall import Wall, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera

@@ -3,11 +3,11 @@
 import numpy as np
 from scipy.special import chdtri
 
-from fusion.calibration.depth.fitted import Fitted
-from fusion.calibration.depth.gloss import FRESNEL
-from fusion.calibration.depth.selection import JudgedLaw
+from fusion.calibration.depth.laws.fitted import Fitted
+from fusion.calibration.depth.laws.selection import JudgedLaw
 from fusion.calibration.depth.visibility import TermVisibility
-from fusion.calibration.depth.wall import Wall
+from fusion.calibration.depth.walls.gloss import FRESNEL
+from fusion.calibration.depth.walls.wall import Wall
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import unread_text
 

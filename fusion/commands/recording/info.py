@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     if options.quick:
         checks = CHECKS
     else:  # the turntable's check stands in a room further down
-        from fusion.scan.focal_doctor import check_focal_length
+        from fusion.scan.judging.focal_doctor import check_focal_length
 
         checks = (*CHECKS, check_focal_length)
     findings = inspect(recording, checks)

@@ -12,7 +12,7 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
 from fusion.discrepancy.channels.validity import Validity, validity_of, validity_of_rims
 from fusion.discrepancy.decisions import ALIKE, LOST_BY_CHANCE, REPLICATED
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters

@@ -18,9 +18,9 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.knobs import USUAL
 from fusion.discrepancy.channels.scatter import frozen_rounding
 from fusion.discrepancy.decisions import FALSE_ALARM
-from fusion.discrepancy.observations import Observations, Patch
-from fusion.discrepancy.own_pattern import unknown_patterns
-from fusion.discrepancy.tiles import Tiling
+from fusion.discrepancy.inference.own_pattern import unknown_patterns
+from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.tiles import Tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import parameters

@@ -11,8 +11,8 @@ from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, Ruler, TunedKnobs, changes, turn
 from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]

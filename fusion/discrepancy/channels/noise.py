@@ -22,8 +22,8 @@ from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, Ruler, TunedKnobs, as_stated, changes, ruler_of, turn
 from fusion.discrepancy.decisions import ALIKE, SPREAD_FRAMES
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import Observations, Patch, predicted
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations, Patch, predicted
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]

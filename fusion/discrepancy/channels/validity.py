@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.interior import interior
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import Observations, Patch
-from fusion.discrepancy.tiles import tiling
+from fusion.discrepancy.observe.interior import interior
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.tiles import tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View

@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import FALSE_ALARM, SURE
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.look import FrameBlock
+from fusion.discrepancy.inference.gauge import Gauge
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
 from fusion.discrepancy.naming.judged import Step, judged, judged_next
-from fusion.discrepancy.naming.models import rearranged, score_of
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, refitted
-from fusion.discrepancy.naming.review import reviewed
+from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.search.models import rearranged, score_of
+from fusion.discrepancy.naming.search.review import reviewed
+from fusion.discrepancy.naming.search.step import NextPart, best_part
 from fusion.discrepancy.naming.standing import (
     LIKELY,
     contradicted,
@@ -26,9 +26,9 @@ from fusion.discrepancy.naming.standing import (
     weak_of,
     without_faint,
 )
-from fusion.discrepancy.naming.step import NextPart, best_part
 from fusion.discrepancy.naming.two import as_two
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.where import Bound

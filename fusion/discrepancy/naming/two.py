@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.models import score_of
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, refitted
-from fusion.discrepancy.naming.score import possible
-from fusion.discrepancy.naming.space import Space
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.naming.search.models import score_of
+from fusion.discrepancy.naming.search.score import possible
+from fusion.discrepancy.naming.search.space import Space
 
 Vector = NDArray[np.float64]
 

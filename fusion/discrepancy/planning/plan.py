@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from fusion.discrepancy.decisions import DETECTED
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.look import FrameBlock
 from fusion.discrepancy.planning.menu import MENU, Choice
 from fusion.discrepancy.planning.planned import Planned, planned
 from fusion.discrepancy.planning.separation import Claimed, Parting, Proposal, best, parting, visible_in

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from fusion.discrepancy.decisions import REPLICATED
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.step import WITHIN
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.naming.search.step import WITHIN
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.search import best_term
 from fusion.discrepancy.unknown.smooth import smooth_table

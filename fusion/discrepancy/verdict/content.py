@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-from fusion.discrepancy.camera_file import FileError
-from fusion.discrepancy.outliers import OutlyingRecording
+from fusion.discrepancy.inference.camera_file import FileError
+from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.planning.plan import Shows
 from fusion.discrepancy.verdict.claim import Claim, Names
 

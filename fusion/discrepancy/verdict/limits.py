@@ -9,9 +9,9 @@ from scipy.stats import norm
 
 from fusion.discrepancy.decisions import CONFIDENCE, SPREAD_FRAMES
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.identifiability import NOT_SIZES, EffectVisibility, unseen
-from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.identifiability import NOT_SIZES, EffectVisibility, unseen
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.verdict.content import UpperLimit
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
