@@ -191,7 +191,7 @@ def test_scans_are_in_metres(tmp_path, capsys):
     assert np.ptp(read.mesh.vertices) == pytest.approx(np.ptp(scan(1).vertices), rel=1e-6)
 
 
-def test_of_another_object_nothing_is_measured(monkeypatch):
+def test_of_another_object_nothing_is_measured(monkeypatch, tmp_path, capsys):
     def lost(meshes):
         return Together(np.array([np.eye(4)] * 2), [surface_of(mesh) for mesh in meshes], ["kept", "poor"])
 
@@ -200,6 +200,10 @@ def test_of_another_object_nothing_is_measured(monkeypatch):
     assert not found.features.quantities
     lights = judge_repeat(found).lights
     assert [light.subject for light in lights] == ["One object"] and judge_repeat(found).worth.word == "failed"
+    for k in range(3):
+        write_mesh(tmp_path / f"{k}.ply", scan(k, moved=False))
+    assert main(["compare", *(str(tmp_path / f"{k}.ply") for k in range(3)), "-o", str(tmp_path / "out")]) == 1
+    assert "the scans have no mean" in (told := capsys.readouterr().err) and "found 1.ply: no pose" in told
 
 
 def test_a_wide_band_finds_no_forms():
