@@ -36,7 +36,7 @@ SHOWN = {
     "empty Mesh": lambda: fusion.Mesh(np.zeros((0, 3))),
     "Mesh without finite points": lambda: fusion.Mesh(np.full((3, 3), np.nan)),
     "Comparison": lambda: fusion.compare(BALL, BALL, fusion.CompareSettings(samples=1000)),
-    "Repeat": lambda: fusion.repeat([BALL, BALL]),
+    "Repeat": lambda: fusion.repeat([BALL, fusion.Mesh(BALL.vertices + 0.001, BALL.faces)]),
     "Volume": volume,
     "DenseField": lambda: volume().to_numpy(),
     "empty DenseField": lambda: fusion.Volume(fusion.VolumeSettings(0.01, 0.04)).to_numpy(),

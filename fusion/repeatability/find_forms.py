@@ -20,6 +20,7 @@ PLANE_SHARE, SPHERE_SHARE = 0.03, 0.01  # least share of the surface (guess)
 COVERED = 0.25  # least share of a sphere's own surface: less tells its radius badly (guess)
 MOST = 12  # forms of each kind
 LARGEST = 0.5  # radius of a sphere over the object's size: larger ones are bent planes
+SLIM = 0.05  # of a form's own size, how far a point may lie off it: a wider band takes any lump for a form (guess)
 RIM = 3.0  # mean distances of points that are left out along a form's border, where it bends away
 
 
@@ -51,7 +52,7 @@ def find_forms(points: Array, normals: Array, width: float) -> list[FoundForm]:
             members = left[best.members]
             left = np.setdiff1d(left, members)
             inner = _inner(points, members, spacing)
-            if len(inner) > len(members) / 3:
+            if len(inner) > len(members) / 3 and width < SLIM * np.linalg.norm(np.ptp(points[inner], axis=0)):
                 out.append(FoundForm(refit(best.form, points[inner]), inner))
     return out
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import MeshError
 from fusion.files.json_values import json_values
+from fusion.mesh.alignment.units import LARGE, size
 from fusion.mesh.comparison.knowable import SIGMA
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
@@ -24,6 +25,7 @@ from fusion.repeatability.spread import ScanSpread, spread_of
 from fusion.repeatability.together import Together, lay_together
 
 Array = NDArray[np.float64]
+LIKE = 3.0  # times as large as another scan of the object, where that shows a part of it (guess)
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,8 @@ def repeat(scans: Sequence[Mesh], settings: RepeatSettings | None = None) -> Rep
     """Lay scans of one object on each other, none as the reference, and tell how they spread.
 
     Raises:
-        MeshError: fewer than two scans, one without a surface, conditions that do not add up.
+        MeshError: fewer than two scans, one without a surface, one given twice, sizes that no object has both of,
+            conditions that do not add up.
 
     >>> ball = fusion.read_mesh("ball.ply")
     >>> found = fusion.repeat([ball, fusion.Mesh(ball.vertices + 0.001, ball.faces)])
@@ -140,6 +143,8 @@ def repeat(scans: Sequence[Mesh], settings: RepeatSettings | None = None) -> Rep
     if len(meshes) < 2:
         raise MeshError("too few scans to repeat", "scans", len(meshes), "two or more of one object")
     condition = _conditions(settings, len(meshes))
+    names = settings.names or tuple(f"scan {k}" for k in range(1, len(meshes) + 1))
+    _check_scans(meshes, names)
     together = lay_together(meshes)
     with stage("measuring"):
         spread = spread_of(meshes, together)
@@ -147,11 +152,28 @@ def repeat(scans: Sequence[Mesh], settings: RepeatSettings | None = None) -> Rep
         if not np.isfinite(found.s):
             raise MeshError("the scans have no surface in common", "scans", "no place that two show", "one object")
         stated = StatedArtefact(settings.diameter, settings.spacing)
-        features = features_of(spread.mean, meshes, together.poses, found.s, stated)
-    names = settings.names or tuple(f"scan {k}" for k in range(1, len(meshes) + 1))
+        features = (
+            Features()  # what does not lie on each other has no forms
+            if "poor" in together.status
+            else features_of(spread.mean, meshes, together.poses, found.s, stated)
+        )
     return Repeat(
         names, together, spread, found, reproducibility(spread.offsets, condition), features, _claimed(meshes)
     )
+
+
+def _check_scans(meshes: list[Mesh], names: tuple[str, ...]) -> None:
+    """That no scan is there twice, and that all may show one object in metres."""
+    for k, mesh in enumerate(meshes):
+        for name, other in zip(names, meshes[:k], strict=False):
+            if np.array_equal(mesh.vertices, other.vertices) and np.array_equal(mesh.faces, other.faces):
+                found = f"each vertex where {name} has it"
+                raise MeshError("a scan is given twice", names[k], found, "scans of their own", "leave it out")
+    sizes = [size(mesh) for mesh in meshes]
+    least, most = int(np.argmin(sizes)), int(np.argmax(sizes))
+    if not sizes[most] < min(LIKE * sizes[least], LARGE):
+        found = f"{sizes[most]:.4g} m from end to end, {names[least]} {sizes[least]:.4g} m"
+        raise MeshError("scans of other sizes", names[most], found, "one object, in metres", "see the unit of each")
 
 
 def _conditions(settings: RepeatSettings, count: int) -> NDArray[np.intp]:

@@ -12,19 +12,26 @@ from fusion.results.light import LEVELS, Light, level, worst_first
 RMS_M = (0.002, 0.005)
 FAR_SHARE = (0.1, 0.5)  # of the mesh, farther than 2 mm from the reference
 BIAS_M = (0.001, 0.003)
+LEFT_OUT_SHARE = (0.5, 0.9)  # of the mesh, by --max-distance: a table around an object may be half of it
 MISSING_SHARE = (0.1, 0.3)
 SCALE = (0.002, 0.01)
 KNOWABLE = (0.05, 0.5)  # of the vertices, beyond three sigma: 0.3 % of normal errors are
 
 
 def judge_comparison(comparison: Any) -> Judgement:
-    """Accuracy, bias, completeness and scale.
+    """Accuracy, bias, completeness and scale; where no pose fits, that alone: distances mean nothing then.
 
     Args:
         comparison: the fields of `comparison.json`, as a mapping or as attributes.
     """
+    alignment = field_of(comparison, "alignment")
+    if getattr(alignment, "status", alignment) == "poor":
+        said = "The mesh fits the reference in no pose: the distances mean nothing."
+        return Judgement((Light("bad", "Alignment", said, "Check that both show one object in one unit.", fails=True),))
     near, far = (field_of(comparison, name) or {} for name in ("accuracy", "completeness"))
     lights = [_accuracy(near), _bias(near)] if near else []
+    if field_of(comparison, "left_out_share"):
+        lights.append(_left_out(number_of(comparison, "left_out_share")))
     if far:
         share = share_within(far, 0.005)
         judged = level(1 - share, MISSING_SHARE)
@@ -47,6 +54,12 @@ def _accuracy(near: Any) -> Light:
     said += "" if np.isnan(beyond) else f", {beyond:.0%} of it more than 2 mm"
     do = "Look where in the picture of the distances: an edge, one side, or all over?" if judged != "ok" else ""
     return Light(judged, "Accuracy", said + ".", do)
+
+
+def _left_out(share: float) -> Light:
+    judged = level(share, LEFT_OUT_SHARE)
+    said = f"{share:.1%} of the mesh lies beyond the largest distance: accuracy and bias are of the rest alone."
+    return Light(judged, "Left out", said, "Give a larger --max-distance." if judged != "ok" else "")
 
 
 def _bias(near: Any) -> Light:

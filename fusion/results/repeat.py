@@ -17,10 +17,11 @@ def judge_repeat(found: Repeat) -> Judgement:
     """Whether the scans show one object, whether one stands out, and whether they know how sure they are."""
     rows = found.offsets()
     lost = [row.name for row in rows if row.alignment == "poor"]
-    lights = []
     if lost:
         said = f"{', '.join(lost)}: no pose was found in which it fits the others."
-        lights.append(Light("bad", "One object", said, "Check that all show the same object, whole."))
+        # what else is told of scans that do not lie on each other means nothing
+        return Judgement((Light("bad", "One object", said, "Check that all show the same object, whole.", fails=True),))
+    lights = []
     rms = np.array([row.rms_m if row.rms_m is not None else np.nan for row in rows], float)
     others = [float(np.nanmedian(np.delete(rms, k))) for k in range(len(rms))]
     ratio = rms / np.maximum(others, 1e-12)
@@ -64,7 +65,8 @@ def quantity_words(quantity: RepeatedQuantity) -> str:
     mean, std, unit = scaled(quantity)
     known = int(np.isfinite(quantity.values).sum())
     error = "" if quantity.error is None else f", error {1e3 * quantity.error:+.3f} mm"
-    return f"{quantity.term} {mean:.3f} {unit}{error}, std {std:.3f} {unit} over {known} scans"
+    spread = f"std {std:.3f} {unit} over {known} scans" if known > 1 else "in one scan"
+    return f"{quantity.term} {mean:.3f} {unit}{error}, {spread}"
 
 
 def scaled(quantity: RepeatedQuantity) -> tuple[float, float, str]:

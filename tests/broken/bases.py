@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -147,6 +148,9 @@ def beside(folder: Path, words: list[str]) -> None:
             recording(folder, name, name)
     if "good.ply" in named:
         (folder / "good.ply").write_bytes(ply_ascii(ball()))
+    if "moved.ply" in named:  # the same one, another scan of it
+        one = ball()
+        (folder / "moved.ply").write_bytes(ply_ascii(replace(one, vertices=one.vertices + 0.001)))
     if "lump.ply" in named:
         lump(folder / "lump.ply")
     for name, told in (("camera.json", CAMERA), ("board.json", BOARD), ("scene.json", None)):

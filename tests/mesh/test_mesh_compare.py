@@ -10,13 +10,16 @@ from scipy.spatial.transform import Rotation
 
 from fusion.commands.main import main
 from fusion.errors import MeshError
-from fusion.mesh.alignment.align import align_meshes
+from fusion.mesh.alignment.align import Alignment, align_meshes
 from fusion.mesh.alignment.units import UNITS, in_metres
 from fusion.mesh.comparison.compare import CompareSettings, compare, write_comparison
+from fusion.mesh.comparison.distances import surface_of
+from fusion.mesh.comparison.mirrored import mirrored, mirrored_note
 from fusion.mesh.comparison.surface_samples import sample_surface
 from fusion.mesh.files import read_mesh, write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
+from fusion.results.comparison import judge_comparison
 
 STAND = CompareSettings(align=False, samples=20_000)
 FEW = CompareSettings(samples=10_000)
@@ -195,6 +198,35 @@ def test_plate_around_the_object_is_left_out():
     assert found.left_out_share > 0.2
     # plate within 5 mm of the object's foot stays in; it is a small share
     assert found.accuracy.median < 1e-4
+
+
+def test_what_is_left_out_is_judged():
+    """A ball beside a far smaller part: nearly all of the mesh has no say, and the rest is perfect."""
+    ball, part = trimesh.creation.icosphere(3, 0.1), trimesh.creation.icosphere(2, 0.02)
+    part.apply_translation([0.3, 0, 0])
+    mesh = _made(trimesh.util.concatenate([ball, part]))
+    found = compare(mesh, _made(part), replace(STAND, max_distance=0.001))
+    (light,) = [light for light in judge_comparison(found).lights if light.level == "bad"]
+    assert light.subject == "Left out" and "96.2% of the mesh" in light.reason
+    whole = compare(_made(ball), _made(ball), replace(STAND, max_distance=0.001))
+    assert "Left out" not in [light.subject for light in judge_comparison(whole).lights]
+
+
+def test_where_no_pose_fits_nothing_else_is_judged():
+    fits = compare(_ball(0.1), _ball(0.1), STAND)
+    poor = replace(fits, alignment=Alignment(np.eye(4), status="poor"))
+    for told in (poor, poor.to_dict()):
+        judgement = judge_comparison(told)
+        assert [light.subject for light in judgement.lights] == ["Alignment"] and judgement.worth.word == "failed"
+    assert judge_comparison(fits).level == "ok"
+
+
+def test_a_mirror_image_is_told():
+    mesh = _object(3)
+    reference = mirrored(_moved(mesh)[0])
+    (said,) = mirrored_note(mesh, reference, surface_of(reference), 0.005)
+    assert "mirror image fits" in said and "left for right" in said
+    assert not mirrored_note(mesh, reference, surface_of(reference), 0.0015)  # it fits already
 
 
 @pytest.mark.slow

@@ -1,14 +1,19 @@
 """What is given as passes: results that are not whole, merges, files of transforms."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import trimesh
 
 from fusion.commands.main import main
 from fusion.errors import FusionError
 from fusion.geometry.pose import exp
+from fusion.geometry.trajectory import Trajectory
+from fusion.mesh.mesh import Mesh
 from fusion.passes.from_result import is_result, pass_of_result
+from fusion.passes.one_pass import Pass
 from fusion.passes.pipeline import merge_passes
 from fusion.passes.transforms_file import read_transforms
 
@@ -88,3 +93,17 @@ def test_one_pass_alone_and_one_twice_are_refused(tmp_path, capsys):
     sensors = ["--sensor", "kinect-v1"] * 3
     assert main(["merge", "one", "two", *sensors, "-o", str(tmp_path / "out")]) == 1
     assert "found 3 times; expected once or 2 times" in capsys.readouterr().err
+
+
+def test_a_copy_is_no_second_pass(tmp_path):
+    """A copy of a result, and another scan of the same recording, are told before any work."""
+
+    def given(name, place, lifted=0.0):
+        ball = trimesh.creation.icosphere(2, 0.1)
+        mesh = Mesh(np.array(ball.vertices) + lifted, np.array(ball.faces, np.int32))
+        course = Trajectory(np.zeros(0), np.zeros((0, 4, 4)))
+        return Pass(name, SimpleNamespace(path=place), [], course, mesh, 0.001, 0.004, 0.001, "", {})
+
+    for second in (given("copy", tmp_path / "elsewhere"), given("again", tmp_path, 0.001)):
+        with pytest.raises(FusionError, match=f"given twice; in {second.name}; found the recording or the mesh of one"):
+            merge_passes([given("one", tmp_path), second])

@@ -10,6 +10,7 @@ import trimesh
 from fusion.commands.main import main
 from fusion.errors import MeshError
 from fusion.geometry import pose
+from fusion.mesh.comparison.distances import surface_of
 from fusion.mesh.files import read_mesh, write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.repeatability.bias import bias_and_spread
@@ -17,7 +18,9 @@ from fusion.repeatability.find_forms import find_forms
 from fusion.repeatability.forms import Plane, Sphere, fit_plane, fit_sphere, form_error
 from fusion.repeatability.numbers import repeatability, reproducibility
 from fusion.repeatability.repeat import RepeatSettings, repeat
-from fusion.repeatability.together import lay_together
+from fusion.repeatability.scans import read_scans
+from fusion.repeatability.together import Together, lay_together
+from fusion.results.repeat import judge_repeat
 
 SPREAD, RADIUS, APART = 3e-4, 0.02, 0.09
 ONE = np.zeros(5, np.intp)
@@ -161,6 +164,54 @@ def test_one_scan_is_refused(tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     assert main(["repeat", str(tmp_path / "empty"), str(tmp_path / "one.ply"), "-o", str(tmp_path / "other")]) == 1
     assert "without mesh.ply" in capsys.readouterr().err
+
+
+def test_a_copy_is_no_second_scan(tmp_path, capsys):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        write_mesh(tmp_path / name / "mesh.ply", scan(0))
+    assert main(["repeat", str(tmp_path / "one"), str(tmp_path / "two"), "-o", str(tmp_path / "out")]) == 1
+    assert "a scan is given twice; in two; found each vertex where one has it" in capsys.readouterr().err
+    with pytest.raises(MeshError, match="given twice; in scan 3"):
+        repeat([scan(0), scan(1), scan(0)])
+
+
+def test_scans_are_in_metres(tmp_path, capsys):
+    """STL is millimetres as everywhere; another unit is told in one line before any work."""
+    one = scan(0)
+    in_mm = Mesh(1000 * scan(1).vertices, one.faces)
+    for name, mesh in {"one.ply": one, "mm.ply": in_mm, "mm.stl": in_mm}.items():
+        write_mesh(tmp_path / name, mesh)
+    given = ["repeat", *(str(tmp_path / name) for name in ("one.ply", "mm.ply")), "-o", str(tmp_path / "out")]
+    assert main(given) == 1
+    assert "scans of other sizes; in mm.ply" in capsys.readouterr().err
+    with pytest.raises(MeshError, match="other sizes"):  # all of them in millimetres
+        repeat([in_mm, Mesh(1000 * one.vertices, one.faces)])
+    (read,) = read_scans([tmp_path / "mm.stl"])
+    assert np.ptp(read.mesh.vertices) == pytest.approx(np.ptp(scan(1).vertices), rel=1e-6)
+
+
+def test_of_another_object_nothing_is_measured(monkeypatch, tmp_path, capsys):
+    def lost(meshes):
+        return Together(np.array([np.eye(4)] * 2), [surface_of(mesh) for mesh in meshes], ["kept", "poor"])
+
+    monkeypatch.setattr("fusion.repeatability.repeat.lay_together", lost)
+    found = repeat([scan(0, moved=False), scan(1, moved=False)])
+    assert not found.features.quantities
+    lights = judge_repeat(found).lights
+    assert [light.subject for light in lights] == ["One object"] and judge_repeat(found).worth.word == "failed"
+    for k in range(3):
+        write_mesh(tmp_path / f"{k}.ply", scan(k, moved=False))
+    assert main(["compare", *(str(tmp_path / f"{k}.ply") for k in range(3)), "-o", str(tmp_path / "out")]) == 1
+    assert "the scans have no mean" in (told := capsys.readouterr().err) and "found 1.ply: no pose" in told
+
+
+def test_a_wide_band_finds_no_forms():
+    """Within a tenth of its size an egg is a ball and its flanks are planes; within a hundredth they are not."""
+    egg = trimesh.creation.icosphere(4, 0.1).apply_transform(np.diag([1.0, 0.8, 1.3, 1.0]))
+    points, face = trimesh.sample.sample_surface(egg, 8000, seed=0)
+    for width in (0.001, 0.02):
+        assert not find_forms(np.asarray(points), egg.face_normals[face], width)
 
 
 @pytest.mark.slow

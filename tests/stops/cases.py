@@ -54,7 +54,7 @@ CASES = [
     Case("simulate", "IN/wall/scene.json -o OUT --camera IN/other.json", (FRAMES, SIGHT)),
     Case("simulate", "--ideal IN/scan -o OUT --sensor kinect-v1", ("fusion.simulation.ideal.recording:sense_all",)),
     Case("compare", "IN/ball.ply IN/ball.ply -o OUT --no-report", (COMPARE,)),
-    Case("repeat", "IN/ball.ply IN/ball.ply -o OUT --no-report", ("fusion.repeatability.repeat:repeat",)),
+    Case("repeat", "IN/ball.ply IN/moved.ply -o OUT --no-report", ("fusion.repeatability.repeat:repeat",)),
     Case("evaluate", "IN/walls -o OUT --no-report", ("fusion.evaluation.evaluate:evaluate",)),
     Case(
         "reconstruct",
@@ -91,6 +91,7 @@ def make_inputs(folder: Path) -> None:
     write_recording(folder / "scan", CAMERA, frames, scene={"mesh": "ball.ply"})
     write_mesh(folder / "scan" / "ball.ply", ball)
     write_mesh(folder / "ball.ply", ball)
+    write_mesh(folder / "moved.ply", Mesh(ball.vertices + 0.001, ball.faces))
     _write_camera(folder / "other.json", 32, 24)
     simulated(folder / "wall", "wall --set frames=1")
     shutil.copy(folder / "other.json", folder / "wall" / "camera.json")

@@ -119,15 +119,21 @@ def _name(meshes: list[Path]) -> str:
 
 def _repeated(options: argparse.Namespace, notes: list[str]) -> "Repeat | None":
     """Several scans beside each other; None where there is one."""
-    from fusion.repeatability.repeat import repeat
+    from fusion.repeatability.repeat import RepeatSettings, repeat
     from fusion.repeatability.scans import read_scans
+    from fusion.results.repeat import judge_repeat
 
     if len(options.mesh) == 1:
         return None
     if options.no_align:
         do = "leave it out: several scans are laid on each other first"
         raise FusionError("--no-align is for one mesh", "--no-align", f"{len(options.mesh)} scans", do=do)
-    return repeat([scan.mesh for scan in read_scans(options.mesh, notes)])
+    scans = read_scans(options.mesh, notes)
+    found = repeat([scan.mesh for scan in scans], RepeatSettings(names=tuple(scan.name for scan in scans)))
+    worth = judge_repeat(found).worth
+    if worth.word == "failed":
+        raise FusionError("the scans have no mean", "MESH", worth.reasons[0].reason.rstrip("."), "scans of one object")
+    return found
 
 
 def _lines(comparison: "Comparison") -> list[str]:

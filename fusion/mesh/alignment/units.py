@@ -13,7 +13,7 @@ _NAMES = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "inch": "inch
 # Centimetres and inches are 2.5 apart: told only where the other one would need a part or a plate of twice the size
 _RATIOS = {"mm": (320.0, 3200.0), "cm": (80.0, 200.0), "inch": (25.0, 49.0)}
 _SMALL = 0.005  # [m] no object of a depth camera
-_LARGE = 100.0  # [m] both larger than this: no depth camera's metres
+LARGE = 100.0  # [m] both larger than this: no depth camera's metres
 
 
 def in_metres(
@@ -43,7 +43,7 @@ def in_metres(
     notes = []
     for index, (name, larger) in enumerate((("mesh", 1 / ratio), ("reference", ratio))):
         stated = unit is not None and name == "reference"
-        found = None if stated else "mm" if unit is None and min(sizes) > _LARGE else _unit(larger)
+        found = None if stated else "mm" if unit is None and min(sizes) > LARGE else _unit(larger)
         if found:
             factors[index] = UNITS[found]
             do = " If that is wrong, name its unit with --unit." if name == "reference" else ""

@@ -15,6 +15,7 @@ from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import in_metres, size
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.comparison.knowable import OVER, SIGMA, Knowable, knowable, over_sigma
+from fusion.mesh.comparison.mirrored import mirrored_note
 from fusion.mesh.comparison.statistics import DistanceStatistics, fscore, histogram
 from fusion.mesh.comparison.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.files import write_mesh
@@ -142,13 +143,17 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         with stage("aligning"):
             alignment = align_meshes(mesh, reference, settings.scale, surfaces, seen)
     if alignment.status == "poor":
-        notes.append("No pose was found in which the mesh fits the reference; the distances may mean nothing.")
+        sizes = f"{size(mesh):.3g} m and {size(reference):.3g} m from end to end"
+        notes.append(f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing.")
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()
     with stage("measuring"):
         there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
     accuracy = DistanceStatistics.of(there)
+    if settings.align and not left_out:
+        with stage("aligning"):
+            notes += mirrored_note(mesh, reference, surfaces[1], float(np.sqrt(np.mean(there**2))))
     with stage("measuring"):
         back, unseen = _back(reference, surfaces[0], pose, settings, seen)
     if seen is None:

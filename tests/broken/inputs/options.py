@@ -39,7 +39,7 @@ NUMERIC: dict[str, tuple[list[str], tuple[str, ...]]] = {
     "compare --max-distance": (["compare", "good.ply", "good.ply", *SCAN, "--max-distance"], ("inf", "1e300")),
     "convert --triangles": (["convert", "good.ply", "out.ply", "--triangles"], ("1_0", "\u0663")),
     "convert --smooth": (["convert", "good.ply", "out.ply", "--smooth"], ("0", "1_0", "\u0663")),
-    "repeat --diameter": (["repeat", "good.ply", "good.ply", *SCAN, "--diameter"], ()),
+    "repeat --diameter": (["repeat", "good.ply", "moved.ply", *SCAN, "--diameter"], ()),
     "simulate --seed": (
         ["simulate", "wall", "-o", "out", "--set", "frames=1", "--camera", "camera.json", "--seed"],
         ("0", "1_0", "\u0663"),

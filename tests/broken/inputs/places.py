@@ -19,7 +19,7 @@ COMMANDS = {
     "noise": ["calibrate", "noise", "wall", "-o", "OUT", "--no-report"],
     "intrinsics": ["calibrate", "intrinsics", "checkerboard", "--board", "board.json", "-o", "OUT", "--no-report"],
     "compare": ["compare", "good.ply", "good.ply", "-o", "OUT", "--no-report"],
-    "repeat": ["repeat", "good.ply", "good.ply", "-o", "OUT", "--no-report"],
+    "repeat": ["repeat", "good.ply", "moved.ply", "-o", "OUT", "--no-report"],
     "reconstruct": ["reconstruct", "wall", "-o", "OUT", "--no-report", "--voxel", "0.02"],
     "turntable": ["turntable", "turntable", "-o", "OUT", "--no-report", "--voxel", "0.008"],
     "explain": ["explain", "wall", "--sensor", "kinect-v1", "-o", "OUT"],
