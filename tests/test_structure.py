@@ -98,6 +98,12 @@ def test_no_room_is_crowded():
     assert not {room: count for room, count in counts.items() if count > MOST}
 
 
+def test_no_two_classes_have_one_name():
+    names = [n.name for path in SOURCES for n in ast.parse(path.read_text(encoding="utf-8")).body
+             if isinstance(n, ast.ClassDef) and not n.name.startswith("_")]  # fmt: skip
+    assert [name for name, count in Counter(names).items() if count > 1] == []
+
+
 def test_help_loads_nothing_slow():
     """Neither the overview nor the help of any command may load the large libraries."""
     program = """

@@ -67,7 +67,7 @@ class TableFile(Struct):
 
 
 @dataclass(frozen=True)
-class Reading:
+class ResultReading:
     """How the recording of a result is to be read where it does not say so itself.
 
     Attributes:
@@ -85,7 +85,7 @@ def is_result(path: Path) -> bool:
     return all((path / name).is_file() for name in FILES[:2])
 
 
-def pass_of_result(folder: Path, reading: Reading | None = None) -> Pass:
+def pass_of_result(folder: Path, reading: ResultReading | None = None) -> Pass:
     """The pass of a result.
 
     Raises:
@@ -93,7 +93,7 @@ def pass_of_result(folder: Path, reading: Reading | None = None) -> Pass:
         RecordingError: its recording is not where it was.
         SensorError: the model that it was made with is not known by name.
     """
-    reading = reading or Reading()
+    reading = reading or ResultReading()
     missing = [name for name in (*FILES,) if not (folder / name).is_file()]
     if missing:
         raise FusionError("the scan's result is not whole", folder, f"no {missing[0]}", ", ".join(FILES), AGAIN)

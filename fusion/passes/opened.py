@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fusion.errors import TrackingError
-from fusion.passes.from_result import Reading, is_result, pass_of_result
+from fusion.passes.from_result import ResultReading, is_result, pass_of_result
 from fusion.passes.one_pass import Pass, pass_of_scan
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
@@ -37,7 +37,7 @@ def open_pass(
     """
     if not isinstance(what, Recording):
         if is_result(Path(what)):
-            return replace(pass_of_result(Path(what), Reading(sensor, camera, topic)), name=Path(what).name)
+            return replace(pass_of_result(Path(what), ResultReading(sensor, camera, topic)), name=Path(what).name)
         what = open_recording(what, camera, topic)
     settings = ScanSettings(sensor=sensor)
     scan = scan_turntable(what, settings)

@@ -28,7 +28,7 @@ class PrintAgreement:
 
     Attributes:
         edges: (m, 2) of the n.
-        alike, own, chance: (m,) see `Compared`; NaN where a pair shares too little.
+        alike, own, chance: (m,) see `PrintPair`; NaN where a pair shares too little.
         count: n.
     """
 

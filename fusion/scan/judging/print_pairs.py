@@ -29,7 +29,7 @@ ELSEWHERE = tuple((FAR * v, FAR * u) for v in (-1, 0, 1) for u in (-1, 0, 1) if 
 
 
 @dataclass(frozen=True)
-class Printed:
+class PrintedFrame:
     """A frame with its print, and some places of it in the object's frame.
 
     Attributes:
@@ -50,7 +50,7 @@ class Printed:
 
 
 @dataclass(frozen=True)
-class Compared:
+class PrintPair:
     """What a pair of frames says.
 
     Attributes:
@@ -64,7 +64,7 @@ class Compared:
     chance: float
 
 
-def printed(frame: Prepared, region: Region, T: Array) -> Printed | None:
+def printed(frame: Prepared, region: Region, T: Array) -> PrintedFrame | None:
     """The print of a frame (cut to the window of the region); None where it has no colours or shows nothing."""
     surface = frame.surface
     assert surface.incidence is not None
@@ -78,10 +78,10 @@ def printed(frame: Prepared, region: Region, T: Array) -> Printed | None:
     points = pose.transform(T, surface.points[v, u].astype(float))
     near = NEAR + NOISES * np.nan_to_num(surface.sigma[v, u].astype(float))
     normals = surface.normals[v, u] @ T[:3, :3].T
-    return Printed(frame, T, contrast(frame.color, shown), v, u, points, normals, near)
+    return PrintedFrame(frame, T, contrast(frame.color, shown), v, u, points, normals, near)
 
 
-def compared(one: Printed, other: Printed) -> Compared:
+def compared(one: PrintedFrame, other: PrintedFrame) -> PrintPair:
     """What two frames say where their motion puts them."""
     which, (v, u), z = facing(one.points, one.normals, other.frame, other.T)
     same = np.abs(other.frame.depth[v, u] - z) < one.near[which]  # of NaN it is not true
@@ -94,7 +94,7 @@ def compared(one: Printed, other: Printed) -> Compared:
     chances = np.array([_correlation(mine, _at(other.print, there, by)) for by in ELSEWHERE])
     chances = chances[np.isfinite(chances)]
     chance = float(np.sqrt(np.mean(chances**2))) if len(chances) else float("nan")
-    return Compared(alike, min(own), chance)
+    return PrintPair(alike, min(own), chance)
 
 
 def _at(image: Image, at: tuple[NDArray, NDArray], by: tuple[int, int] = (0, 0)) -> Array:
