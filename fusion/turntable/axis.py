@@ -1,6 +1,7 @@
 """The axis of a turntable and how points move about it."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,3 +68,10 @@ class Axis:
         x = towards / np.linalg.norm(towards)
         R = np.stack([x, np.cross(self.direction, x), self.direction])
         return pose.pose(R, -R @ self.point)
+
+
+class Turns(NamedTuple):
+    """What a table does: `axis` in the camera's frame, `angles` (n,) [rad] by which each view is turned about it."""
+
+    axis: Axis
+    angles: Array

@@ -22,7 +22,7 @@ from fusion.turntable.all_views.together import (
     misfit,
     together,
 )
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.guess.alone import Alone
 from fusion.turntable.guess.beginning import begun_with
 from fusion.turntable.pairs.edges import stack
@@ -119,7 +119,7 @@ def estimate_motion(
         return by_hand(begun.by_hand, (n, used, seen), centre)
     told = None if commanded is None else commanded[used]
     fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
-    fit, camera_fit, taken_out = _refine((shown, fine), (axis, angles), told, known)
+    fit, camera_fit, taken_out = _refine((shown, fine), Turns(axis, angles), told, known)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -233,7 +233,7 @@ def _refuse_still(angles: Array) -> None:
 
 def _refine(
     views: tuple[list[ObjectView], Callable[[], list[ObjectView]]],
-    guess: tuple[Axis, Array],
+    guess: Turns,
     commanded: Array | None,
     known: DepthKnown | None,
 ) -> tuple[Loop, Loop, SelfCheck]:
@@ -254,7 +254,7 @@ def _refine(
 
     def fitted(free: tuple[str, ...], check: SelfCheck | None) -> Loop:
         passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free, told=told)
-        return close_loop(some, (middle.axis, middle.angles), edges, passes, check)
+        return close_loop(some, Turns(middle.axis, middle.angles), edges, passes, check)
 
     stated = no_errors(seen.views, known)
     plain = fitted(first, stated)
@@ -269,12 +269,12 @@ def _refine(
         return plain, camera_fit, plain.check.open_for(last)
     passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen, told=told)
     seen = stack(views[1]())
-    fine = close_loop(seen, (best.axis, best.angles), choose_edges(best.angles, WIDEST, 10), passes, best.check)
+    fine = close_loop(seen, Turns(best.axis, best.angles), choose_edges(best.angles, WIDEST, 10), passes, best.check)
     if WORTH * misfit(fine) > misfit(best):  # more points fit worse: the errors ran away with noise
         return plain, camera_fit, plain.check.open_for(last)
     # the volume is filled through the camera as it is stated: the axis must stand where that sees it
     passes = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
     taken_out = fine.check.depth_alone() if flight else stated
-    fit = close_loop(seen, (fine.axis, fine.angles), edges, passes, taken_out)
+    fit = close_loop(seen, Turns(fine.axis, fine.angles), edges, passes, taken_out)
     fit = replace(fit, angles=fine.angles, angle_std=fine.angle_std, check=fine.check)
     return fit, camera_fit, taken_out.open_for(last)

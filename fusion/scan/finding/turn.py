@@ -16,7 +16,7 @@ from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.calibrated import depth_std, tilt_std
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.log import with_log
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.guess.told_step import refuse_contradicted_step
 from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import Rays, rays_of
@@ -108,7 +108,7 @@ def _finished(
                 fuse(volume, frame, T)
         return volume
 
-    found = finish(rays, (motion.axis, motion.angles), model_of, motion.taken_out, how)
+    found = finish(rays, Turns(motion.axis, motion.angles), model_of, motion.taken_out, how)
     std = motion.angle_std if motion.held else found.angle_std
     moved = replace(motion, axis=found.axis, angles=found.angles, angle_std=std, axis_std=found.axis_std)
     return replace(moved, camera_check=found.check, taken_out=found.check, size_std=found.size_std)

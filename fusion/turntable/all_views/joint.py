@@ -160,7 +160,7 @@ def angle_stds(seen: ViewStack, state: State, edges: Edges, limits: ViewPairLimi
     i, j = np.array(edges, np.intp).T
     found = twists(seen, edges, M[j] @ pose.inverse(M[i]), state.axis.point, limits, state.focal)
     good = (found.misfit < WORST) & (found.pairs > FEWEST)
-    H, _ = normal_equations(found, (state.axis, M), (i, j), np.where(good, EFFECTIVE, 0.0))
+    H, _ = normal_equations(found, state.axis, M, (i, j), np.where(good, EFFECTIVE, 0.0))
     turns = SHARED + 3 * np.arange(1, len(M))
     kept = np.append(np.arange(4), turns)
     values = H[np.ix_(kept, kept)] + np.diag(
@@ -183,7 +183,7 @@ def _fit(
         M = state.motions()
         found = say(M[j] @ pose.inverse(M[i]), state.axis.point, state.focal)
         good = (found.misfit < WORST) & (found.pairs > FEWEST)
-        H, g = normal_equations(found, (state.axis, M), (i, j), np.where(good, EFFECTIVE, 0.0))
+        H, g = normal_equations(found, state.axis, M, (i, j), np.where(good, EFFECTIVE, 0.0))
         H[across, across] += 1 / free.loose**2
         g[across] += state.shifts.ravel() / free.loose**2
         H[SHARED - 1, SHARED - 1] += 1 / FOCAL**2

@@ -14,7 +14,7 @@ from scipy.linalg import solve
 
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import log_equations
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.pairs.edges import ViewStack, edge_sums, stack
 from fusion.turntable.selfcheck import NAMES, DepthKnown, SelfCheck, prior_of
 from fusion.turntable.views import ObjectView
@@ -127,7 +127,7 @@ def choose_edges(angles: Array, widest: float = np.deg2rad(35), per_frame: int =
 
 def close_loop(
     views: Sequence[ObjectView] | ViewStack,
-    motion: tuple[Axis, Array],
+    motion: Turns,
     edges: list[tuple[int, int]],
     settings: LoopSettings | None = None,
     check: SelfCheck | None = None,
@@ -151,7 +151,7 @@ def close_loop(
         some = seen if reach == settings.reaches[-1] else seen.thinned(COARSE_POINTS)
         for _ in range(iterations):
             system = _System(n)
-            _add_edges(system, some, (axis, angles), edges, (reach, check, settings.free_camera))
+            _add_edges(system, some, Turns(axis, angles), edges, (reach, check, settings.free_camera))
             _add_prior(system, check)
             if settings.told is not None:
                 _add_log(system, angles, settings.told)
@@ -206,7 +206,7 @@ def _add_log(system: _System, angles: Array, told: Array) -> None:
 def _add_edges(
     system: _System,
     seen: ViewStack,
-    motion: tuple[Axis, Array],
+    motion: Turns,
     edges: list[tuple[int, int]],
     how: tuple[float, SelfCheck, tuple[str, ...]],
 ) -> None:

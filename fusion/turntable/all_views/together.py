@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.pairs.edges import ViewStack
 from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, DepthKnown, SelfCheck
@@ -40,16 +40,16 @@ def together(
     told = None if commanded is None else of_its_sign(angles, commanded)
     coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",), told=told)
     some, check = shown.thinned(COARSE_POINTS), no_errors(shown.views, known)
-    first = _begun(some, (axis, angles), coarse, check)
+    first = _begun(some, Turns(axis, angles), coarse, check)
     if told is not None and np.ptp(angles - told) > OTHER:
-        first = min(first, _begun(some, (axis, told), coarse, check), key=misfit)
+        first = min(first, _begun(some, Turns(axis, told), coarse, check), key=misfit)
     angles = _close_turns(some, first)
     edges = choose_edges(angles, WIDEST, 4)
-    middle = close_loop(some, (first.axis, angles), edges, coarse, first.check)
+    middle = close_loop(some, Turns(first.axis, angles), edges, coarse, first.check)
     return middle, choose_edges(middle.angles, WIDEST, 4)
 
 
-def _begun(seen: ViewStack, motion: tuple[Axis, Array], settings: LoopSettings, check: SelfCheck) -> Loop:
+def _begun(seen: ViewStack, motion: Turns, settings: LoopSettings, check: SelfCheck) -> Loop:
     """The turns one after the other from a first guess."""
     angles = motion[1]
     local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
@@ -80,8 +80,8 @@ def fit_camera(
     errors = tuple(name for name in left_open or DEPTH_ERRORS if name != "stretch")
     start = replace(middle.check, prior=np.append(PRIOR[: len(LENS)], middle.check.prior[len(LENS) :]))
     # to its end: stopped early it leaves to the errors of depth what is the camera's
-    alone = close_loop(shown, (middle.axis, middle.angles), edges, _passes(LENS, 15, told), start)
-    both = close_loop(shown, (alone.axis, alone.angles), edges, _passes(LENS + errors, 5, told), alone.check)
+    alone = close_loop(shown, Turns(middle.axis, middle.angles), edges, _passes(LENS, 15, told), start)
+    both = close_loop(shown, Turns(alone.axis, alone.angles), edges, _passes(LENS + errors, 5, told), alone.check)
     return both if believed(both, alone) else alone
 
 
@@ -129,7 +129,7 @@ def _close_turns(seen: ViewStack, fit: Loop) -> Array:
         return fit.angles
     which, pair = np.array(picks).T
     edges = list(zip(i[pair].tolist(), j[pair].tolist(), strict=True))
-    wrong = misfits(seen, edges, (fit.axis, turns[which, pair]), REACH, fit.check)
+    wrong = misfits(seen, edges, Turns(fit.axis, turns[which, pair]), REACH, fit.check)
     count = np.bincount(which, minlength=len(tries))
     values = np.where(count > 0, np.bincount(which, wrong, len(tries)) / np.maximum(count, 1), 1.0)
     best, stay = float(tries[int(np.argmin(values))]), values[-1]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fusion.errors import TrackingError
 from fusion.turntable.all_views.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly, fit_to_pairs
 from fusion.turntable.all_views.loop import LoopSettings, close_loop
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.guess.everywhere import Heard, listen
 from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.start import axis_guesses
@@ -135,7 +135,7 @@ def _upright(views: Sequence[ObjectView], seen: ViewStack, region: Region, keys:
         angles = np.zeros(2 * len(best))
         angles[1::2] = [heard.found.turns[k] for _, k in best.values()]
         alone = [(k, k + 1) for k in range(0, len(angles), 2)]
-        closed = close_loop(both, (axis, angles), alone, LoopSettings((0.03, 0.015), (5, 4)))
+        closed = close_loop(both, Turns(axis, angles), alone, LoopSettings((0.03, 0.015), (5, 4)))
         return value, axis_through(closed.axis.direction, points) if closed.axis.direction[1] < 0 else axis
 
     value, axis = max((fit(axis) for axis in tried), key=lambda found: found[0])

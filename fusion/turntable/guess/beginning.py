@@ -10,7 +10,7 @@ from fusion.errors import TrackingError
 from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.loop import LoopSettings, close_loop
 from fusion.turntable.all_views.together import REACH
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.guess.alone import Alone, find_alone, found_again
 from fusion.turntable.guess.start import axis_guesses, find_turns, search_range
 from fusion.turntable.pairs.edges import ViewStack, stack
@@ -45,10 +45,10 @@ class Begun:
 
 def begin(
     views: Sequence[ObjectView], region: Region, commanded: Array | None
-) -> tuple[NDArray[np.intp], list[ObjectView], list[ObjectView], float, tuple[Axis, Array]]:
+) -> tuple[NDArray[np.intp], list[ObjectView], list[ObjectView], float, Turns]:
     """Frames that show the object, their views whole and thinned above the plate, where it ends, and a first motion."""
     begun = begun_with(views, region, commanded)
-    return begun.used, begun.seen, begun.shown, begun.floor, (begun.axis, begun.angles)
+    return begun.used, begun.seen, begun.shown, begun.floor, Turns(begun.axis, begun.angles)
 
 
 def begun_with(
@@ -129,16 +129,14 @@ def _try_axis(both: ViewStack, axis: Axis) -> tuple[float, Axis, Array]:
     for _ in range(2):
         angles = np.zeros(n)
         angles[1::2] = find_turns(both, alone, axis, np.tile(search_range(), (len(alone), 1)), REACH).turns
-        fit = close_loop(both, (axis, angles), alone, LoopSettings((REACH, REACH / 2), (6, 4)))
+        fit = close_loop(both, Turns(axis, angles), alone, LoopSettings((REACH, REACH / 2), (6, 4)))
         axis, turns = fit.axis, fit.angles[1::2] - fit.angles[0::2]
     if axis.direction[1] > 0:  # up is -y
         return 1.0, axis, turns
-    return float(np.mean(misfits(both, alone, (axis, turns), 0.02))), axis, turns
+    return float(np.mean(misfits(both, alone, Turns(axis, turns), 0.02))), axis, turns
 
 
-def _chain(
-    views: list[ObjectView], axis: Axis, turns: Array, stride: int, commanded: Array | None
-) -> tuple[Axis, Array]:
+def _chain(views: list[ObjectView], axis: Axis, turns: Array, stride: int, commanded: Array | None) -> Turns:
     """Angles (n,) of all frames, by key frames `stride` apart."""
     keys = np.append(np.arange(0, len(views) - 1, stride), len(views) - 1)
     typical = float(np.median(turns)) / stride
@@ -150,11 +148,11 @@ def _chain(
     found = find_turns(seen, alone, axis, expected[:, None] + np.deg2rad(np.arange(-10, 10.1, 2)), REACH)
     steps = found.turns
     if commanded is not None:  # what the table says holds unless the surface clearly contradicts
-        steps = np.where(found.misfit > 0.7 * misfits(seen, alone, (axis, expected), REACH), expected, steps)
+        steps = np.where(found.misfit > 0.7 * misfits(seen, alone, Turns(axis, expected), REACH), expected, steps)
     at_keys = np.concatenate([[0.0], np.cumsum(steps)])
-    fit = close_loop(seen, (axis, at_keys), alone, LoopSettings((REACH, REACH / 2), (5, 3)))
+    fit = close_loop(seen, Turns(axis, at_keys), alone, LoopSettings((REACH, REACH / 2), (5, 3)))
     if commanded is not None:  # between the keys as told
         told_angles = sign * (commanded - commanded[0])
         correction = np.interp(np.arange(len(views)), keys, at_keys - told_angles[keys])
-        return fit.axis, told_angles + correction
-    return fit.axis, np.interp(np.arange(len(views)), keys, fit.angles)
+        return Turns(fit.axis, told_angles + correction)
+    return Turns(fit.axis, np.interp(np.arange(len(views)), keys, fit.angles))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.pairs.edges import Edges, ViewStack
 from fusion.turntable.pairs.misfit import misfits
 
@@ -38,7 +38,7 @@ def find_turns(seen: ViewStack, edges: Edges, axis: Axis, candidates: Array, rea
     def best_of(turns: Array) -> FoundTurns:
         k = turns.shape[1]
         tried = [edge for edge in edges for _ in range(k)]
-        values = misfits(seen, tried, (axis, turns.ravel()), reach).reshape(turns.shape)
+        values = misfits(seen, tried, Turns(axis, turns.ravel()), reach).reshape(turns.shape)
         best = np.argmin(values, axis=1)[:, None]
         return FoundTurns(np.take_along_axis(turns, best, 1)[:, 0], np.take_along_axis(values, best, 1)[:, 0])
 

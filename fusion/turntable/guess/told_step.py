@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError, TrackingError
+from fusion.turntable.axis import Turns
 from fusion.turntable.guess.beginning import begin
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.pairs.misfit import misfits
@@ -37,7 +38,7 @@ def refuse_contradicted_step(views: Sequence[ObjectView], region: Region, step: 
     pairs = [(k, k + 1) for k in range(len(turns))]
 
     def misfit(tried: NDArray[np.float64]) -> float:
-        return float(np.mean(misfits(seen, pairs, (axis, tried), REACH)))
+        return float(np.mean(misfits(seen, pairs, Turns(axis, tried), REACH)))
 
     own = abs(float(np.median(turns / gaps)))
     differs = abs(own - abs(step)) > max(OTHER[0] * abs(step), OTHER[1])

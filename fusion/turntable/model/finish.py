@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.tracking.pairs import tukey
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.model.cells import CUT
 from fusion.turntable.model.meeting import ANGLE, AXIS, RESIDUAL, SIGMA
 from fusion.turntable.model.rays import Rays, bundle
@@ -64,7 +64,7 @@ class How:
 
 def finish(
     rays: Sequence[Rays | None],
-    motion: tuple[Axis, Array],
+    motion: Turns,
     build: Callable[[Axis, Array, SelfCheck], Volume],
     check: SelfCheck,
     how: How | None = None,
@@ -87,7 +87,7 @@ def finish(
         volume = build(axis, angles if last else _some_of(angles), check)
         seen = every if last else every.thinned(EARLY_RAYS)
         for _ in range(2):
-            e = equations(seen.without(check), (axis, angles), volume, check)
+            e = equations(seen.without(check), Turns(axis, angles), volume, check)
             if len(e.rows) == 0:  # nothing of what was seen lies near the model
                 return Finished(axis, angles, np.full(len(angles), np.nan), check)
             firm = solve(e, (check, alike), steady=True)
@@ -103,7 +103,7 @@ def finish(
     std, size = found.std[e.shared :] * alike, None
     if how.doubt is not None:
         open_, left = replace(check, prior=how.doubt), seen.without(check)
-        size = size_std(left, (axis, angles), equations(left, (axis, angles), volume, open_), open_)
+        size = size_std(left, Turns(axis, angles), equations(left, Turns(axis, angles), volume, open_), open_)
     known = np.isfinite(angles)
     return Finished(axis, angles, np.where(known, std, np.nan), check, firm.std[:AXIS] * alike, size)
 

@@ -13,7 +13,7 @@ counted: they stand for all that may be wrong so, and what they do not hold is a
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Turns
 from fusion.turntable.model.meeting import AXIS
 from fusion.turntable.model.rays import Bundle
 from fusion.turntable.model.system import CellEquations, moved_axis, placed, steady_system
@@ -24,7 +24,7 @@ SOME = 30_000  # points that tell how the size changes
 STEPS = np.full(AXIS, 1e-4)  # [rad], [m] small ones, for derivatives
 
 
-def size_std(rays: Bundle, motion: tuple[Axis, Array], e: CellEquations, check: SelfCheck) -> float:
+def size_std(rays: Bundle, motion: Turns, e: CellEquations, check: SelfCheck) -> float:
     """Relative standard deviation of the size of what a motion makes of the rays.
 
     Args:
@@ -47,7 +47,7 @@ def size_std(rays: Bundle, motion: tuple[Axis, Array], e: CellEquations, check: 
     return float(np.sqrt(np.sum(by_error**2 / check.information)))
 
 
-def growths(rays: Bundle, motion: tuple[Axis, Array], check: SelfCheck) -> Array:
+def growths(rays: Bundle, motion: Turns, check: SelfCheck) -> Array:
     """By how much (4 + 10,) the size of the object grows, relative, per unit of each step of the axis and of each error
     of depth: the common scale, beside a rigid motion, of where the points go along their normals.
     """

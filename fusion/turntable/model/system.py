@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.model.cells import normal_equations, settle
 from fusion.turntable.model.meeting import AXIS, CELLS, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT, by_cell, meet
 from fusion.turntable.model.rays import Bundle
@@ -43,7 +43,7 @@ class CellEquations:
         return self.rows.shape[1] - SHARED
 
 
-def equations(rays: Bundle, motion: tuple[Axis, Array], volume: Volume, check: SelfCheck) -> CellEquations:
+def equations(rays: Bundle, motion: Turns, volume: Volume, check: SelfCheck) -> CellEquations:
     """What each ray says where it meets the model, of the errors of depth too where `check` leaves them open."""
     axis, angles = motion
     poses = np.column_stack([placed(axis, angles)[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])

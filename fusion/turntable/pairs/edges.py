@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.start import start
 from fusion.errors import TrackingError
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Turns
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import ObjectView
 
@@ -97,7 +97,7 @@ def stack(views: Sequence[ObjectView]) -> ViewStack:
 
 def edge_sums(
     seen: ViewStack,
-    motion: tuple[Axis, Array],
+    motion: Turns,
     edges: Edges,
     reach: float,
     check: tuple[SelfCheck, Sequence[str]],
@@ -125,16 +125,14 @@ def edge_sums(
     return Sums(*(np.concatenate([getattr(p, name) for p in parts]) for name in Sums.__dataclass_fields__))
 
 
-def _some(
-    seen: ViewStack, motion: tuple[Axis, Array], edges: Edges, reach: float, check: tuple[SelfCheck, Sequence[str]]
-) -> Sums:
+def _some(seen: ViewStack, motion: Turns, edges: Edges, reach: float, check: tuple[SelfCheck, Sequence[str]]) -> Sums:
     from fusion.turntable.pairs.edge_pairs import PAIRED, sum_edges
 
     (axis, angles), (errors, names) = motion, check
     source, model = np.array(edges).T
     turns = angles[model] - angles[source]
     asked = [k for k, name in enumerate(NAMES) if name in names]
-    code, out = paired(seen, (axis, turns), edges, (reach, LEAST_COSINE), (errors, max(asked, default=-1) + 1))
+    code, out = paired(seen, Turns(axis, turns), edges, (reach, LEAST_COSINE), (errors, max(asked, default=-1) + 1))
     pair = code == PAIRED
     count = pair.sum(axis=1)
     ratio = np.full(code.shape, np.inf, np.float32)
@@ -157,7 +155,7 @@ def _scale(ratio: NDArray[np.float32], count: NDArray[np.int64]) -> Array:
 
 def paired(
     seen: ViewStack,
-    motion: tuple[Axis, Array],
+    motion: Turns,
     edges: Edges,
     limits: tuple[float, float],
     check: tuple[SelfCheck, int],

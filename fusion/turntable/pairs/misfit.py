@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Turns
 from fusion.turntable.pairs.edges import PART, Edges, ViewStack, paired
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 
@@ -12,9 +12,7 @@ LEAST_COSINE = 0.5  # between the normals of a pair: the turn may be wrong by mu
 NO_ERRORS = SelfCheck(np.zeros(len(NAMES)), 0.0, 1.0)
 
 
-def misfits(
-    seen: ViewStack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck = NO_ERRORS
-) -> Array:
+def misfits(seen: ViewStack, edges: Edges, motion: Turns, reach: float, check: SelfCheck = NO_ERRORS) -> Array:
     """How badly each turn fits: (m,) from 0 (perfect) to 1 (nothing fits).
 
     Points that the other view looked through count as wrong as points far off; points that it cannot see are left out.
@@ -29,10 +27,10 @@ def misfits(
     axis, turns = motion
     part = max(1, PART // max(int(np.max(np.diff(seen.first))), 1))
     some = [slice(k, k + part) for k in range(0, len(edges), part)]
-    return np.concatenate([np.zeros(0), *(_some(seen, edges[s], (axis, turns[s]), reach, check) for s in some)])
+    return np.concatenate([np.zeros(0), *(_some(seen, edges[s], Turns(axis, turns[s]), reach, check) for s in some)])
 
 
-def _some(seen: ViewStack, edges: Edges, motion: tuple[Axis, Array], reach: float, check: SelfCheck) -> Array:
+def _some(seen: ViewStack, edges: Edges, motion: Turns, reach: float, check: SelfCheck) -> Array:
     from fusion.turntable.pairs.edge_pairs import PAIRED, SEEN
 
     code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), (check, 0))

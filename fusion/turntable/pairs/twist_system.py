@@ -19,17 +19,17 @@ def planar_columns(axis: Axis) -> Array:
 
 
 def normal_equations(
-    found: Twists, motion: tuple[Axis, Array], edges: tuple[NDArray[np.intp], NDArray[np.intp]], weight: Array
+    found: Twists, axis: Axis, M: Array, edges: tuple[NDArray[np.intp], NDArray[np.intp]], weight: Array
 ) -> tuple[Array, Array]:
     """Matrix (k, k) and slope (k,), k = SHARED + 3 n, in [axis, focal length, (turn, shift 2) of each view].
 
     Args:
         found: of m edges.
-        motion: axis, and where the object is in each view (n, 4, 4).
+        axis: of the table.
+        M: (n, 4, 4) where the object is in each view.
         edges: source and model views (m,), (m,).
         weight: (m,) of the edges; 0 leaves one out.
     """
-    axis, M = motion
     i, j = edges
     own = planar_columns(axis)
     lean = np.zeros((6, 4))
