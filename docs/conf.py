@@ -1,6 +1,7 @@
 """The documentation site: `make docs` builds it into out/site, without a network and with warnings as errors."""
 
 import os
+from pathlib import Path
 
 import fusion
 
@@ -44,6 +45,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_signature": False,
+    "default_thumb_file": str(Path(__file__).parent / "pictures" / "scan.png"),
     "show_memory": False,
     "write_computation_times": False,
     "min_reported_time": 1e9,

@@ -29,7 +29,7 @@ fusion.write_simulation(folder / "my_scan", simulation)
 # depth: the projector's shadow, and edges.
 
 recording = fusion.open_recording(folder / "my_scan")
-plt.imshow(recording[0].depth, cmap="magma_r", vmin=0.5, vmax=0.9)
+plt.imshow(recording[0].depth, cmap="magma_r", vmin=0.5, vmax=1.2)
 plt.colorbar(label="depth [m]")
 recording
 

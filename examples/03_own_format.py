@@ -10,6 +10,7 @@ import tempfile
 from functools import partial
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import fusion
@@ -43,6 +44,8 @@ for i, frame in enumerate(fusion.sense_all([wall] * 8, CAMERA, fusion.read_senso
     np.savez(place / f"{i:04d}.npz", depth_mm=counts, time_s=i / 30)
 
 recording = open_rig(place)
+plt.imshow(recording[0].depth, cmap="magma_r")
+plt.colorbar(label="depth [m], white: none")
 recording
 
 # %%

@@ -35,13 +35,13 @@ scene = fusion.read_scene(place / "scene.json")
 
 # %%
 # The same scene, sensor and seed give the same bits. Structured light has no depth in the projector's shadow, beside
-# each thing; stereo makes things fat; time of flight reads a dark thing and inner corners too far.
+# each thing; stereo makes things fat; time of flight hangs on how much light comes back, and by which ways.
 
-camera = fusion.Camera(320, 240, fx=290, fy=290, cx=159.5, cy=119.5)
+camera = fusion.Camera(320, 240, fx=520, fy=520, cx=159.5, cy=119.5)
 names = ("kinect-v1", "realsense-d435", "kinect-v2-indoors")
 scene = replace(scene, camera=camera)
 truth = next(iter(fusion.simulate(scene).frames())).depth
-figure, axes = plt.subplots(1, 3, figsize=(12, 3.4), sharey=True)
+figure, axes = plt.subplots(1, 3, figsize=(12, 3.1), sharey=True, layout="constrained")
 for ax, name in zip(axes, names, strict=True):
     frame = next(iter(fusion.simulate(scene, fusion.read_sensor(name), seed=3).frames()))
     shown = ax.imshow(1e3 * (frame.depth - truth), cmap="RdBu_r", vmin=-10, vmax=10)

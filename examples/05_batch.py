@@ -39,9 +39,9 @@ if __name__ == "__main__":
     print(run_batch(items, WORDS, place / "out", BatchSettings(workers=2)))  # nothing is left to do
 
 # %%
-# Every recording has a row, with the reason where it was refused, and every number of the result's JSON files.
+# Every recording has a row, with the reason where it was refused, and all that the result's JSON files say.
 
 if __name__ == "__main__":
     with (place / "out" / "results.csv").open(encoding="utf-8") as table:
         for row in csv.DictReader(table):
-            print(f"{row['recording']:<16}{row['status']:<9}{row['reason'][:70]}")
+            print(f"{row['recording']}: {row['status']}. {row['reason'] or row['evaluation.summary']}")

@@ -10,6 +10,9 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
+import numpy as np
+
 import fusion
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
@@ -32,7 +35,21 @@ for seed, (distance, tilt) in enumerate([(0.8, 0), (1.1, 30), (1.4, -25), (1.9, 
 # The answer is a list of claims with what they rest on, and a model that holds them.
 
 found = fusion.explain(recordings, known)
-for claim in fusion.verdict_of(found).missing:
+verdict = fusion.verdict_of(found)
+for claim in verdict.missing:
     for name, number in claim.parameters.items():
         print(f"{claim.effect}.{name} = {number.value:.5f} +- {number.std:.5f} {number.unit}")
 found
+
+# %%
+# What was hidden, and what was found.
+
+distance = np.linspace(0.6, 2.6, 400)
+hidden = (0.003, 0.62, 0.5)
+named = [verdict.missing[0].parameters[key].value for key in ("amplitude", "period", "phase")]
+for label, (amplitude, period, phase) in {"hidden": hidden, "found": named}.items():
+    wave = 1e3 * amplitude * np.sin(2 * np.pi * distance / period + phase)
+    plt.plot(distance, wave, "--" if label == "found" else "-", label=label)
+plt.xlabel("distance [m]")
+plt.ylabel("error [mm]")
+plt.legend()

@@ -56,6 +56,7 @@ _PUBLIC = {
     "simulation.scenes": "built_in",
     "simulation.simulate": "Simulation simulate",
     "simulation.write": "write_simulation",
+    "files.json_values": "json_values",
     "discrepancy.explain": "Explanation explain",
     "discrepancy.verdict.content": "Verdict",
     "discrepancy.verdict.verdict": "verdict_of",

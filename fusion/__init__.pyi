@@ -77,3 +77,4 @@ from fusion.volume.settings import VolumeSettings as VolumeSettings
 from fusion.volume.volume import Volume as Volume
 
 __version__: str
+from fusion.files.json_values import json_values as json_values

@@ -21,7 +21,9 @@ from typing import Any
 
 from fusion.compute.process import tune_process
 from fusion.recording.open import open_recording
-from fusion.scan import attempt, motion, pipeline
+from fusion.scan import pipeline
+from fusion.scan.finding import attempt
+from fusion.scan.finding import turn as motion
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.files.sensor_file import read_sensor

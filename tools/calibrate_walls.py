@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.depth.calibration import DepthCalibration, calibrate_walls
-from fusion.calibration.depth.curve import POINTS
 from fusion.calibration.depth.known import Start
-from fusion.calibration.depth.plane import WallPlane
-from fusion.calibration.depth.wall import Means, Wall, wall_of
+from fusion.calibration.depth.maps.curve import POINTS
+from fusion.calibration.depth.walls.plane import WallPlane
+from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.calibration.series import PixelSeries
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect

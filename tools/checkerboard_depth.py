@@ -33,11 +33,11 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from fusion.calibration.depth.board_patches import projected, square_centres
-from fusion.calibration.depth.board_walls import middle_of_nine, seen_board
 from fusion.calibration.depth.calibration import DepthSettings, calibrate_walls, walls_of
 from fusion.calibration.depth.known import start
-from fusion.calibration.depth.wall import Wall
+from fusion.calibration.depth.walls.board_patches import projected, square_centres
+from fusion.calibration.depth.walls.board_walls import middle_of_nine, seen_board
+from fusion.calibration.depth.walls.wall import Wall
 from fusion.calibration.lens.boards.board import Board, read_board
 from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.commands.main import main as fusion

@@ -13,11 +13,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.likeness import Likeness, likeness
-from fusion.discrepancy.look import looks_of, wanted_channels
-from fusion.discrepancy.observations import Observations, observe
-from fusion.discrepancy.stage import stage_of
+from fusion.discrepancy.observe.look import looks_of, wanted_channels
+from fusion.discrepancy.observe.observations import Observations, observe
+from fusion.discrepancy.observe.stage import stage_of
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor

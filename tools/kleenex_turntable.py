@@ -81,7 +81,7 @@ def measure(folder: Path, refine: bool) -> tuple[dict[str, Any], Mesh, list[Side
         "total_deg": float(np.degrees(np.nanmax(angles) - np.nanmin(angles))),
         **against(angles, stickers),
         "fx_px": scan.camera.fx,
-        "focal_length_check": scan.turntable()["focal_length_check"]["relative"],
+        "focal_length_check": scan.evidence.focal.relative,
         "warnings": list(scan.judgement.warnings),
     }
     sides = find_sides(scan.mesh)

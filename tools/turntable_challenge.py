@@ -35,7 +35,7 @@ from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.facts import Gap
-from fusion.scan.object import CLEAR_OF_PLATE
+from fusion.scan.finding.object import CLEAR_OF_PLATE
 from fusion.scan.pipeline import mesh_at, scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording

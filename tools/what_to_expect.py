@@ -70,8 +70,8 @@ def _scan(name: str, camera: fusion.Camera, distance: float) -> str:
         scan = fusion.scan_turntable(fusion.open_recording(folder), fusion.ScanSettings(sensor=sensor, color=False))
     found = fusion.compare(scan.mesh, simulation.truth_mesh)
     scale = fusion.compare(scan.mesh, simulation.truth_mesh, fusion.CompareSettings(scale=True)).scale
-    within = found.accuracy["within"]["0.002"]
-    return f"{1e3 * found.accuracy['rms']:.2f} mm rms, {within:.1%} within 2 mm, size {1e2 * (1 / scale - 1):+.2f} %"
+    within = found.accuracy.within["0.002"]
+    return f"{1e3 * found.accuracy.rms:.2f} mm rms, {within:.1%} within 2 mm, size {1e2 * (1 / scale - 1):+.2f} %"
 
 
 def written() -> str:

@@ -16,13 +16,27 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from typing import IO, Any
+from dataclasses import dataclass
+from typing import IO
 
 from fusion.compute.process import tune_process
 from fusion.progress import leave_out_times
 
 TOLD = 4000  # characters of what a command says that are handed on: its last lines
 GONE = 3  # status of a process whose asker is gone
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be run.
+
+    Attributes:
+        words: of the command.
+        home: folder that it runs in.
+    """
+
+    words: list[str]
+    home: str
 
 
 def main() -> None:
@@ -32,7 +46,7 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("TQDM_DISABLE", "1")
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    waiting: queue.Queue[dict[str, Any]] = queue.Queue()
+    waiting: queue.Queue[Request] = queue.Queue()
     threading.Thread(target=_listen, args=(os.fdopen(os.dup(0), encoding="utf-8"), waiting), daemon=True).start()
     module, _, name = sys.argv[1].partition(":")
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -46,22 +60,22 @@ def main() -> None:
         answers.flush()
 
 
-def _listen(requests: IO[str], waiting: "queue.Queue[dict[str, Any]]") -> None:
+def _listen(requests: IO[str], waiting: "queue.Queue[Request]") -> None:
     for line in requests:
-        waiting.put(json.loads(line))
+        waiting.put(Request(**json.loads(line)))
     os._exit(GONE)
 
 
-def _run(module: str, name: str, request: dict[str, Any]) -> tuple[int, str]:
+def _run(module: str, name: str, request: Request) -> tuple[int, str]:
     """Exit status of a command, and what it said."""
     with tempfile.TemporaryFile() as told:
         os.dup2(told.fileno(), 1)
         os.dup2(told.fileno(), 2)
-        sys.argv = ["fusion", *request["words"]]  # results tell how they were made
+        sys.argv = ["fusion", *request.words]  # results tell how they were made
         try:
-            os.chdir(request["home"])
+            os.chdir(request.home)
             run: Callable[[list[str]], int] = getattr(importlib.import_module(module), name)
-            status = int(run(request["words"]) or 0)
+            status = int(run(request.words) or 0)
         except SystemExit as stop:
             status = stop.code if isinstance(stop.code, int) else 1
         except BaseException:

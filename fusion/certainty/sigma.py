@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,19 @@ from fusion.mesh.mesh import Mesh
 Array = NDArray[np.float64]
 AROUND = 12  # vertices nearby that are taken for one place: their views differ alike (guess)
 WORTH = 8.0  # looks that the scan's own mean counts for beside a place's (guess)
+
+
+@dataclass(frozen=True)
+class SigmaFigures:
+    """`sigma` of the vertices in three numbers [m], its causes, and what all vertices share."""
+
+    sigma_median_m: float
+    sigma_p5_m: float
+    sigma_p95_m: float
+    parts_rms_m: dict[str, float]
+    views_share: dict[str, float | None]
+    common: dict[str, float | str | None]
+    unseen_share: float
 
 
 @dataclass(frozen=True)
@@ -37,19 +49,12 @@ class Sure:
     common: Common
     unseen: float
 
-    def values(self) -> dict[str, Any]:
-        """For JSON: `sigma` of the vertices in three numbers, its causes, and what all vertices share."""
+    def values(self) -> SigmaFigures:
+        """In few numbers."""
         known = self.sigma[np.isfinite(self.sigma)]
-        low, middle, high = np.percentile(known, [5, 50, 95]) if len(known) else np.full(3, np.nan)
-        return {
-            "sigma_median_m": _plain(middle),
-            "sigma_p5_m": _plain(low),
-            "sigma_p95_m": _plain(high),
-            "parts_rms_m": {name: _plain(value) for name, value in self.parts.items()},
-            "views_share": self.shared.values(),
-            "common": self.common.values(),
-            "unseen_share": self.unseen,
-        }
+        low, middle, high = np.percentile(known, [5, 50, 95]).tolist() if len(known) else [float("nan")] * 3
+        shared, common = self.shared.values(), self.common.values()
+        return SigmaFigures(middle, low, high, self.parts, shared, common, self.unseen)
 
     def onto(self, mesh: Mesh) -> Mesh:
         """The mesh with the scalar `sigma` [m]."""
@@ -166,7 +171,3 @@ def _everywhere(vertices: Array, points: Array, sigma: Array) -> NDArray[np.floa
 
 def _rms(variance: Array) -> float:
     return float(np.sqrt(variance.mean())) if len(variance) else float("nan")
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

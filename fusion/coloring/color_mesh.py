@@ -6,7 +6,6 @@ of a voxel, good and bad, and needs three times the memory. The mesh knows its r
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -47,7 +46,7 @@ class Colored:
     uncolored_share: float | None = None
     neutral_share: float | None = None
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float | None]:
         """What `settings.json` tells of it."""
         return {
             "color": self.mesh.colors is not None,

@@ -33,7 +33,8 @@ def open_source(name: str, camera: Camera | Path | str | None = None, infrared: 
         infrared: infrared pictures instead of colours, of a camera that sends one at a time.
 
     Raises:
-        DeviceError: there is no such source, or the device cannot be opened. RecordingError: REC cannot be.
+        DeviceError: there is no such source, or the device cannot be opened.
+        RecordingError: REC cannot be.
 
     >>> with fusion.open_source("replay:my_scan@max") as source:
     ...     print(source.describe())

@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.decisions import NOISE_ALONE
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.observe.observations import Observations, observe
 
 if TYPE_CHECKING:
     from fusion.discrepancy.explain import Explanation
 
 Vector = NDArray[np.float64]
-
-NOISE_ALONE = 1.3  # chi2 per tile up to which a recording shows noise and nothing else (guess)
 
 
 def cleaned(gauge: Gauge, white: Vector) -> Vector:

@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from fusion.discrepancy.likely_pose import at_likely_poses
+from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean
-from fusion.discrepancy.setting import LEAST_POSTERIOR, Explained, posterior, with_laws, without_laws
+from fusion.discrepancy.observe.likely_pose import at_likely_poses
+from fusion.discrepancy.setting import Explained, posterior, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
 
 
@@ -24,9 +25,9 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     laws = with_laws(mean.seen.observations, mean.seen.gauge, mean.gain if mean.claims else 0.0)
     setting = min(_settings(mean, stated), key=lambda one: one.cost)
     sure = posterior(laws, setting)
-    if sure >= LEAST_POSTERIOR:
+    if sure >= CONFIDENCE:
         return replace(mean, posterior=sure) if mean.claims else mean
-    if sure > 1.0 - LEAST_POSTERIOR:
+    if sure > 1.0 - CONFIDENCE:
         return replace(mean.unconfirmed, posterior=sure)
     before = replace(stated.observations, loose=setting.observations.loose)
     before = before.seen_again(at_likely_poses(mean.seen.looks, before, setting.gauge))
@@ -34,7 +35,7 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     if not again.claims or not again.foresees:
         return replace(again.unconfirmed, posterior=sure)
     both = posterior(with_laws(before, setting.gauge, again.gain), with_laws(before, setting.gauge, 0.0))
-    return replace(again if both >= LEAST_POSTERIOR else again.unconfirmed, posterior=both)
+    return replace(again if both >= CONFIDENCE else again.unconfirmed, posterior=both)
 
 
 def _settings(mean: MeanFindings, stated: MeasuredForms) -> Iterator[Explained]:

@@ -8,31 +8,32 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.belonging import refuse_strangers
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import with_grain
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
-from fusion.discrepancy.copies import Prints, refuse_copies
-from fusion.discrepancy.gauge import Gauge, gauge_of
 from fusion.discrepancy.held_out import before_and_after
-from fusion.discrepancy.likely_pose import at_likely_poses
-from fusion.discrepancy.look import FrameBlock, looks_of, wanted_channels
-from fusion.discrepancy.loose import Loose
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.inference.loose import Loose
+from fusion.discrepancy.inference.scatter import loose_of
+from fusion.discrepancy.inference.shaking import SHAKES, Shaking, shaking_of, steadied
 from fusion.discrepancy.mean import MeasuredForms, explained_mean, likeliest
-from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
-from fusion.discrepancy.observations import Observations, observe
-from fusion.discrepancy.placements import joined
-from fusion.discrepancy.scatter import loose_of
-from fusion.discrepancy.shaking import SHAKES, Shaking, shaking_of, steadied
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.likely_pose import at_likely_poses
+from fusion.discrepancy.observe.look import FrameBlock, looks_of, wanted_channels
+from fusion.discrepancy.observe.observations import Observations, observe
+from fusion.discrepancy.observe.placements import joined
+from fusion.discrepancy.observe.stage import simulated_stage, stage_of
 from fusion.discrepancy.simulated import matched
-from fusion.discrepancy.stage import simulated_stage, stage_of
 from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
 from fusion.errors import FusionError
 from fusion.progress import each, stage
+from fusion.recording.looking.copies import Prints, refuse_copies
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 
@@ -118,8 +119,8 @@ def explain(
         simulated: what any simulator made of the same scenes, in the same order: it stands for the prediction, and
             no mesh is needed. The sensor model counts as in it.
     Raises:
-        FusionError: a scene or pose is not known, cameras differ, frames do not match, a recording is given
-            twice, or no tile is left.
+        FusionError: a scene or pose is not known or is another one's, cameras differ, frames do not match, a
+            recording is given twice, or no tile is left.
 
     >>> walls = [fusion.open_recording(f"wall_{i}") for i in range(5)]
     >>> found = fusion.explain(walls, fusion.read_sensor("kinect-v2-indoors"))
@@ -136,6 +137,7 @@ def explain(
         seen = looks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
         prints.append((recording.path, frozenset().union(*(look.prints for look in seen))))
         refuse_copies(prints)
+        refuse_strangers(seen, sensor)
         looks += seen
     return explained_looks(joined(looks), sensor)
 

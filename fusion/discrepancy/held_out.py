@@ -6,12 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.decisions import REPLICATED
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.sensor.sensor import Sensor
-
-SHOWN = 0.4  # of the gain that is due in frames that took no part in the fit
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class HeldOut:
         before, after = self.misfit(than or self.observations.sensor)[0], self.misfit(better)[0]
         # where the noise of frames rules, their number tells; a drop of the chi2 is known to twice its root
         due = self.share * gain
-        return (before - after) * len(self.observations.residual) <= max(0.0, SHOWN * due - 2 * np.sqrt(due))
+        return (before - after) * len(self.observations.residual) <= max(0.0, REPLICATED * due - 2 * np.sqrt(due))
 
 
 def held_out_of(looks: Sequence[FrameBlock], sensor: Sensor, others: Observations | None = None) -> HeldOut:

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.scatter import MUCH
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.observations import Observations
-from fusion.discrepancy.scatter import MUCH
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.unrestricted import Group, groups_of
 from fusion.discrepancy.unknown.variables import law_variables

@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.compared import NOISE_ALONE
-from fusion.discrepancy.gauge import Gauge
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.held_out import HeldOut, held_out_of
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.naming.candidates import Candidate, candidates_of
+from fusion.discrepancy.inference.gauge import Gauge
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.naming.search.candidates import Candidate, candidates_of
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.setting import with_laws
 from fusion.discrepancy.unknown.in_place import explains_more, is_asked
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of

@@ -4,16 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fusion.discrepancy.camera_file import camera_columns
-from fusion.discrepancy.covariance import BENDS_M
-from fusion.discrepancy.gauge import Gauge, gauge_of, pose_columns
-from fusion.discrepancy.loose import Loose
-from fusion.discrepancy.observations import Observations
-from fusion.discrepancy.shapes import mesh_columns, room_columns, shape_columns
-from fusion.discrepancy.sizes import sizes_of
+from fusion.discrepancy.inference.camera_file import camera_columns
+from fusion.discrepancy.inference.covariance import BENDS_M
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of, pose_columns
+from fusion.discrepancy.inference.loose import Loose
+from fusion.discrepancy.inference.shapes import mesh_columns, room_columns, shape_columns
+from fusion.discrepancy.inference.sizes import sizes_of
+from fusion.discrepancy.observe.observations import Observations
 
 USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plasterboard bows by 1 to 3 mm over 2 m
-LEAST_POSTERIOR = 0.95  # from which on a claim is established
 
 
 @dataclass(frozen=True)

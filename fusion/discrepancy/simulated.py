@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from fusion.calibration.series import PixelSeries
-from fusion.discrepancy.given import GivenImages
+from fusion.discrepancy.observe.given import GivenImages
 from fusion.errors import RecordingError
 from fusion.recording.recording import Recording
 from fusion.sensor.correction.estimate import estimated_view

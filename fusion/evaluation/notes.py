@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 FEW = 20  # frames below which a standard deviation of a pixel is worth little
 JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a frame stand out
 SHARED = 0.5  # of the noise of one pixel
+CHANGES = 3.0  # times the noise of one pixel: cameras whose frames jump as a whole do so by less (guess)
 FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
 MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
@@ -90,10 +91,23 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
         notes.append(("warning", f"{count} as a whole, {most}."))
     sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
     one = float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
-    if look.common > SHARED * one:
+    if changes(look):
+        text = (
+            f"the depth of the whole centre changes by {look.common * 1e3:.1f} mm from frame to frame, a pixel beside "
+        )
+        text += f"its neighbours by {one * 1e3:.1f} mm: camera or scene moved, and no number here is one of the camera"
+        notes.append(("bad", f"{text}; record a still scene."))
+    elif look.common > SHARED * one:
         text = f"{look.common * 1e3:.1f} of {one * 1e3:.1f} mm noise is shared by all pixels of the centre"
         notes.append(("warning", f"{text}; averaging pixels does not remove it, averaging frames does."))
     return notes
+
+
+def changes(look: "StretchLook") -> bool:
+    """Whether the whole centre goes up and down by far more than its pixels do by themselves: nothing stands still."""
+    sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
+    one = float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
+    return bool(look.common > max(CHANGES * one, JUMP_M))
 
 
 def _movement(look: "StretchLook") -> str:

@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from fusion.evaluation.evaluate import Evaluation
+from fusion.evaluation.evaluate import Evaluation, StretchLook
+from fusion.evaluation.notes import changes
+
+STILL = 5  # frames of one view: fewer tell no noise
 
 
 def summary(found: Evaluation) -> str:
@@ -10,12 +13,20 @@ def summary(found: Evaluation) -> str:
     looks = found.looks
     frames = sum(look.still.frames for look in looks)
     places = f"{len(looks)} views, " if len(looks) > 1 else ""
+    unsteady = sum(look.still.frames for look in looks if changes(look) or _between_moves(look))
+    if frames > STILL and unsteady > frames / 2:
+        return f"{places}{frames} frames: nothing stands still, so nothing is told about the camera."
     parts = [part for part in (_offset(found), _noise(found), _valid(found)) if part]
     verdict = found.longest.drift.verdict
     warm = {"ready": "the camera is warm", "not warmed up": "the camera is not warm yet"}.get(
         verdict, "too short to say whether it is warm"
     )
     return f"{places}{frames} frame{'s' if frames > 1 else ''}: {'; '.join([*parts, warm])}."
+
+
+def _between_moves(look: StretchLook) -> bool:
+    """Whether it is one of the pieces (`name [3:5]`) of a recording that stands still for a few frames at most."""
+    return look.still.frames < STILL and look.name.endswith("]")
 
 
 def _offset(found: Evaluation) -> str:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.plane import WallPlane, find_wall
+from fusion.calibration.depth.walls.plane import WallPlane, find_wall
 from fusion.calibration.noise.target import FlatTarget, find_target
 from fusion.errors import FusionError
 from fusion.evaluation.mesh_depth import scene_depth

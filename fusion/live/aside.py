@@ -10,7 +10,7 @@ import pickle
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from typing import Any
 
@@ -52,7 +52,7 @@ class Aside(Executor):
                 assert pipe is not None
                 pipe.close()
 
-    def _done(self, work: Callable[..., Any], args: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    def _done(self, work: Callable[..., Any], args: tuple[Any, ...], named: Mapping[str, object]) -> Any:
         try:
             assert self._process is not None and self._process.stdin is not None and self._process.stdout is not None
             pickle.dump((work, args, named), self._process.stdin, pickle.HIGHEST_PROTOCOL)

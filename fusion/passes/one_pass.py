@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.files.json_values import json_values
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.passes.poses.outlook import Outlook
 from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
-from fusion.scan.frames import load
-from fusion.scan.object import typical_noise
-from fusion.scan.relieved import relieved
+from fusion.scan.finding.frames import load
+from fusion.scan.finding.object import typical_noise
+from fusion.scan.finding.relieved import relieved
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording
@@ -91,7 +92,7 @@ class Made:
 
 def pass_of_scan(recording: Recording, scan: Scan, settings: ScanSettings) -> Pass:
     """The pass that a scan of a recording is."""
-    made = Made(scan.trajectory, scan.mesh, scan.settings, scan.turntable(), scan.motion.taken_out)
+    made = Made(scan.trajectory, scan.mesh, scan.settings, json_values(scan.turntable()), scan.motion.taken_out)
     sensor = settings.sensor or default_sensor(recording.camera)
     return pass_of(recording, sensor, made)
 

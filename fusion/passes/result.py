@@ -46,7 +46,7 @@ class PassPair:
     symmetric: bool
     colors: tuple[float, float] | None
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float | tuple[float, ...] | None]:
         """Plain values for JSON."""
         return {
             "onto": self.onto,
@@ -56,7 +56,7 @@ class PassPair:
             "score": self.score,
             "second_score": self.second_score,
             "symmetric": self.symmetric,
-            "color_correlation": None if self.colors is None else list(self.colors),
+            "color_correlation": self.colors,
         }
 
 

@@ -1,9 +1,6 @@
 """A scan made ready to print, step by step, and what every step did to it."""
 
-from dataclasses import asdict, dataclass, replace
-from typing import Any
-
-import numpy as np
+from dataclasses import dataclass, replace
 
 from fusion.errors import MeshError
 from fusion.mesh.comparison.surface_samples import face_areas
@@ -38,6 +35,27 @@ class PrintSettings:
 
 
 @dataclass(frozen=True)
+class Moved:
+    """How far a step moved the surface [m]."""
+
+    rms: float
+    max: float
+
+
+@dataclass(frozen=True)
+class PrintFigures:
+    """A printable mesh in numbers: see `Printable`."""
+
+    area_m2: float
+    closed_area_m2: float | None
+    lifted_m: float | None
+    smoothed_m: Moved | None
+    decimated_m: Moved | None
+    triangles: int
+    faults: Faults | None
+
+
+@dataclass(frozen=True)
 class Printable:
     """A mesh, and what was done to it; lengths in metres, None where a step was not asked for.
 
@@ -57,16 +75,11 @@ class Printable:
     lifted: float | None = None
     faults: Faults | None = None
 
-    def values(self) -> dict[str, Any]:
-        """For JSON."""
-        told: dict[str, Any] = {"area_m2": self.area, "closed_area_m2": self.closed_area, "lifted_m": self.lifted}
-        for name in ("smoothed", "decimated"):
-            moved = getattr(self, name)
-            told[f"{name}_m"] = None if moved is None else {"rms": moved[0], "max": moved[1]}
-        found = None if self.faults is None else asdict(self.faults)
-        if found is not None and not np.isfinite(found["thinnest"]):
-            found["thinnest"] = None
-        return told | {"triangles": len(self.mesh.faces), "faults": found}
+    def figures(self) -> PrintFigures:
+        """What JSON tells of it."""
+        smoothed, decimated = (None if moved is None else Moved(*moved) for moved in (self.smoothed, self.decimated))
+        steps = (self.lifted, smoothed, decimated)
+        return PrintFigures(self.area, self.closed_area, *steps, len(self.mesh.faces), self.faults)
 
     def lines(self) -> list[str]:
         """For a terminal."""

@@ -1,7 +1,6 @@
 """What scans get wrong together, apart from what they differ by."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ class Apart:
         """What one scan is off by: both together [m]."""
         return float(np.hypot(self.bias, self.spread))
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float]:
         """For JSON."""
         return {"bias_rms_m": self.bias, "spread_m": self.spread, "one_scan_rms_m": self.single, "scans": self.scans}
 

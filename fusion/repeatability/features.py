@@ -22,6 +22,19 @@ FEWEST = 50  # points through which a form is laid
 
 
 @dataclass(frozen=True)
+class QuantityFigures:
+    """A repeated quantity as `repeat.json` holds it, each number in `unit`."""
+
+    name: str
+    term: str
+    unit: str
+    values: Array
+    mean: float
+    std: float
+    error: float | None
+
+
+@dataclass(frozen=True)
 class RepeatedQuantity:
     """A quantity as each scan has it.
 
@@ -48,13 +61,10 @@ class RepeatedQuantity:
         known = self.values[np.isfinite(self.values)]
         return float(np.std(known, ddof=1)) if len(known) > 1 else float("nan")
 
-    def values_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        plain = [float(x) if np.isfinite(x) else None for x in self.values]
+    def figures(self) -> QuantityFigures:
+        """In numbers."""
         unit = "rad" if self.term == ANGLE else "m"
-        told = {"name": self.name, "term": self.term, "unit": unit, "values": plain}
-        numbers = {"mean": self.mean, "std": self.std, "error": self.error}
-        return told | {k: None if x is None or not np.isfinite(x) else x for k, x in numbers.items()}
+        return QuantityFigures(self.name, self.term, unit, self.values, self.mean, self.std, self.error)
 
 
 FORM, SIZE, SPACING, FLATNESS, ANGLE = (

@@ -5,7 +5,6 @@ of all places are pooled. r = 2.8 s_r is what two scans differ by in 5 % of the 
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +29,9 @@ class Repeatability:
     p95: float
     shown_by_all: float
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float]:
         """For JSON."""
-        std = self.s_std if np.isfinite(self.s_std) else None
-        told = {"s_r_m": self.s, "s_r_std_m": std, "limit_r_m": LIMIT * self.s}
+        told = {"s_r_m": self.s, "s_r_std_m": self.s_std, "limit_r_m": LIMIT * self.s}
         return told | {"spread_p95_m": self.p95, "shown_by_all_share": self.shown_by_all}
 
 
@@ -45,7 +43,7 @@ class Reproducibility:
     between: float
     conditions: int
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float]:
         """For JSON."""
         told = {"s_R_m": self.s, "s_L_m": self.between, "limit_R_m": LIMIT * self.s}
         return told | {"conditions": self.conditions}

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import MeshError
+from fusion.files.json_values import json_values
 from fusion.mesh.alignment.units import LARGE, size
 from fusion.mesh.comparison.knowable import SIGMA
 from fusion.mesh.mesh import Mesh
@@ -49,6 +50,25 @@ class RepeatSettings:
 
 
 @dataclass(frozen=True)
+class ScanOffset:
+    """One scan about the mean surface.
+
+    Attributes:
+        name, alignment: of the scan, and how well it was laid on the others.
+        mean_m, rms_m: None where it shows nothing of the surface.
+        missing_share: of the surface, that it does not show.
+        T_common_scan: (4, 4) into the common frame.
+    """
+
+    name: str
+    alignment: str
+    mean_m: float | None
+    rms_m: float | None
+    missing_share: float
+    T_common_scan: Array
+
+
+@dataclass(frozen=True)
 class Repeat:
     """n scans of one object about their mean.
 
@@ -74,17 +94,15 @@ class Repeat:
         """The mean surface, with the scalars "spread" [m] and "scans"."""
         return self.spread.mean
 
-    def offsets(self) -> list[dict[str, Any]]:
-        """Of each scan: mean and rms about the mean surface [m], share of the surface that it does not show."""
+    def offsets(self) -> list[ScanOffset]:
+        """How each scan lies about the mean surface."""
         rows = []
         for name, T, column, status in zip(
             self.names, self.together.poses, self.spread.offsets.T, self.together.status, strict=True
         ):
             known = column[np.isfinite(column)]
             mean, rms = (float(known.mean()), float(np.sqrt(np.mean(known**2)))) if len(known) else (None, None)
-            told = {"name": name, "alignment": status, "mean_m": mean, "rms_m": rms}
-            missing = float(1 - len(known) / max(len(column), 1))
-            rows.append(told | {"missing_share": missing, "T_common_scan": T.tolist()})
+            rows.append(ScanOffset(name, status, mean, rms, float(1 - len(known) / max(len(column), 1)), T))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
@@ -93,14 +111,15 @@ class Repeat:
         claimed = None if self.sigma is None else {
             "median_m": self.sigma, "spread_over_sigma": self.repeatability.s / self.sigma
         }  # fmt: skip
-        return {
+        content = {
             "format": "fusion-repeat/1",
             "scans": self.offsets(),
             "repeatability": self.repeatability.values(),
             "reproducibility": None if known is None else known.values(),
-            "vdi_2634": [quantity.values_dict() for quantity in self.features.quantities],
+            "vdi_2634": [quantity.figures() for quantity in self.features.quantities],
             "sigma": claimed,
         }
+        return dict(json_values(content))
 
     def __repr__(self) -> str:
         said = f"s_r {1e3 * self.repeatability.s:.2f} mm"

@@ -1,9 +1,6 @@
 """How the trajectory of a moving camera hangs together."""
 
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 DRIFT = 0.03  # of the path, where nothing is seen again (guess; 3 % in a simulated furnished room, more before walls)
 
@@ -37,9 +34,8 @@ class Course:
         """What is to be expected where nothing was seen again [m]."""
         return DRIFT * self.path
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float | None]:
         """Plain values for JSON [m]."""
-        known = self.met > 0
         return {
             "path_m": self.path,
             "kept_in_view": self.in_view,
@@ -47,7 +43,7 @@ class Course:
             "pieces_joined": self.joined,
             "places_seen_again": self.met,
             "refused": self.refused,
-            "apart_before_m": self.before if known and np.isfinite(self.before) else None,
-            "apart_after_m": self.after if known and np.isfinite(self.after) else None,
+            "apart_before_m": self.before if self.met else None,
+            "apart_after_m": self.after if self.met else None,
             "largest_correction_m": self.moved,
         }

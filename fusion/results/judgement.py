@@ -1,7 +1,6 @@
 """One judgement of a result, used by terminal, page and JSON alike."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from fusion.results.light import Light
 from fusion.results.worth import Worth, worth_of
@@ -42,10 +41,6 @@ class Judgement:
         out = [f"{WORDS[x.level]:<{WIDTH}} {x.subject}: {_joined(x)}" for x in self.lights if x.level != "ok"]
         good = [x.subject for x in self.lights if x.level == "ok"]
         return out + ([f"{WORDS['ok']:<{WIDTH}} {', '.join(good)}"] if good else [])
-
-    def values(self) -> list[dict[str, Any]]:
-        """Plain values for JSON, the worst first."""
-        return [asdict(light) for light in self.lights]
 
 
 def _joined(light: Light) -> str:

@@ -1,7 +1,6 @@
 """How far a tracked camera is from the poses that its recording states."""
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from fusion.geometry.trajectory import Trajectory
 from fusion.geometry.trajectory_error import TrajectoryError, trajectory_error
@@ -23,7 +22,7 @@ class OffCourse:
     error: TrajectoryError
     against: str
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float | str]:
         """Plain values for JSON [m]."""
         told = asdict(self.error)
         frames = told.pop("frames")

@@ -16,23 +16,23 @@ CLAIM = (1.5, 3.0)  # spread over what the scans' own sigma says
 def judge_repeat(found: Repeat) -> Judgement:
     """Whether the scans show one object, whether one stands out, and whether they know how sure they are."""
     rows = found.offsets()
-    lost = [row["name"] for row in rows if row["alignment"] == "poor"]
+    lost = [row.name for row in rows if row.alignment == "poor"]
     if lost:
         said = f"{', '.join(lost)}: no pose was found in which it fits the others."
         # what else is told of scans that do not lie on each other means nothing
         return Judgement((Light("bad", "One object", said, "Check that all show the same object, whole.", fails=True),))
     lights = []
-    rms = np.array([row["rms_m"] if row["rms_m"] is not None else np.nan for row in rows], float)
+    rms = np.array([row.rms_m if row.rms_m is not None else np.nan for row in rows], float)
     others = [float(np.nanmedian(np.delete(rms, k))) for k in range(len(rms))]
     ratio = rms / np.maximum(others, 1e-12)
     worst = int(np.nanargmax(ratio)) if np.isfinite(ratio).any() else 0
     if len(rows) > 2:  # of two, both lie as far from their mean
         judged = level(float(ratio[worst]), STANDS_OUT)
-        said = f"{rows[worst]['name']} lies {1e3 * rms[worst]:.2f} mm (rms) off the mean"
+        said = f"{rows[worst].name} lies {1e3 * rms[worst]:.2f} mm (rms) off the mean"
         said += f", {ratio[worst]:.1f} times the others."
         do = "Look at its report: a slip, another light, warm-up?" if judged != "ok" else ""
         lights.append(Light(judged, "Scans alike", said, do))
-    missing = max(row["missing_share"] for row in rows)
+    missing = max(row.missing_share for row in rows)
     judged = level(missing, MISSING)
     said = f"{found.repeatability.shown_by_all:.0%} of the surface is in all scans; the poorest lacks {missing:.0%}."
     lights.append(Light(judged, "Surface in common", said, "Place it alike." if judged != "ok" else ""))

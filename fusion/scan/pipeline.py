@@ -15,20 +15,20 @@ from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.results.color_light import color_lights
 from fusion.results.light import Light
-from fusion.scan.agreement import agreement
-from fusion.scan.attempt import Attempt, attempt, settle_camera
-from fusion.scan.doctor import ask_doctor, notes_of
-from fusion.scan.evidence import Evidence
-from fusion.scan.frames import load
-from fusion.scan.missed import closing_gaps, confirmed
-from fusion.scan.object import choose_volume, clean, typical_noise
-from fusion.scan.poses import constrained, track_freely, wobble
-from fusion.scan.print_agreement import print_agreement
-from fusion.scan.relieved import relieved
+from fusion.scan.finding.attempt import Attempt, attempt, settle_camera
+from fusion.scan.finding.frames import load
+from fusion.scan.finding.object import choose_volume, clean, typical_noise
+from fusion.scan.finding.poses import constrained, track_freely, wobble
+from fusion.scan.finding.relieved import relieved
+from fusion.scan.judging.agreement import agreement
+from fusion.scan.judging.doctor import ask_doctor, notes_of
+from fusion.scan.judging.evidence import Evidence
+from fusion.scan.judging.missed import closing_gaps, confirmed
+from fusion.scan.judging.print_agreement import print_agreement
+from fusion.scan.judging.seen import looked_through, seen_by_any
+from fusion.scan.judging.sure import scan_sigma
 from fusion.scan.result import Scan
-from fusion.scan.seen import looked_through, seen_by_any
 from fusion.scan.settings import ScanSettings
-from fusion.scan.sure import scan_sigma
 from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.correction.summary import Told
 from fusion.sensor.presets import default_sensor

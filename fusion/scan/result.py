@@ -14,8 +14,9 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.results.facts import Gap, ScanFacts, SureFacts, TableFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
-from fusion.scan.evidence import Evidence
-from fusion.scan.judgement import judge
+from fusion.results.table_motion import ClosingGap, FocalFigures, SlipFound, TableMotion, UsedCamera
+from fusion.scan.judging.evidence import Evidence
+from fusion.scan.judging.judgement import judge
 from fusion.turntable.circle import Circle
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps
@@ -91,44 +92,39 @@ class Scan:
         """What is good, doubtful or wrong about this scan, the worst first."""
         return judge(self)
 
-    def turntable(self) -> dict[str, Any]:
+    def turntable(self) -> TableMotion:
         """The content of `turntable.json` (CONTRACT)."""
+        motion, worth, focal = self.motion, self.judgement.worth, self.evidence.focal
+        seen = self.camera
+        return TableMotion(
+            axis_point=motion.axis.point,
+            axis_direction=motion.axis.direction,
+            plate_seen=motion.plate is not None,
+            radius=float(motion.axis.distance(np.zeros((1, 3)))[0][0]),
+            angles_rad=motion.angles,
+            angles_std_rad=motion.angle_std,
+            told_rad=self.told,
+            verdict=worth.word,
+            reasons=tuple(worth.sentences()),
+            direction=self.steps.direction,
+            radial_rms=self.circle.radial_rms,
+            axial_rms=self.circle.axial_rms,
+            closure=_gap(self.closure),
+            closure_raw=_gap(self.closure_raw),
+            wobble_rad=self.wobble,
+            step_mean_rad=self.steps.mean,
+            step_std_rad=self.steps.std,
+            rejected_frames=tuple(sorted(motion.rejected)),
+            rejected_reasons=dict(sorted(motion.rejected.items())),
+            slips=tuple(SlipFound(slip.frame, slip.angle) for slip in self.steps.slips),
+            camera=UsedCamera(seen.fx, seen.fy, seen.cx, seen.cy, self.evidence.refined),
+            focal_length_check=FocalFigures(
+                focal.relative, focal.std, self.evidence.stated_camera.fx * (1 + focal.relative)
+            ),
+            depth_taken_out=motion.taken_out.depth_errors(),
+            sigma=None if self.sure is None else self.sure.values(),
+        )
 
-        def gap(found: Gap | None) -> dict[str, float | None]:
-            if found is None:
-                return dict.fromkeys(("angle_rad", "distance", "deviations"))
-            return {"angle_rad": found.angle, "distance": found.distance, "deviations": found.deviations}
 
-        axis, worth = self.motion.axis, self.judgement.worth
-        return {
-            "frame": "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0",
-            "axis_point": axis.point.tolist(),
-            "axis_direction": axis.direction.tolist(),
-            "plate_seen": self.motion.plate is not None,
-            "radius": float(axis.distance(np.zeros((1, 3)))[0][0]),
-            "angles_rad": [None if np.isnan(a) else float(a) for a in self.motion.angles],
-            "angles_std_rad": [None if np.isnan(a) else float(a) for a in self.motion.angle_std],
-            "told_rad": None if self.told is None else [float(a) for a in self.told],
-            "verdict": worth.word,
-            "reasons": worth.sentences(),
-            "direction": self.steps.direction,
-            "radial_rms": self.circle.radial_rms,
-            "axial_rms": self.circle.axial_rms,
-            "closure": gap(self.closure),
-            "closure_raw": gap(self.closure_raw),
-            "wobble_rad": self.wobble,
-            "step_mean_rad": self.steps.mean,
-            "step_std_rad": self.steps.std,
-            "rejected_frames": sorted(self.motion.rejected),
-            "rejected_reasons": {str(k): v for k, v in sorted(self.motion.rejected.items())},
-            "slips": [{"frame": s.frame, "angle_rad": s.angle} for s in self.steps.slips],
-            "camera": {k: getattr(self.camera, k) for k in ("fx", "fy", "cx", "cy")}
-            | {"refined": self.evidence.refined},
-            "focal_length_check": {
-                "relative": self.evidence.focal.relative,
-                "std": self.evidence.focal.std,
-                "fx": self.evidence.stated_camera.fx * (1 + self.evidence.focal.relative),
-            },
-            "depth_taken_out": self.motion.taken_out.depth_errors(),
-            "sigma": None if self.sure is None else self.sure.values(),
-        }
+def _gap(found: Gap | None) -> ClosingGap:
+    return ClosingGap() if found is None else ClosingGap(found.angle, found.distance, found.deviations)

@@ -1,17 +1,20 @@
 """Forms: the shapes an effect can take, each spanned by a few instances, so that a linear fit finds its size."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Parameter, parameters
 
 ANGLES = ("phase", "direction")  # a size at an angle is the sum of sizes at right angles
 SMALL = 0.05  # of a typical size: small enough to be linear, far above rounding
+
+Atom = Mapping[str, ArrayLike]  # values of parameters: numbers, lists, maps
 
 
 @dataclass(frozen=True)
@@ -28,13 +31,14 @@ class Form:
 
     kind: type[Effect]
     fixed: dict[str, Any] = field(default_factory=dict)
-    atoms: tuple[dict[str, Any], ...] = ()
+    atoms: tuple[Atom, ...] = ()
     map: str = ""
-    join: Callable[[Sequence[dict[str, Any]], Sequence[float]], dict[str, Any]] | None = None
+    join: Callable[[Sequence[Atom], Sequence[float]], Atom] | None = None
 
     def instances(self) -> tuple[Effect, ...]:
         """The effects that span this form."""
-        return tuple(self.kind(**self.fixed, **atom) for atom in self.atoms)
+        values: list[dict[str, Any]] = [{**self.fixed, **atom} for atom in self.atoms]
+        return tuple(self.kind(**each) for each in values)
 
     def combined(self, weights: Sequence[float]) -> Effect:
         """The effect that a linear fit with these weights of the atoms found; values are held inside their bounds."""
@@ -45,9 +49,9 @@ class Form:
 
 def forms_of(kind: type[Effect], shape: tuple[int, int]) -> list[Form]:
     """All shapes of an effect for images of `shape` (h, w); an effect may say them itself (`own_forms`)."""
-    own = getattr(kind, "own_forms", None)
+    own: Callable[[tuple[int, int]], list[Form]] | None = getattr(kind, "own_forms", None)
     if own is not None:
-        return [Form(kind, **form) for form in own(shape)]
+        return own(shape)
     about = parameters(kind)
     searched = {p.name: p.search for p in about.values() if p.search}
     out = []
@@ -81,19 +85,18 @@ def _fixed(searched: dict[str, tuple[float, ...]]) -> list[dict[str, float]]:
     return [dict(zip(searched, values, strict=True)) for values in product(*searched.values())]
 
 
-def _summed(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+def _summed(atoms: Sequence[Atom], weights: Sequence[float]) -> Atom:
     """Each atom is one parameter: its value times its weight."""
-    return {
-        name: float(weight) * value for atom, weight in zip(atoms, weights, strict=True) for name, value in atom.items()
-    }
+    pairs = [(weight, *entry) for weight, atom in zip(weights, atoms, strict=True) for entry in atom.items()]
+    return {name: np.multiply(weight, value) for weight, name, value in pairs}
 
 
-def _wave(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+def _wave(atoms: Sequence[Atom], weights: Sequence[float]) -> Atom:
     """A sine and a cosine are one wave with a phase."""
     name = next(key for key in atoms[0] if key not in ANGLES)
     angle = next(key for key in atoms[0] if key in ANGLES)
     return {
-        name: float(np.hypot(weights[0], weights[1])) * atoms[0][name],
+        name: np.multiply(np.hypot(weights[0], weights[1]), atoms[0][name]),
         angle: float(np.arctan2(weights[1], weights[0])),
     }
 

@@ -1,6 +1,5 @@
 """A simulation as a recording's folder, with the truth beside it."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fusion import __version__
+from fusion.files.json_values import json_text
 from fusion.files.output.publish import output_folder
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
@@ -88,5 +88,5 @@ def _write_truth(folder: Path, simulation: Simulation) -> None:
     _write_json(folder / "truth.json", content)
 
 
-def _write_json(path: Path, content: dict[str, Any]) -> None:
-    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+def _write_json(path: Path, content: object) -> None:
+    path.write_text(json_text(content) + "\n", encoding="utf-8")

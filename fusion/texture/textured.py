@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +51,7 @@ class Textured:
     unseen_share: float
     views: Views
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float]:
         """What `texture.json` tells."""
         return {
             "triangles": len(self.mesh.faces),

@@ -1,23 +1,24 @@
 """Depth laws from walls: what was put in comes back, what cannot be seen is said, what is not there is not found."""
 
 import json
+import re
 from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
-from fusion.calibration.depth import board_walls
 from fusion.calibration.depth.calibration import DepthCalibration, DepthSettings, calibrate_depth, calibrate_walls
-from fusion.calibration.depth.choice import choose, refused
-from fusion.calibration.depth.harmonics import ALIKE, harmonics
 from fusion.calibration.depth.known import start
-from fusion.calibration.depth.law_sensor import LawNumbers, with_law
+from fusion.calibration.depth.laws.choice import choose, refused
+from fusion.calibration.depth.laws.harmonics import ALIKE, harmonics
+from fusion.calibration.depth.laws.law_sensor import LawNumbers, with_law
+from fusion.calibration.depth.maps.radial_limit import radial_limit
+from fusion.calibration.depth.maps.surface import _mean, _std_of_mean
 from fusion.calibration.depth.notes import beyond_laser
-from fusion.calibration.depth.plane import WallPlane, find_wall
-from fusion.calibration.depth.radial_limit import radial_limit
-from fusion.calibration.depth.surface import _mean, _std_of_mean
-from fusion.calibration.depth.wall import Means, Wall, wall_of
+from fusion.calibration.depth.walls import board_walls
+from fusion.calibration.depth.walls.plane import WallPlane, find_wall
+from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.calibration.lens.boards.board import Board
 from fusion.commands.main import main
 from fusion.errors import FusionError
@@ -231,6 +232,33 @@ def test_depth_along_stated_rays_is_taken_to_the_true_ones():
     assert np.abs(corrected - depth).mean() < 2 * NOISE
 
 
+@pytest.mark.parametrize("off", [-0.18, 0.015])
+def test_a_wall_of_a_wrong_distance_is_named_and_left_out(off):
+    walls = walls_of(SL, (DisparityOffset(0.4),))
+    wrong = len(walls) // 2
+    walls[wrong] = replace(walls[wrong], distance=walls[wrong].distance + off)
+    found = calibrate_walls(walls, start([_Recording(SL)], None, None), surface=False)
+    assert len(found.walls) == len(walls) - 1
+    (level, text), *_ = found.notes
+    assert level == "warning" and text.startswith(f"{walls[wrong].name} is left out")
+    there = float(re.search(r"does at ([0-9.]+) m", text)[1])
+    assert there == pytest.approx(walls[wrong].distance - off, abs=3 * LASER)
+
+
+def test_two_walls_whose_distances_were_swapped_are_both_named():
+    walls = walls_of(SL, (DisparityOffset(0.4),))
+    one, other = walls[3], walls[4]
+    walls[3:5] = [replace(one, distance=other.distance), replace(other, distance=one.distance)]
+    found = calibrate_walls(walls, start([_Recording(SL)], None, None), surface=False)
+    assert {text.partition(" is left out")[0] for _, text in found.notes[:2]} == {one.name, other.name}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_walls_that_are_right_are_all_used(seed):
+    found = calibrated(SL, (DisparityOffset(0.4),), seed=seed)
+    assert len(found.walls) == len(walls_of(SL, ()))
+
+
 def test_models_are_bound_to_their_unit():
     other = Sensor("x", "structured_light", serial="2")
     start([_Recording(SL)], None, preset("kinect-v1"))  # a preset is of no unit
@@ -309,6 +337,10 @@ def test_a_board_places_itself(tmp_path):
     assert any("printed squares" in text for _, text in found.notes)
     depth_report(tmp_path / "report.html", found)
     assert "printed size looks like a scale" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert not any("check square_m" in text for _, text in found.notes)
+    larger = DepthSettings(board=replace(board, square_m=1.1 * board.square_m), surface=False)
+    notes = calibrate_depth([open_recording(tmp_path / "board")], larger).notes
+    assert any(level == "bad" and "0.92 times as far away" in text and "square_m" in text for level, text in notes)
     with pytest.raises(FusionError, match="no picture shows the board"):
         calibrate_depth([open_recording(tmp_path / "board")], DepthSettings(board=Board(9, 8, 0.06)))
 

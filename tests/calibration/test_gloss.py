@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fusion.calibration.depth.calibration import calibrate_walls
-from fusion.calibration.depth.choice import established
-from fusion.calibration.depth.gloss import LOBE, Surfaces, gloss_map, mirrored, surfaces
 from fusion.calibration.depth.known import Start
-from fusion.calibration.depth.plane import WallPlane
-from fusion.calibration.depth.selection import FittedLaw
-from fusion.calibration.depth.wall import Means, wall_of
+from fusion.calibration.depth.laws.choice import established
+from fusion.calibration.depth.laws.selection import FittedLaw
+from fusion.calibration.depth.walls.gloss import LOBE, Surfaces, gloss_map, mirrored, surfaces
+from fusion.calibration.depth.walls.plane import WallPlane
+from fusion.calibration.depth.walls.wall import Means, wall_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, stretch

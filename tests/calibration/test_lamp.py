@@ -6,9 +6,9 @@ import numpy as np
 
 from fusion.calibration.depth.calibration import calibrate_walls
 from fusion.calibration.depth.known import Start
-from fusion.calibration.depth.lamp import WHITE, with_lamp
-from fusion.calibration.depth.plane import WallPlane
-from fusion.calibration.depth.wall import Means, Wall, wall_of
+from fusion.calibration.depth.walls.lamp import WHITE, with_lamp
+from fusion.calibration.depth.walls.plane import WallPlane
+from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.correction.correction import undone
 from fusion.sensor.correction.usual_light import USUAL

@@ -10,6 +10,7 @@ from fusion.certainty.looks import Looks
 from fusion.certainty.shared import NOTHING, Shared, shared_errors
 from fusion.certainty.sigma import Causes, put_together
 from fusion.certainty.vertex_sigma import vertex_sigma
+from fusion.files.json_values import json_values
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
@@ -128,4 +129,4 @@ def test_where_nobody_looked_nothing_is_claimed():
     sure = vertex_sigma(mesh, [None] * len(frames), poses, Causes(0, 0.0, 0.001, KNOWN), 0.02)
     assert np.isnan(sure.sigma).all()
     assert sure.unseen == 1
-    assert sure.values()["sigma_median_m"] is None
+    assert json_values(sure.values())["sigma_median_m"] is None

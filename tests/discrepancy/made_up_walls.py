@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.scatter import Loose, loose_of
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.scatter import Loose, loose_of
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect

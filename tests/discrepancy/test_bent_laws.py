@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.forms import Form

@@ -9,8 +9,8 @@ import pytest
 
 import fusion
 from fusion.commands.camera.explain import left_out
-from fusion.discrepancy.copies import print_of, refuse_copies
 from fusion.errors import RecordingError
+from fusion.recording.looking.copies import print_of, refuse_copies
 from fusion.simulation.scenes.wall import wall
 
 CAMERA = replace(fusion.find_camera("kinect-v1"), width=80, height=60, fx=73.0, fy=73.0, cx=39.5, cy=29.5)
@@ -59,3 +59,11 @@ def test_some_frames_at_the_times_of_no_pose_are_named(tmp_path):
     assert left_out(one) == []
     late = replace(one, timestamps=one.timestamps + 100 * (np.arange(7) > 4), warnings=("sorted",))
     assert left_out(late) == ["sorted", "2 of 7 frames have no stated pose at their time: left out"]
+
+
+@pytest.mark.parametrize("calibrate", [fusion.calibrate_depth, fusion.calibrate_noise])
+def test_a_calibration_refuses_a_recording_that_is_given_twice(tmp_path, calibrate):
+    one, other = made(tmp_path / "one", 1), made(tmp_path / "other", 2)
+    copytree(tmp_path / "one", tmp_path / "copy")
+    with pytest.raises(RecordingError, match="given twice"):
+        calibrate([one, other, fusion.open_recording(tmp_path / "copy")])

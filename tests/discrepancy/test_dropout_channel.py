@@ -8,8 +8,8 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.validity import FLOOR, validity_of
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.table import joined
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.readout.amplitude_dropout import AmplitudeDropout

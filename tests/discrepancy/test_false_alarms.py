@@ -10,10 +10,10 @@ import pytest
 from made_up_walls import FRAMES, looks_at, sensor_of
 from scipy.ndimage import gaussian_filter
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.naming.naming import name_effects
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
 

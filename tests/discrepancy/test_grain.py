@@ -8,7 +8,7 @@ from made_up_walls import WALLS, look_at, sensor_of
 
 from fusion.discrepancy.channels.grain import _kept, with_grain
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.optics.lens_distortion import LensDistortion
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.effects.readout.fixed_pattern import FixedPattern

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.identifiability import unseen, visibilities
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.identifiability import unseen, visibilities
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.pixel_locking import PixelLocking

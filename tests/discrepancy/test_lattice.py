@@ -10,7 +10,7 @@ from made_up_walls import looks_at, sensor_of
 
 import fusion.discrepancy
 from fusion.discrepancy.channels.lattice import lattice_steps
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.observations import observe
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame

@@ -7,8 +7,8 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.in_place import is_asked
 from fusion.discrepancy.unknown.law import law_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of

@@ -4,9 +4,9 @@ import numpy as np
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.likely_pose import at_likely_poses
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.observe.likely_pose import at_likely_poses
+from fusion.discrepancy.observe.observations import observe
 from fusion.geometry.pose import exp
 from fusion.sensor.laws.surface import moved_beyond, moved_rigidly, seen_along
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from made_up_walls import WALLS, looks_at, sensor_of
 
-from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.likeness import likeness
-from fusion.discrepancy.naming.candidates import candidates_of
 from fusion.discrepancy.naming.naming import name_effects
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
 from fusion.errors import FusionError
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 

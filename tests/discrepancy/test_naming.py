@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.naming import standing
-from fusion.discrepancy.naming.bounds import _beside_best
-from fusion.discrepancy.naming.candidates import candidate_of, candidates_of
 from fusion.discrepancy.naming.judged import _parted
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import refitted
-from fusion.discrepancy.naming.space import Space
+from fusion.discrepancy.naming.search.bounds import _beside_best
+from fusion.discrepancy.naming.search.candidates import candidate_of, candidates_of
+from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.naming.search.step import _prior, best_part
 from fusion.discrepancy.naming.standing import is_faint, weak_of
-from fusion.discrepancy.naming.step import _prior, best_part
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import covariates, explained, groups_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS

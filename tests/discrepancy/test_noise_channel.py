@@ -8,7 +8,7 @@ from made_up_walls import KNOWN, looks_at, sensor_of
 
 from fusion.discrepancy.channels.noise import noise_steps
 from fusion.discrepancy.channels.succession import succession_of
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.sensor_interference import SensorInterference
 from fusion.sensor.effects.readout.axial_noise import AxialNoise

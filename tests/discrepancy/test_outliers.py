@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.outliers import RIM_PX, foreign
+from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.observe.outliers import RIM_PX, foreign
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
 

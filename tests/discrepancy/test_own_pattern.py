@@ -7,9 +7,9 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.own_pattern import own_patterns
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.own_pattern import own_patterns
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.readout.fixed_pattern import FixedPattern
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
 from fusion.sensor.effects.triangulation.vertical_banding import VerticalBanding

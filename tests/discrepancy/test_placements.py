@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_up_walls import FRAMES, look_at, sensor_of
 
-from fusion.discrepancy.placements import joined, repeats_of
+from fusion.discrepancy.observe.placements import joined, repeats_of
 
 WALL = (1.4, -30, 15)
 NOISE_M = 0.002

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from made_up_walls import look_at, looks_at, sensor_of
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.identifiability import visibilities
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.identifiability import visibilities
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.planning.menu import MENU
 from fusion.discrepancy.planning.plan import Plans, rivals_of
 from fusion.discrepancy.planning.separation import Claimed, Parting, best

@@ -7,10 +7,10 @@ import pytest
 from made_up_walls import looks_at, loose_in, sensor_of
 from scipy.ndimage import gaussian_filter
 
-from fusion.discrepancy.covariance import drifting, neighbours
 from fusion.discrepancy.explain import explained_looks
+from fusion.discrepancy.inference.covariance import drifting, neighbours
 from fusion.discrepancy.naming.evidence import by_chance
-from fusion.discrepancy.naming.score import Scored
+from fusion.discrepancy.naming.search.score import Scored
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
 DRIFT = 0.001  # [m] five times the mean of the frames of a pixel, ten times that of a tile and more

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.stage import RECONSTRUCTED_M, KnownScene, stage_of
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.observe.stage import RECONSTRUCTED_M, KnownScene, stage_of
 from fusion.discrepancy.verdict.reference import reference_of
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.rounding import _products, rounding_covariance
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.rounding import _products, rounding_covariance
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.sensor import Sensor

@@ -7,10 +7,10 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.scatter import loose_of
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.scatter import loose_of
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 

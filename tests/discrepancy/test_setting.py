@@ -8,13 +8,14 @@ import pytest
 from made_up_walls import WALLS, looks_at, loose_in, sensor_of
 from scipy.ndimage import gaussian_filter
 
-from fusion.discrepancy.camera_file import file_error
+from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.setting import LEAST_POSTERIOR, posterior, with_laws, without_laws
-from fusion.discrepancy.shapes import bent_m, mesh_off, room_columns, shape_columns
-from fusion.discrepancy.sizes import sizes_of
+from fusion.discrepancy.inference.camera_file import file_error
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.shapes import bent_m, mesh_off, room_columns, shape_columns
+from fusion.discrepancy.inference.sizes import sizes_of
+from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.setting import posterior, with_laws, without_laws
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.laws.surface import moved_rigidly, seen_along
 
@@ -65,7 +66,7 @@ def test_a_law_is_named_though_poses_are_worse_than_stated():
     looks = worse_posed(sensor_of("itof", DepthScale(scale=0.05)), 1)
     found = explained_looks(looks, sensor_of("itof"))
     assert [step.effect.name for step in found.named.steps] == ["depth_scale"]
-    assert found.posterior >= LEAST_POSTERIOR
+    assert found.posterior >= CONFIDENCE
 
 
 def test_a_setting_competes_with_laws():

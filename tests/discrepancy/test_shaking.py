@@ -7,11 +7,11 @@ import pytest
 from made_up_walls import WALLS, look_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.frames import FrameSeries
-from fusion.discrepancy.interior import interior
-from fusion.discrepancy.look import TileCourse
-from fusion.discrepancy.shaking import shaking_of, steadied
-from fusion.discrepancy.tiles import tiling
+from fusion.discrepancy.inference.shaking import shaking_of, steadied
+from fusion.discrepancy.observe.frames import FrameSeries
+from fusion.discrepancy.observe.interior import interior
+from fusion.discrepancy.observe.look import TileCourse
+from fusion.discrepancy.observe.tiles import tiling
 from fusion.geometry.pose import exp
 from fusion.sensor.laws.surface import seen_along
 

@@ -3,9 +3,9 @@
 import numpy as np
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy import observations
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.tiles import SIDE_PX
+from fusion.discrepancy.observe import observations
+from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.observe.tiles import SIDE_PX
 
 
 def test_with_too_many_tiles_they_are_no_larger_than_they_must_be(monkeypatch):

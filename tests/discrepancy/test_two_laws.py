@@ -3,13 +3,13 @@
 import numpy as np
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.gauge import gauge_of
+from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import Candidate, candidate_of, candidates_of
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
 from fusion.discrepancy.naming.two import as_two, like_two
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset

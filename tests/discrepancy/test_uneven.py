@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidate_of
+from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.naming.intervals import spreads_of
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import refitted
+from fusion.discrepancy.naming.search.candidates import candidate_of
 from fusion.discrepancy.naming.uneven import unevenness
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.forms import Form
 

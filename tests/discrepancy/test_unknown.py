@@ -9,11 +9,11 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.naming.score import scored
-from fusion.discrepancy.observations import observe
-from fusion.discrepancy.tiles import tiling
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.naming.search.score import scored
+from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.observe.tiles import tiling
 from fusion.discrepancy.unknown.families import ShapeFunction
 from fusion.discrepancy.unknown.in_place import explains_more
 from fusion.discrepancy.unknown.law import law_of

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import fusion
-from fusion.commands.main import COMMANDS
+from fusion.commands.catalogue import COMMANDS
 
 # of the versions so far; a name that goes is taken from here, with its line under Removed in CHANGELOG.md
 LISTED = (Path(__file__).parent / "stable.txt").read_text(encoding="utf-8").splitlines()

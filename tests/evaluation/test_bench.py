@@ -1,6 +1,7 @@
 """Offset, shares, shortest distance, summary over several recordings."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,10 @@ from made_stills import CAMERA, NOISE, frames, recording, stated
 
 from fusion.evaluation.evaluate import EvaluationSettings, evaluate
 from fusion.evaluation.near_limit import SurfaceSeen, near_limits
+from fusion.evaluation.notes import changes
 from fusion.evaluation.numbers import numbers
+from fusion.evaluation.summary import summary
+from fusion.files.json_values import json_text
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.sensor import Sensor
 
@@ -75,7 +79,7 @@ def test_the_shortest_distance_is_where_the_share_crosses():
 
 def test_the_numbers_are_json_and_complete():
     found = evaluate([recording(frames(8), telemetry=stated(1.2))])
-    text = json.dumps(numbers(found), allow_nan=False)
+    text = json_text(numbers(found))
     read = json.loads(text)
     assert read["format"] == "fusion-evaluation/1"
     assert read["stretches"][0]["depth"]["std_m"]["median"] == pytest.approx(NOISE, rel=0.1)
@@ -88,3 +92,22 @@ def test_a_wrong_unit_and_a_wrong_distance_are_grave_notes():
     assert any(level == "bad" and "depth_scale" in text for level, text in evaluate([tiny]).notes)
     elsewhere = recording(frames(4, 1.2), telemetry=stated(2.4))
     assert any(level == "bad" and "distance_m" in text for level, text in evaluate([elsewhere]).notes)
+
+
+def test_a_centre_that_goes_up_and_down_is_no_noise_of_the_camera():
+    still = evaluate([recording(frames(20, 1.2))]).looks[0]
+    assert not changes(still)
+    swayed = still.still.centre + 0.066 * (-1.0) ** np.arange(20)  # what a box did that a hand turned
+    assert changes(replace(still, still=replace(still.still, centre=swayed)))
+
+
+def test_where_all_moves_nothing_is_told_about_the_camera():
+    def sway(i: int, depth: np.ndarray) -> np.ndarray:
+        return depth + np.float32(0.06 * np.sin(1.7 * i))
+
+    found = evaluate([recording(frames(20, 1.2, sway))])
+    assert "nothing stands still" in summary(found)
+    still = evaluate([recording(frames(20, 1.2))])
+    assert "noise" in summary(still) and not [text for level, text in still.notes if level == "bad"]
+    single = evaluate([recording(frames(1, 1.0 + 0.2 * k, seed=k), name=f"{k}") for k in range(7)])
+    assert "nothing stands still" not in summary(single)

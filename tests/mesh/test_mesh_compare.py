@@ -53,10 +53,10 @@ def _turn_error_deg(T, turn):
 def test_larger_ball_stands_outside_by_the_difference():
     found = compare(_ball(0.102), _ball(0.100), STAND)
     # the facets of an icosphere of 5120 faces lie up to 0.05 % of the radius below it, on both balls alike: 0.01 mm
-    assert found.accuracy["mean_signed"] == pytest.approx(0.002, abs=1e-5)
-    assert found.completeness["mean_signed"] == pytest.approx(-0.002, abs=1e-5)  # the reference is inside the mesh
-    assert found.accuracy["std"] < 1e-4
-    assert found.accuracy["within"]["0.001"] == 0
+    assert found.accuracy.mean_signed == pytest.approx(0.002, abs=1e-5)
+    assert found.completeness.mean_signed == pytest.approx(-0.002, abs=1e-5)  # the reference is inside the mesh
+    assert found.accuracy.std < 1e-4
+    assert found.accuracy.within["0.001"] == 0
     assert found.fscore["0.005"] == 1
     assert np.mean(found.mesh.scalars["signed_distance"]) == pytest.approx(0.002, abs=2e-5)
     assert sum(found.histogram["counts"]) == STAND.samples
@@ -70,7 +70,7 @@ def test_samples_are_even_over_area_not_over_triangles():
     both = _made(trimesh.util.concatenate([near, far]))
     found = compare(both, _made(near), replace(STAND, max_distance=0.1))
     # two plates of equal area; 20 000 stratified samples leave less than 1 %
-    assert found.accuracy["within"]["0.005"] == pytest.approx(0.5, abs=0.01)
+    assert found.accuracy.within["0.005"] == pytest.approx(0.5, abs=0.01)
 
 
 def test_what_was_seen_tells_a_box_from_the_same_one_upside_down():
@@ -85,7 +85,7 @@ def test_what_was_seen_tells_a_box_from_the_same_one_upside_down():
         moved, turn = _moved(_made(scan), seed=seed)
         found = compare(moved, whole, replace(CompareSettings(), samples=5000, seen=seen))
         up = found.alignment.T_reference_mesh[:3, :3] @ turn @ [0, 0, 1]
-        assert up[2] > 0.999 and found.completeness["within"]["0.005"] > 0.999
+        assert up[2] > 0.999 and found.completeness.within["0.005"] > 0.999
 
 
 @pytest.mark.slow
@@ -129,11 +129,18 @@ def test_units_are_recognised_and_can_be_named(unit):
     reference = replace(mesh, vertices=mesh.vertices / UNITS[unit])
     found = compare(mesh, reference, replace(STAND, seen=reference.vertices[:50]))
     assert UNIT_NAMES[unit] in found.notes[0] and "--unit" in found.notes[0]
-    assert found.accuracy["rms"] < 1e-6
-    assert found.completeness["rms"] < 1e-6
+    assert found.accuracy.rms < 1e-6
+    assert found.completeness.rms < 1e-6
     named = compare(mesh, reference, replace(STAND, unit=unit))
-    assert named.notes == () and named.accuracy["rms"] < 1e-6
-    assert compare(reference, mesh, STAND).accuracy["rms"] < 1e-6  # the mesh in another unit
+    assert named.notes == () and named.accuracy.rms < 1e-6
+    assert compare(reference, mesh, STAND).accuracy.rms < 1e-6  # the mesh in another unit
+
+
+def test_a_unit_that_makes_the_reference_tiny_is_refused():
+    """Both are in metres: a reference of 0.3 mm would make a millimetre of the mesh as well, and all would fit."""
+    mesh = _object(3)
+    with pytest.raises(MeshError, match="too small in its stated unit"):
+        compare(mesh, mesh, replace(STAND, unit="mm"))
 
 
 @pytest.mark.parametrize("times", [15, 62, 250])
@@ -164,11 +171,11 @@ def test_partial_scan_is_aligned_and_the_rest_counts_as_never_seen():
     reference, turn = _moved(whole, 4)
     found = compare(part, reference, FEW)
     assert _turn_error_deg(found.T_reference_mesh, turn) < 0.05
-    assert found.accuracy["rms"] < 1e-4
+    assert found.accuracy.rms < 1e-4
     assert 0.2 < found.unseen_share < 0.6
     # what is left out begins 10 mm behind the border: what stays is within that
-    assert found.completeness["max"] <= 0.0101
-    assert found.completeness_all["max"] > 0.02
+    assert found.completeness.max <= 0.0101
+    assert found.completeness_all.max > 0.02
     assert any("never seen" in note for note in found.notes)
 
 
@@ -176,7 +183,7 @@ def test_missing_part_of_a_closed_scan_is_not_excused():
     reference = trimesh.util.concatenate([trimesh.creation.icosphere(3, 0.1), trimesh.creation.box((0.02, 0.02, 0.4))])
     found = compare(_made(trimesh.creation.icosphere(3, 0.1)), _made(reference), STAND)
     assert found.unseen_share == 0
-    assert found.completeness["max"] > 0.09
+    assert found.completeness.max > 0.09
 
 
 @pytest.mark.slow
@@ -190,7 +197,7 @@ def test_plate_around_the_object_is_left_out():
     assert _turn_error_deg(found.T_reference_mesh, turn) < 0.05
     assert found.left_out_share > 0.2
     # plate within 5 mm of the object's foot stays in; it is a small share
-    assert found.accuracy["median"] < 1e-4
+    assert found.accuracy.median < 1e-4
 
 
 def test_what_is_left_out_is_judged():
@@ -230,8 +237,8 @@ def test_point_cloud_reference():
     found = compare(mesh, Mesh(points), FEW)
     # planes through neighbours 2 mm apart on curved ground miss the surface by some 0.05 mm
     assert _turn_error_deg(found.T_reference_mesh, turn) < 0.1
-    assert found.accuracy["rms"] < 2e-4
-    assert found.completeness["rms"] < 2e-4
+    assert found.accuracy.rms < 2e-4
+    assert found.completeness.rms < 2e-4
 
 
 def test_files_hold_the_contract(tmp_path):

@@ -82,7 +82,7 @@ def test_print_ready_says_what_it_did():
     assert made.faults.crossing == 0 and made.faults.thin_share < 0.01
     told = "\n".join(made.lines())
     assert all(word in told for word in ("closed:", "smoothed:", "decimated:", "solid"))
-    assert made.values()["faults"]["volume"] == pytest.approx(np.prod(BOX), rel=0.02)
+    assert made.figures().faults.volume == pytest.approx(np.prod(BOX), rel=0.02)
     assert {"sigma", CLOSED} <= set(made.mesh.scalars)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.recording.checks.clocks import clock_jumps, missing_frames
-from fusion.recording.checks.stamps import GAP
+from fusion.recording.checks.stamps import GAP, unit_of_stamps
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.streams import FrameStreams
 
@@ -120,3 +120,15 @@ def test_clocks_of_a_native_recording_are_compared_too():
 )
 def test_a_slow_recorder_is_no_jump(machine):
     assert not clock_jumps(recording(EVEN, machine))
+
+
+@pytest.mark.parametrize(("times", "unit"), [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")])
+@pytest.mark.parametrize("rate", [5.0, 29.97, 60.0])
+def test_stamps_of_another_unit_are_told(times, unit, rate):
+    (found,) = unit_of_stamps(np.full(40, times / rate))
+    assert unit in found.do and found.severity == "warning"
+
+
+@pytest.mark.parametrize("step", [1 / 30, 0.5, 7.0, 30.0, 500.0])  # cameras, tables, hands, series over hours
+def test_stamps_in_seconds_are_not_doubted(step):
+    assert not unit_of_stamps(np.full(40, step))

@@ -13,10 +13,10 @@ from made_up_walls import WALLS, looks_at, sensor_of
 
 from fusion.discrepancy.channels.channels import channels_of
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.naming.candidates import candidates_of
+from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.naming.naming import name_effects
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.sensor.effect import Effect
 

@@ -7,6 +7,7 @@ from fusion.geometry.pose import about_axis
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.report.scans.scan import ScanReport
+from fusion.results.table_motion import ClosingGap, SlipFound, TableMotion
 
 # camera frame: y down, the axis stands 0.7 m in front and points up, leaning back a little
 POINT, UP = np.array([0.0, 0.1, 0.7]), np.array([0.0, -0.94, -0.342])
@@ -42,16 +43,15 @@ def made_up_scan(frames: int = 25, seed: int = 3) -> ScanReport:
     for i, a in enumerate(turned):  # the plate rocks by 0.3 deg twice a turn
         raw[i] = raw[i] @ about_axis(POINT, [0.0, -0.342, 0.94], 0.005 * np.sin(2 * a))
     raw[:, :3, 3] += np.cumsum(rng.normal(0, 0.0015, (frames, 3)), axis=0)
-    angles: list[float | None] = list(map(float, turned))
-    told = list(np.radians(14.4 * np.arange(frames)))
+    angles = turned.copy()
     residual, inliers = rng.uniform(0.0012, 0.002, frames), rng.uniform(0.85, 0.97, frames)
     rejected = {7: "too few inliers (12 %)", 19: "jump of 31 deg"} if frames > 19 else {}
     for frame in rejected:
         poses[frame] = raw[frame] = residual[frame] = np.nan
-        inliers[frame], angles[frame] = 0.12, None
+        inliers[frame], angles[frame] = 0.12, np.nan
     mesh = bumpy_sphere()
     centre = mesh.vertices.mean(axis=0)
-    slip = [{"frame": 15, "angle_rad": -0.094}] if frames > 15 else []
+    slips = (SlipFound(15, -0.094),) if frames > 15 else ()
     across = (np.zeros(3) - POINT) - ((np.zeros(3) - POINT) @ UP) * UP
     return ScanReport(
         mesh=mesh,
@@ -59,13 +59,12 @@ def made_up_scan(frames: int = 25, seed: int = 3) -> ScanReport:
         subtitle="25 frames, made up",
         trajectory_raw=Trajectory(np.arange(frames) / 2.0, raw),
         trajectory=Trajectory(np.arange(frames) / 2.0, poses),
-        turntable={
-            "axis_point": POINT.tolist(), "axis_direction": UP.tolist(), "radius": float(np.linalg.norm(across)),
-            "angles_rad": angles, "direction": 1, "radial_rms": 0.0041, "axial_rms": 0.0032,
-            "closure": {"angle_rad": 0.004, "distance": 0.0021}, "rejected_frames": list(rejected), "slips": slip,
-            "closure_raw": {"angle_rad": 0.031, "distance": 0.0094}, "told_rad": told,
-            "angles_std_rad": [None if a is None else 0.002 for a in angles],
-        },
+        turntable=TableMotion(
+            axis_point=POINT, axis_direction=UP, radius=float(np.linalg.norm(across)), angles_rad=angles,
+            radial_rms=0.0041, axial_rms=0.0032, closure=ClosingGap(0.004, 0.0021), rejected_frames=tuple(rejected),
+            slips=slips, closure_raw=ClosingGap(0.031, 0.0094), told_rad=np.radians(14.4 * np.arange(frames)),
+            angles_std_rad=np.where(np.isfinite(angles), 0.002, np.nan),
+        ),
         residual=residual,
         inlier_share=inliers,
         rejected=rejected,

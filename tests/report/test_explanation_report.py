@@ -21,6 +21,7 @@ from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.content import Verdict
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.discrepancy.verdict.words import chance
+from fusion.files.json_values import json_text, json_values
 from fusion.files.schema import schema_of
 from fusion.report.explanations.claim_sections import with_masks
 from fusion.report.explanations.evidence import footprints_of
@@ -53,9 +54,9 @@ def nothing():
 
 def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, verdict, tmp_path):
     verdict = with_masks(tmp_path, waved, verdict)
-    before = verdict.to_dict()
+    before = json_values(verdict)
     explanation_report(tmp_path, waved, verdict)
-    assert verdict.missing and verdict.to_dict() == before  # what is written is final before the page is
+    assert verdict.missing and json_values(verdict) == before  # what is written is final before the page is
     for entry in verdict.missing:
         mask = cv2.imread(str(tmp_path / entry.where.mask), cv2.IMREAD_UNCHANGED)
         assert mask.dtype == np.uint8 and mask.shape == waved.looks[0].view.camera.shape
@@ -69,7 +70,7 @@ def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, verdict, tmp_pa
 
 def test_what_is_written_reads_as_the_same_verdict_and_fits_its_schema(verdict):
     """As other programs read it: with the published schema, which is made of the type."""
-    written = json.loads(json.dumps(verdict.to_dict()))
+    written = json.loads(json_text(verdict))
     assert msgspec.convert(written, Verdict) == verdict
     jsonschema.validate(written, schema_of(Verdict))
     with pytest.raises(jsonschema.ValidationError):

@@ -18,6 +18,7 @@ from fusion.report.kit.views import nice_length
 from fusion.report.scans.scan import ScanReport, scan_report
 from fusion.report.scans.seen import times_seen
 from fusion.results.comparison import judge_comparison
+from fusion.results.table_motion import TableMotion
 
 EMPTY = Mesh(np.zeros((0, 3)))
 
@@ -49,6 +50,10 @@ def test_sections_appear_only_with_their_data(tmp_path):
     assert list(tmp_path.glob(".partial-*")) == []
 
 
+def turned(point, angles):
+    return TableMotion(axis_point=point, axis_direction=np.array([0, 0, 1.0]), angles_rad=angles)
+
+
 NOWHERE = Trajectory(np.arange(3.0), np.full((3, 4, 4), np.nan))
 BROKEN = {
     "empty mesh": {"mesh": EMPTY},
@@ -59,8 +64,8 @@ BROKEN = {
     "residuals all NaN": {"residual": np.full(25, np.nan), "inlier_share": np.full(25, np.nan)},
     "no residuals": {"residual": np.zeros(0), "inlier_share": np.zeros(0), "rejected": {}},
     "no pose": {"trajectory": NOWHERE, "trajectory_raw": NOWHERE},
-    "axis of NaN": {"turntable": {"axis_point": [np.nan] * 3, "axis_direction": [0, 0, 1], "angles_rad": [None, 0.1]}},
-    "turntable without parts": {"turntable": {"angles_rad": [], "radius": None, "closure": None, "slips": None}},
+    "axis of NaN": {"turntable": turned(np.full(3, np.nan), np.array([np.nan, 0.1]))},
+    "turntable without parts": {"turntable": turned(np.zeros(3), np.zeros(0))},
     "everything rejected": {"rejected": {i: f"no overlap {i}" for i in range(25)}},
     "coverage of another mesh": {"times_seen": np.ones(3)},
 }

@@ -11,8 +11,8 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.results.facts import Gap
-from fusion.scan.agreement import Agreement
-from fusion.scan.evidence import Evidence
+from fusion.scan.judging.agreement import Agreement
+from fusion.scan.judging.evidence import Evidence
 from fusion.scan.result import Scan
 from fusion.turntable.axis import Axis
 from fusion.turntable.circle import Circle

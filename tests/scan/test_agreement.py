@@ -7,7 +7,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame
-from fusion.scan.agreement import agreement
+from fusion.scan.judging.agreement import agreement
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.demo.demo import looking_at
 from fusion.simulation.demo.demo_object import demo_object

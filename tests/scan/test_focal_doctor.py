@@ -13,8 +13,8 @@ from fusion.recording.checks.stillness import turns_before_a_still_camera, turns
 from fusion.recording.looking.sample import draw
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
-from fusion.scan import focal_doctor
-from fusion.scan.focal_doctor import check_focal_length, measure
+from fusion.scan.judging import focal_doctor
+from fusion.scan.judging.focal_doctor import check_focal_length, measure
 from fusion.turntable.focal import DOUBT, FocalCheck
 
 CAMERA = Camera(160, 120, 130.0, 130.0, 79.5, 59.5, depth_scale=5000.0)

@@ -1,6 +1,5 @@
 """Every fault that a scan knows of turns on its own light, the worst stands first, and a good scan has none."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from fusion.certainty.common import Common
 from fusion.certainty.shared import NOTHING
 from fusion.certainty.sigma import Sure
 from fusion.commands.scan.turntable import failure, lines
+from fusion.files.json_values import json_text
 from fusion.mesh.mesh import Mesh
 from fusion.results.facts import Gap
 from fusion.turntable.focal import FocalCheck
@@ -32,7 +32,7 @@ def test_a_good_scan_has_only_good_lights():
     judgement = good_scan().judgement
     assert judgement.level == "ok" and judgement.warnings == ()
     assert len(judgement.lines()) == 1 and judgement.lines()[0].startswith("good")
-    json.dumps(judgement.values())
+    json_text(judgement.lights)
 
 
 def without_a_side(scan):
@@ -84,6 +84,7 @@ PLANTED = {
     ],
     "Log": [
         ("warning", off_its_log),
+        ("warning", lambda s: replace(s, told=-s.motion.angles)),
         ("bad", lambda s: replace(s, told=s.motion.angles / 57.3)),
         ("bad", lambda s: replace(s, told=1.5 * s.motion.angles)),
     ],
@@ -167,14 +168,14 @@ def test_a_log_in_radians_is_called_that():
 def test_the_verdict_is_the_worst_of_the_lights(word, plant):
     scan = plant(good_scan())
     assert scan.judgement.worth.word == word
-    assert scan.turntable()["verdict"] == word and bool(scan.turntable()["reasons"]) == (word != "good")
+    assert scan.turntable().verdict == word and bool(scan.turntable().reasons) == (word != "good")
     assert lines(scan)[0].startswith(f"verdict   {word}")
     assert (failure(scan, "scan") is not None) == (word == "failed")
 
 
 def test_what_made_a_scan_fail_stands_first():
     scan = replace(with_evidence(good_scan(), agreement=contradicted(0.4)), wobble=0.05)
-    assert "contradict the surface" in scan.turntable()["reasons"][0]
+    assert "contradict the surface" in scan.turntable().reasons[0]
     assert "--keep-failed" in str(failure(scan, "scan"))
 
 

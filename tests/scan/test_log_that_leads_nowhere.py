@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion.errors import TrackingError
-from fusion.scan import motion
+from fusion.scan.finding import turn as motion
 
 TOLD = np.arange(3.0)
 

@@ -5,7 +5,7 @@ import pytest
 from owl_and_arm import COUNT, alone, frames_of, of_arm
 
 from fusion.geometry import pose
-from fusion.scan.passing import without_passing
+from fusion.scan.finding.passing import without_passing
 from fusion.turntable.views import Region
 
 EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))

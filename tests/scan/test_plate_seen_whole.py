@@ -10,7 +10,7 @@ from made_up_scan import good_scan
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Frame, Recording
-from fusion.scan.plate_seen_whole import on_its_plate
+from fusion.scan.finding.plate_seen_whole import on_its_plate
 from fusion.sensor.presets import default_sensor
 from fusion.simulation.demo.demo import looking_at
 from fusion.simulation.rendering.render import RayCaster

@@ -10,8 +10,8 @@ from made_up_scan import good_scan, with_evidence
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
-from fusion.scan.print_agreement import PrintAgreement, print_agreement
-from fusion.scan.print_pairs import compared, printed
+from fusion.scan.judging.print_agreement import PrintAgreement, print_agreement
+from fusion.scan.judging.print_pairs import compared, printed
 from fusion.simulation.demo.demo import looking_at
 from fusion.turntable.views import Region
 

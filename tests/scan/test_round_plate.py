@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fusion.mesh.mesh import Mesh
-from fusion.scan.object import MARGIN, clean
+from fusion.scan.finding.object import MARGIN, clean
 from fusion.scan.settings import ScanSettings
 
 

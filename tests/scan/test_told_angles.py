@@ -8,7 +8,7 @@ import pytest
 from fusion.errors import FusionError, TrackingError
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Recording
-from fusion.scan.frames import told_angles
+from fusion.scan.finding.frames import told_angles
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.axis import Axis
 from fusion.turntable.pairs.edges import edge_sums

@@ -68,7 +68,7 @@ def test_models_of_units():
     # each unit drifts by as much: the dates of a unit spread by sqrt(2) mm, its mean of two by 1 mm
     np.testing.assert_allclose(found.within.value, np.sqrt(2) * 1e-3 * slant, rtol=1e-3)
     np.testing.assert_allclose(found.between.value, np.sqrt(np.var([2, 6, 1], ddof=1) - 1) * 1e-3 * slant, rtol=1e-3)
-    assert found.to_dict()["units"] == ["a", "b", "c"]
+    assert found.figures().units == ("a", "b", "c")
 
 
 def test_what_cannot_be_compared_is_refused():

@@ -82,7 +82,7 @@ def alignments(given: Inputs, out: Path) -> Any:
     repeated = fusion.repeat([given.ball, turned], settings)
     said = repeated.mean, repeated.offsets(), repeated.to_dict()
     printed = fusion.print_ready(given.ball, fusion.PrintSettings(triangles=400, smooth=1))
-    said = said, printed.mesh, printed.values(), printed.lines()
+    said = said, printed.mesh, printed.figures(), printed.lines()
     return fusion.compare(turned, given.ball, fusion.CompareSettings(samples=500, scale=True)), said
 
 
@@ -110,7 +110,7 @@ def sensing(given: Inputs, out: Path) -> Any:
         made.parameters,
         made.loss,
         beside,
-        beside.to_dict(),
+        fusion.json_values(beside),
         [*fusion.sense_all([ideal, given.depth], CAMERA, given.sensor, given.seed)],
     )
 
@@ -186,7 +186,7 @@ def lenses(given: Inputs, out: Path) -> Any:
 
 def explanations(given: Inputs, out: Path) -> Any:
     found = fusion.explain(given.walls(1), given.sensor)
-    return found, found.sensor, found.mean_sensor, found.compared, fusion.verdict_of(found).to_dict()
+    return found, found.sensor, found.mean_sensor, found.compared, fusion.json_values(fusion.verdict_of(found))
 
 
 # the light ones are made several times each in the quick tests, the heavy ones once

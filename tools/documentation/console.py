@@ -1,21 +1,21 @@
 """The directive `commands`: every command of the console program, from the parser that reads its options."""
 
 import argparse
-import importlib
 from typing import Any
 
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from fusion.commands.main import COMMANDS, parser_of
+from fusion.commands.catalogue import COMMANDS, load
+from fusion.commands.main import parser_of
 
 
 class Commands(SphinxDirective):
     """One section a command, and inside it one a part (`fusion calibrate depth`)."""
 
     def run(self) -> list[nodes.Node]:
-        parsers = [parser_of(name, importlib.import_module(f"fusion.commands.{name}")) for name in COMMANDS]
+        parsers = [parser_of(name, load(name)) for name in COMMANDS]
         return [section(parser) for parser in parsers]
 
 
@@ -24,7 +24,7 @@ def section(parser: argparse.ArgumentParser) -> nodes.section:
     made = nodes.section(ids=[parser.prog.replace(" ", "-")])
     made += nodes.title("", "", nodes.literal("", parser.prog))
     made += _text(parser.description or "")
-    usage = parser.format_usage().removeprefix("usage: ")
+    usage = " ".join(parser.format_usage().removeprefix("usage: ").split())  # the page breaks its lines
     made += nodes.literal_block(usage, usage, language="text", classes=["usage"])
     inner = []
     for group in parser._action_groups:

@@ -43,6 +43,25 @@ def lacking(principle: str, scene: str, effect: str, *more: object, **values: tu
     return make
 
 
+def beside_steps(effect: str, **values: tuple[float, str]) -> Makes:
+    """A triangulating camera before plates that stand before walls, five recordings."""
+
+    def make(variant: int, rng: Rng, folder: Path) -> tuple[Base, Spoiled]:
+        known, file = _model("structured_light"), folder.with_suffix(".json")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps({**known, "effects": [_entry(effect, **values), *known["effects"]]}), "utf-8")
+        for k in range(5):
+            place = f"distance_m={rng.uniform(0.7, 1.6):.3f}", f"step_m={rng.uniform(0.25, 0.6):.3f}"
+            options = ("--camera", _camera(folder, "structured_light"), "--sensor", file, "--seed", k + 10 * variant)
+            ran = fusion("simulate", "step", "--set", place[0], "--set", place[1], *options, "-o", folder / f"rec_{k}")
+            if ran.status:
+                raise RuntimeError(ran.last)
+        case = Case(opened(folder, 5, str(file)).recordings, known)
+        return Base(f"{effect} step", case, ({"effect": effect},)), Spoiled(case, "", NOTHING)
+
+    return make
+
+
 def moving(effect: str, **values: tuple[float, str]) -> Makes:
     """A camera in a hand that moves through a room."""
 

@@ -15,7 +15,7 @@ from spoiled.places import centre_by, poses_by
 from spoiled.replicas import retimed
 from spoiled.surfaces import bowed_by, shaken_by
 
-from once_wrong.own import lacking, moving, preset
+from once_wrong.own import beside_steps, lacking, moving, preset
 from once_wrong.planted import of_size, planted
 from once_wrong.row import Makes, Row
 
@@ -101,7 +101,7 @@ ROWS = (
     Row("warming up", "silent", planted("warm", True, named.FLIGHT["temperature_drift"], strength=0.6)),
     Row("warming up, disparities", "silent", planted(
         "warm", False, named.MATCHING["temperature_drift"], strength=0.6)),
-    Row("shadow of the projector", "silent", planted("walls", False, unsaid="projector_shadow")),
+    Row("shadow of the projector", "silent", beside_steps("projector_shadow", baseline=(-0.075, "m"))),
     Row("values lost in the dark", "silent", planted("patches", True, invented.darker)),
     Row("cyclic error with stray light", "unknown", planted(
         "card", True, named.cyclic_error, named.stray_light, strength=0.6, family="mixture")),

@@ -6,16 +6,16 @@ python engine_side.py predict REC... --sensor S S2... -o FILE    depth of each r
 """
 
 import argparse
-import json
 from pathlib import Path
 
 import numpy as np
 
 from fusion.discrepancy.explain import explain
-from fusion.discrepancy.look import looks_of, stage_of, wanted_channels
-from fusion.discrepancy.naming import candidates
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.naming.search import candidates
+from fusion.discrepancy.observe.look import looks_of, stage_of, wanted_channels
+from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
+from fusion.files.json_values import json_text
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 
@@ -38,7 +38,7 @@ def main() -> None:
 def explain_into(paths: list[Path], sensor: Path, out: Path) -> None:
     found = explain([open_recording(path) for path in paths], read_sensor(sensor))
     out.mkdir(parents=True, exist_ok=True)
-    (out / "verdict.json").write_text(json.dumps(verdict_of(found).to_dict(), indent=1))
+    (out / "verdict.json").write_text(json_text(verdict_of(found)))
     write_sensor(out / "sensor.json", found.sensor)
 
 

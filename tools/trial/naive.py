@@ -8,10 +8,10 @@ import json
 import sys
 from pathlib import Path
 
-from fusion.discrepancy.gauge import gauge_of
-from fusion.discrepancy.look import looks_of, stage_of, wanted_channels
-from fusion.discrepancy.naming.candidates import candidates_of
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.look import looks_of, stage_of, wanted_channels
+from fusion.discrepancy.observe.observations import observe
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
-from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.laws.surface import moved_rigidly
 
 Vector = NDArray[np.float64]

@@ -6,31 +6,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.axis_curve import axis_curve
-from fusion.calibration.depth.board_walls import board_walls
-from fusion.calibration.depth.candidates import CandidateLaw, candidates_for, richer, richest, terms_for
-from fusion.calibration.depth.choice import choose, promising, refused
-from fusion.calibration.depth.curve import DepthCurve, span
-from fusion.calibration.depth.fitted import FitSetting, Fitted, finish
-from fusion.calibration.depth.harmonics import harmonics
-from fusion.calibration.depth.information import evidence_of, information_of
 from fusion.calibration.depth.known import Start, start
-from fusion.calibration.depth.lamp import with_lamp
+from fusion.calibration.depth.laws.candidates import CandidateLaw, candidates_for, richer, richest, terms_for
+from fusion.calibration.depth.laws.choice import choose, promising, refused
+from fusion.calibration.depth.laws.fitted import FitSetting, Fitted, finish
+from fusion.calibration.depth.laws.harmonics import harmonics
+from fusion.calibration.depth.laws.information import evidence_of, information_of
+from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, told
+from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, fit, judge, judge_all, level
+from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
+from fusion.calibration.depth.laws.variance import spread_of, with_variance
+from fusion.calibration.depth.maps.axis_curve import axis_curve
+from fusion.calibration.depth.maps.curve import DepthCurve, span
+from fusion.calibration.depth.maps.radial_limit import radial_limit, within
+from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
+from fusion.calibration.depth.maps.surface_sensor import with_surface
 from fusion.calibration.depth.notes import notes_on
-from fusion.calibration.depth.radial_limit import radial_limit, within
-from fusion.calibration.depth.selection import JudgedLaw, Problem, fit, judge, judge_all, level
-from fusion.calibration.depth.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
-from fusion.calibration.depth.surface_sensor import with_surface
-from fusion.calibration.depth.terms import LawTerm, gloss_term
-from fusion.calibration.depth.variance import spread_of, with_variance
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
-from fusion.calibration.depth.wall import Wall, read_walls
+from fusion.calibration.depth.walls.board_walls import board_walls
+from fusion.calibration.depth.walls.lamp import with_lamp
+from fusion.calibration.depth.walls.wall import Wall, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.progress import each, stage
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.quantity import RADIAL_LIMIT
+from fusion.recording.looking.copies import refuse_repeated
 from fusion.recording.readable import moving_notes
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
@@ -129,7 +131,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
         recordings: one per wall, its distance in `distance_m` of the telemetry where it is known.
         settings: camera, known sensor and so on.
     Raises:
-        FusionError: no recording, recordings of different cameras, no wall in view.
+        FusionError: no recording, one that is given twice, recordings of different cameras, no wall in view.
 
     >>> found = fusion.calibrate_depth([fusion.open_recording(f"wall_{i}") for i in range(5)])
     >>> fusion.write_sensor("sensor.json", found.sensor)
@@ -137,6 +139,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     settings = settings or DepthSettings()
     if not recordings:
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
+    refuse_repeated(recordings)
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
     walls = [wall for recording in each(recordings, "reading") for wall in walls_of(recording, begin, settings)]
     if settings.board is None and settings.radial_limit is None:  # each of them leaves walls out as well
@@ -149,7 +152,21 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 
 
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
-    """The same from walls that are already reduced."""
+    """The same from walls that are already reduced; walls whose stated distance cannot be are left out and named."""
+    first = found = _calibrated(walls, begin, surface)
+    flight, left = begin.known.principle == "itof", []
+    for _ in range(int(MOST * len(walls))):
+        if (which := misstated(found.walls, found.judged, found.chosen, flight)) is None:
+            return first
+        left.append(found.walls[which])
+        found = _calibrated([wall for wall in found.walls if wall is not left[-1]], begin, surface)
+        if found.best.error < BETTER * first.best.error:
+            named = [("warning", told(wall, found.sensor, found.camera, len(found.walls))) for wall in left]
+            return replace(found, notes=(*named, *found.notes))
+    return first
+
+
+def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibration:
     camera, known = begin.camera, begin.known
     nodes, light = _nodes(walls, begin), _ir_reference(walls)
     have = {effect.name for effect in begin.uncorrected.effects}

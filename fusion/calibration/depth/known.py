@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.law_sensor import FITTED
+from fusion.calibration.depth.laws.law_sensor import FITTED
 from fusion.errors import FusionError, SensorError
 from fusion.geometry.camera import Camera
 from fusion.recording.recording import Recording

@@ -3,17 +3,20 @@
 import numpy as np
 from scipy.special import chdtri
 
-from fusion.calibration.depth.fitted import Fitted
-from fusion.calibration.depth.gloss import FRESNEL
-from fusion.calibration.depth.selection import JudgedLaw
+from fusion.calibration.depth.laws.fitted import Fitted
+from fusion.calibration.depth.laws.selection import JudgedLaw
 from fusion.calibration.depth.visibility import TermVisibility
-from fusion.calibration.depth.wall import Wall
+from fusion.calibration.depth.walls.gloss import FRESNEL
+from fusion.calibration.depth.walls.wall import Wall
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import unread_text
 
 MOVED = 0.005  # [m] by what is mirrored: plainly more than a square scatters
 UNLIKELY = 0.01
 MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
+# share by which a depth camera is never wrong all over: uncalibrated ones are by 2 to 4 %; beside walls, by 1 or 2 more
+# at one distance than at another
+APART, APART_FROM_WALLS = 0.08, 0.05
 NO_LAW = "no law helps on walls left out by more than its own uncertainty: none is written"
 OF_BOARDS = (
     "a board tells distances in units of its printed squares: squares that are 1 % larger than board.json says look "
@@ -48,6 +51,7 @@ def notes_on(
         notes.append(("warning", f"{text}; {more_walls(walls)}"))
     if any(wall.by_board for wall in walls):
         notes.append(("warning", OF_BOARDS))
+        notes += [("bad", text)] if (text := wrong_squares(walls)) else []
     if "gloss" in fitted.numbers.value:
         notes.append(("ok", _of_gloss(fitted)))
     per_tile = float(best.chi2.sum()) / max(sum(len(e.rest) for e in fitted.evidence), 1)
@@ -69,6 +73,22 @@ def notes_on(
             ("ok", f"{text}left out, this law by {best.error * 1e3:.2f} mm; to tell more, {more_walls(walls)}")
         )
     return notes
+
+
+def wrong_squares(walls: list[Wall]) -> str:
+    """A sentence where the board's depth is plainly not where its squares say that it stands; else nothing."""
+    by_squares = [_seen_over_stated(wall) for wall in walls if wall.by_board]
+    measured = [_seen_over_stated(wall) for wall in walls if not wall.by_board and np.isfinite(wall.distance)]
+    usual = float(np.median(measured)) if measured else 1.0
+    ratio = float(np.median(by_squares)) / usual
+    if abs(ratio - 1) < (APART_FROM_WALLS if measured else APART):
+        return ""
+    who = "walls of measured distance say" if measured else "the depth says"
+    return f"{who} that the board is {ratio:.2f} times as far away as its squares say: check square_m (board.json)"
+
+
+def _seen_over_stated(wall: Wall) -> float:
+    return float(wall.plane.distance / wall.plane.inverse_at(*wall.centre)) / wall.distance
 
 
 def beyond_laser(best: JudgedLaw, walls: list[Wall]) -> float:

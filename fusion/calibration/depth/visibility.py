@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fusion.calibration.depth.information import Information
-from fusion.calibration.depth.terms import BOARD, LawTerm
+from fusion.calibration.depth.laws.information import Information
+from fusion.calibration.depth.laws.terms import BOARD, LawTerm
 
 LEAST = 0.02  # share of a term that must survive tilts and distances: below, rounding and lens errors decide
 # the same of a term that is 0 at the middle, where distances do not help: what else the walls hold that no law does

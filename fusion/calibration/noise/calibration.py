@@ -14,6 +14,7 @@ from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 from fusion.progress import stage
 from fusion.recording.checks.depth_values import implausible
+from fusion.recording.looking.copies import refuse_repeated
 from fusion.recording.recording import Recording
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
@@ -68,7 +69,7 @@ def calibrate_noise(recordings: Sequence[Recording], settings: NoiseSettings | N
         recordings: one pose each, or several poses one after the other.
         settings: camera, known sensor and so on.
     Raises:
-        FusionError: no recording, recordings of different cameras, no target in view, no noise.
+        FusionError: no recording, one given twice, recordings of different cameras, no target in view, no noise.
 
     >>> found = fusion.calibrate_noise([fusion.open_recording(f"wall_{i}") for i in range(5)])
     >>> [effect.name for effect in found.sensor.effects]
@@ -77,6 +78,7 @@ def calibrate_noise(recordings: Sequence[Recording], settings: NoiseSettings | N
     settings = settings or NoiseSettings()
     if not recordings:
         raise FusionError("no recording of a target", found=0, expected="a flat target at several distances and tilts")
+    refuse_repeated(recordings)
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
     model = settings.sensor or begin.known
     model = replace(model, principle=begin.known.principle, sensor=begin.sensor, serial=begin.serial, left_out=())

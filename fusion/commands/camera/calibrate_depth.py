@@ -1,18 +1,20 @@
 """`fusion calibrate depth`: walls at known distances become a depth correction."""
 
 import argparse
-import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic, made
+from fusion.files.json_values import json_text, json_values
 from fusion.progress import stage
 from fusion.quantity import DISTANCE_STD, RADIAL_LIMIT
 
 if TYPE_CHECKING:
     from fusion.calibration.depth.calibration import DepthCalibration
+    from fusion.results.depth_figures import DepthFigures
 
 EXAMPLE = "fusion calibrate depth wall_* --camera camera.json -o calibrated"
 
@@ -54,6 +56,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.calibration.depth.calibration import DepthSettings, calibrate_depth
     from fusion.calibration.lens.boards.board import read_board
     from fusion.recording.open import open_recording, stated_camera
+    from fusion.results.depth_figures import depth_figures
     from fusion.sensor.files.sensor_file import read_sensor
 
     settings = DepthSettings(
@@ -70,14 +73,14 @@ def run(options: argparse.Namespace) -> None:
     told |= {"radial_limit_px": options.radial_limit or "none"}
     with options.claim.folder() as partial:
         fill(partial, found, told if options.report else None)
-    numbers = summary(found)
+    figures = depth_figures(found)
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+        print(json_text(json_values(figures) | {"output": options.output}))
     else:
-        print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
+        print("\n".join([*_lines(figures), *made(options, "sensor", "report")]))
 
 
-def fill(folder: Path, found: "DepthCalibration", settings: dict[str, Any] | None) -> None:
+def fill(folder: Path, found: "DepthCalibration", settings: Mapping[str, object] | None) -> None:
     """sensor.json with its maps, and report.html with the settings if any, into a folder."""
     from fusion.report.calibrations.depth_calibration import depth_report
     from fusion.sensor.files.sensor_file import write_sensor
@@ -88,62 +91,19 @@ def fill(folder: Path, found: "DepthCalibration", settings: dict[str, Any] | Non
             depth_report(folder / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
-def summary(found: "DepthCalibration") -> dict[str, Any]:
-    """The numbers that a caller wants first; lengths in metres."""
-    walls = [
-        {
-            "recording": wall.name,
-            "distance_m": _number(wall.distance),
-            "error_m": _number(offset),
-            "error_std_m": _number(deviation),
-            "left_heldout_m": float(left),
-            "tilt_rad": wall.plane.tilt,
-            "share_of_image": float(wall.mask.mean()),
-        }
-        for wall, offset, deviation, left in zip(
-            found.walls, found.offset, found.offset_std, found.best.rms, strict=True
-        )
-    ]
-    curve = found.curve
-    return {
-        "law": found.best.candidate.name,
-        "heldout_before_m": found.before.error,
-        "heldout_after_m": found.best.error,
-        "heldout_axis_m": _number(found.best.axis_error),
-        "radial_limit_px": found.radial_limit,
-        "walls": walls,
-        "candidates": {j.candidate.name: j.error for j in found.judged},
-        "curve": None
-        if curve is None
-        else {
-            "distance_m": curve.distance.tolist(),
-            "error_m": curve.bias.tolist(),
-            "half_width_90_m": curve.half_width.tolist(),
-        },
-        "not_seen": sorted({f"{v.term.effect}.{v.term.parameter}" for v in found.visibility if not v.seen}),
-        "notes": [text for _, text in found.notes],
-    }
-
-
-def _number(value: float) -> float | None:
-    import math
-
-    return float(value) if math.isfinite(value) else None
-
-
 def _reach(limit: float | None) -> str:
     if limit is None:
         return "the border of what was recorded: no ring of the image is twice as bad as the others"
     return f"{limit:.0f} px from the principal point; beyond, the corrected depth is twice as bad (--radial-limit)"
 
 
-def _lines(numbers: dict[str, Any]) -> list[str]:
-    low, high = numbers["heldout_before_m"] * 1e3, numbers["heldout_after_m"] * 1e3
-    glossy = " (what the board mirrors taken out too)" if "gloss" in numbers["law"] else ""
+def _lines(told: "DepthFigures") -> list[str]:
+    low, high = told.heldout_before_m * 1e3, told.heldout_after_m * 1e3
+    glossy = " (what the board mirrors taken out too)" if "gloss" in told.law else ""
     held_out = f"{high:.2f} mm rms on a wall left out{glossy}, {low:.2f} mm without correction"
     return [
-        f"law       {numbers['law']}, of {len(numbers['candidates'])} candidates",
-        f"held out  {held_out if len(numbers['walls']) > 1 else 'one wall: nothing'}",
-        f"good to   {_reach(numbers['radial_limit_px'])}",
-        *(f"note      {text}" for text in numbers["notes"]),
+        f"law       {told.law}, of {len(told.candidates)} candidates",
+        f"held out  {held_out if len(told.walls) > 1 else 'one wall: nothing'}",
+        f"good to   {_reach(told.radial_limit_px)}",
+        *(f"note      {text}" for text in told.notes),
     ]

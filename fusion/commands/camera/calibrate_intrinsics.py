@@ -1,18 +1,19 @@
 """`fusion calibrate intrinsics`: a camera from pictures of a checkerboard or ChArUco board."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import WORKING_DISTANCE
 
 if TYPE_CHECKING:
     from fusion.calibration.lens.intrinsics import Intrinsics
+    from fusion.calibration.lens.write import CalibrationFigures
 
 EXAMPLE = "fusion calibrate intrinsics board_recording --board board.json -o out"
 
@@ -52,33 +53,33 @@ def run(options: argparse.Namespace) -> None:
     settings = LensSettings(options.keep_outliers, options.distance)
     result = calibrate_intrinsics(options.recording, board, settings, options.topic)
     with options.claim.folder() as partial:
-        text = json.dumps(camera_content(result), indent=1, allow_nan=False)
+        text = json_text(camera_content(result))
         (partial / "camera.json").write_text(text + "\n", encoding="utf-8")
         if options.report:
             with stage("report"):
                 lens_report(result, partial / "report.html", options.recording, "fusion " + " ".join(sys.argv[1:]))
     content = numbers(result)
-    print(json.dumps(content, indent=1, allow_nan=False) if options.json else "\n".join(_lines(result, content)))
+    print(json_text(content) if options.json else "\n".join(_lines(result, content)))
 
 
-def _lines(result: "Intrinsics", content: dict[str, Any]) -> list[str]:
+def _lines(result: "Intrinsics", content: "CalibrationFigures") -> list[str]:
     lines = []
-    for name, fit in content["cameras"].items():
-        values, std = fit["parameters"], fit["std"]
-        lines.append(f"{name}: board found in {fit['found']} of {fit['pictures']} pictures, {fit['used']} used")
+    for name, fit in content.cameras.items():
+        values, std = fit.parameters, fit.std
+        lines.append(f"{name}: board found in {fit.found} of {fit.pictures} pictures, {fit.used} used")
         lines += [f"  {key:<3}{value:>12.5f} +- {std[key]:.5f}" for key, value in values.items()]
-        lines += ["  k3 is not established by these views: held at 0"] if fit["k3_held"] else []
-        at = fit["uncertainty"]
-        lines.append(f"  reprojection {fit['rms_px']:.3f} px rms; board in {fit['coverage']:.0%} of the picture")
+        lines += ["  k3 is not established by these views: held at 0"] if fit.k3_held else []
+        at = fit.uncertainty
+        lines.append(f"  reprojection {fit.rms_px:.3f} px rms; board in {fit.coverage:.0%} of the picture")
         lines.append(
             f"  projection known to {at['centre_px']:.3f} px at the centre, {at['rms_px']:.3f} px over the picture "
             f"({at['centre_mm']:.2f} and {at['rms_mm']:.2f} mm at {at['distance_m']:.2f} m)"
         )
-        lines.append(f"  most influential view {fit['most_influential']['view']}: up to "
-                     f"{fit['most_influential']['sigmas']:.1f} standard deviations without it")  # fmt: skip
-        kept = "named, kept" if fit["outliers_kept"] else "left out"
-        lines += [f"  {kept}: {o['view']}: {o['reason']}" for o in fit["outliers"]]
-        if unread := fit["unread"]:
+        lines.append(f"  most influential view {fit.most_influential.view}: up to "
+                     f"{fit.most_influential.sigmas:.1f} standard deviations without it")  # fmt: skip
+        kept = "named, kept" if fit.outliers_kept else "left out"
+        lines += [f"  {kept}: {o.view}: {o.reason}" for o in fit.outliers]
+        if unread := fit.unread:
             count = "1 picture" if len(unread) == 1 else f"{len(unread)} pictures"
             first, reason = next(iter(unread.items()))
             lines.append(f"  {count} could not be used, the first {first}: {reason}")

@@ -1,18 +1,19 @@
 """`fusion calibrate noise`: a flat target at several distances and tilts becomes noise and dropout laws."""
 
 import argparse
-import json
 import math
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fusion.commands.options.results import add_output, add_topic, made
+from fusion.files.json_values import json_text, json_values
 from fusion.progress import stage
 
 if TYPE_CHECKING:
     from fusion.calibration.noise.calibration import NoiseCalibration
-    from fusion.calibration.noise.laws.fit import NoiseFit
+    from fusion.results.noise_figures import LawFigures, NoiseFigures
 
 EXAMPLE = "fusion calibrate noise target_* --sensor calibrated/sensor.json -o noise"
 
@@ -33,6 +34,7 @@ def run(options: argparse.Namespace) -> None:
     """Calibrate and write sensor.json and report.html."""
     from fusion.calibration.noise.calibration import NoiseSettings, calibrate_noise
     from fusion.recording.open import open_recording, stated_camera
+    from fusion.results.noise_figures import noise_figures
     from fusion.sensor.files.sensor_file import read_sensor
 
     settings = NoiseSettings(
@@ -44,14 +46,14 @@ def run(options: argparse.Namespace) -> None:
     told = {"camera": options.camera or "recordings'", "sensor": options.sensor or "none"}
     with options.claim.folder() as partial:
         fill(partial, found, told if options.report else None)
-    numbers = summary(found)
+    figures = noise_figures(found)
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1, allow_nan=False))
+        print(json_text(json_values(figures) | {"output": options.output}))
     else:
-        print("\n".join([*_lines(numbers), *made(options, "sensor", "report")]))
+        print("\n".join([*_lines(figures), *made(options, "sensor", "report")]))
 
 
-def fill(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | None) -> None:
+def fill(folder: Path, found: "NoiseCalibration", settings: Mapping[str, object] | None) -> None:
     """sensor.json with its maps, and report.html with the settings if any, into a folder."""
     from fusion.report.calibrations.noise_calibration import noise_report
     from fusion.sensor.files.sensor_file import write_sensor
@@ -62,92 +64,19 @@ def fill(folder: Path, found: "NoiseCalibration", settings: dict[str, Any] | Non
             noise_report(folder / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
-def summary(found: "NoiseCalibration") -> dict[str, Any]:
-    """The numbers that a caller wants first; lengths in metres."""
-    from fusion.sensor.effects.readout.axial_noise import AxialNoise
-    from fusion.sensor.effects.readout.lateral_noise import LateralNoise
-
-    axial, lateral = found.axial, found.lateral
-    numbers: dict[str, Any] = {
-        "axial": _fit(axial.best, AxialNoise) | {"candidates": {fit.form.title: fit.score for fit in axial.fits}},
-        "lateral": None
-        if lateral is None
-        else _fit(lateral.best, LateralNoise)
-        | {
-            "candidates": {fit.form.title: fit.score for fit in lateral.fits},
-            "percentile_90_m": _number(lateral.percentile),
-            "percentile_90_shadow_m": _number(lateral.percentile_shadow),
-            "shadow": None if lateral.shadow is None else _fit(lateral.shadow, LateralNoise),
-        },
-        "dropout": None
-        if found.dropout is None
-        else dict(zip(("ir_threshold", "width"), found.dropout.numbers, strict=True)),
-        "poses": [_pose(pose) for pose in found.poses],
-        "not_seen": axial.visible.hidden,
-        "kept": axial.kept,
-        "notes": [text for _, text in found.notes],
-    }
-    return numbers
-
-
-def _fit(fit: "NoiseFit", effect: Any) -> dict[str, Any]:
-    from fusion.sensor.words.quantity import fitted
-
-    wide = fit.half_width()
-    return {
-        "law": fit.form.title,
-        "parameters": {
-            name: {**fitted(effect, name, value, std), "interval_90": [value - wide * std, value + wide * std]}
-            for name, value, std in zip(fit.form.names, fit.numbers, fit.std, strict=True)
-        },
-        "correlation": fit.correlation.tolist(),
-        "rms": fit.rms,
-        "heldout_error": _number(fit.score),
-        "scatter_share": fit.scatter,
-    }
-
-
-def _pose(pose: Any) -> dict[str, Any]:
-    seen = pose.seen
-    return {
-        "name": pose.name,
-        "frames": seen.frames,
-        "distance_m": pose.depth,
-        "tilt_rad": pose.tilt,
-        "axial_m": _number(pose.axial),
-        "axial_std_m": _number(pose.axial_std),
-        "lateral_m": [_number(x) for x in seen.lateral],
-        "shadowed": list(pose.shadowed),
-        "valid": seen.valid,
-        "no_data": seen.no_data,
-        "outliers": seen.outliers,
-    }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def _lines(numbers: dict[str, Any]) -> list[str]:
-    axial, lateral = numbers["axial"], numbers["lateral"]
-    lines = [f"axial     {axial['law']}, of {len(axial['candidates'])}; {axial['rms'] * 1e3:.3f} mm rms left over"]
-    lines += _rows(axial["parameters"])
+def _lines(told: "NoiseFigures") -> list[str]:
+    axial, lateral = told.axial, told.lateral
+    lines = [f"axial     {axial.law}, of {len(axial.candidates)}; {axial.rms * 1e3:.3f} mm rms left over"]
+    lines += _rows(axial)
     if lateral is not None:
-        lines.append(f"lateral   {lateral['law']}")
-        lines += _rows(lateral["parameters"])
-        for name, text in (
-            ("percentile_90_m", "90 % of the edges below"),
-            ("percentile_90_shadow_m", "beside a shadow"),
+        lines += [f"lateral   {lateral.law}", *_rows(lateral)]
+        for metres, text in (
+            (lateral.percentile_90_m, "90 % of the edges below"),
+            (lateral.percentile_90_shadow_m, "beside a shadow"),
         ):
-            lines += [f"  {text} {lateral[name] * 1e3:.2f} mm"] if lateral[name] is not None else []
-    return [
-        *lines,
-        *(f"note      {text}" for text in numbers["notes"]),
-    ]
+            lines += [f"  {text} {metres * 1e3:.2f} mm"] if math.isfinite(metres) else []
+    return [*lines, *(f"note      {text}" for text in told.notes)]
 
 
-def _rows(fitted_numbers: dict[str, Any]) -> list[str]:
-    from fusion.sensor.words.quantity import shown
-
-    known = {name: (p["value"], p["std"], p["unit"], p["determined"]) for name, p in fitted_numbers.items()}
-    return [f"  {name:<15} {shown(*one)}" for name, one in known.items()]
+def _rows(law: "LawFigures") -> list[str]:
+    return [f"  {name:<15} {number}" for name, number in law.parameters.items()]

@@ -1,17 +1,19 @@
 """`fusion evaluate`: what a depth camera does in front of still scenes."""
 
 import argparse
-import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic, made
+from fusion.files.json_values import json_text, json_values
 from fusion.progress import stage
 from fusion.quantity import DISTANCE_STD
 
 if TYPE_CHECKING:
+    from fusion.evaluation.content import EvaluationNumbers
     from fusion.evaluation.evaluate import Evaluation
 
 EXAMPLE = "fusion evaluate wall_* -o bench"
@@ -56,25 +58,25 @@ def run(options: argparse.Namespace) -> None:
     with options.claim.folder() as partial:
         fill(partial, found, result, told if options.report else None)
     if options.json:
-        print(json.dumps(result | {"output": str(options.output)}, indent=1))
+        print(json_text(json_values(result) | {"output": options.output}))
     else:
         print("\n".join([*_lines(result, found), *made(options, "report", width=8)]))
 
 
-def fill(folder: Path, found: "Evaluation", result: dict[str, Any], settings: dict[str, Any] | None) -> None:
+def fill(folder: Path, found: "Evaluation", result: "EvaluationNumbers", settings: Mapping[str, object] | None) -> None:
     """evaluation.json, and report.html with the settings if any, into a folder."""
     from fusion.report.evaluations.evaluation import evaluation_report
 
-    (folder / "evaluation.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    (folder / "evaluation.json").write_text(json_text(result) + "\n", encoding="utf-8")
     if settings is not None:
         with stage("report"):
             evaluation_report(folder / "report.html", found, "fusion " + " ".join(sys.argv[1:]), settings)
 
 
-def _lines(result: dict[str, Any], found: "Evaluation") -> list[str]:
+def _lines(result: "EvaluationNumbers", found: "Evaluation") -> list[str]:
     return [
-        result["summary"],
-        *(f"note    {text}" for text in result["notes"]),
+        result.summary,
+        *(f"note    {text}" for text in result.notes),
         f"warm    {found.longest.drift.text}",
         *([] if found.ambient is None else [f"light   {found.ambient.sentence}"]),
     ]

@@ -58,6 +58,7 @@ def run(options: argparse.Namespace) -> None:
 
     from fusion.discrepancy.explain import explain
     from fusion.discrepancy.verdict.verdict import verdict_of
+    from fusion.files.json_values import json_text, json_values
     from fusion.progress import seconds, stage
     from fusion.recording.open import open_recording
     from fusion.report.explanations.claim_sections import with_masks
@@ -77,10 +78,10 @@ def run(options: argparse.Namespace) -> None:
             with stage("report"):
                 explanation_report(partial, found, verdict)
         verdict = replace(verdict, seconds=seconds())
-        (partial / "verdict.json").write_text(json.dumps(verdict.to_dict(), indent=1) + "\n")
+        (partial / "verdict.json").write_text(json_text(verdict) + "\n")
         write_sensor(partial / "sensor.json", found.sensor)
     if options.json:
-        print(json.dumps(verdict.to_dict()))
+        print(json.dumps(json_values(verdict)))
     else:
         width = min(WIDEST, shutil.get_terminal_size((100, 24)).columns)
         last = [

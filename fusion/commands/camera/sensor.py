@@ -1,16 +1,19 @@
 """`fusion sensor`: a sensor model as a table or a page, for other simulators, or beside another one."""
 
 import argparse
-import json
 import shutil
 import textwrap
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fusion.commands.camera.sensor_export import run_compare, run_export
 from fusion.commands.camera.sensor_page import run_check, run_page
 from fusion.commands.camera.sensor_units import run_units
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
+
+if TYPE_CHECKING:
+    from fusion.sensor.words.description import DescribedParameter, SensorDescription
 
 EXAMPLE = "fusion sensor show kinect-v1"
 NARROWEST, WIDEST = 80, 120
@@ -72,7 +75,7 @@ def run(options: argparse.Namespace) -> int | None:
     from fusion.sensor.words.description import description
 
     content = description(read_sensor(options.sensor))
-    print(json.dumps(content, indent=1, allow_nan=False) if options.json else "\n".join(table(content)))
+    print(json_text(content) if options.json else "\n".join(table(content)))
     return None
 
 
@@ -82,7 +85,7 @@ def _list(as_json: bool) -> None:
     models = [make() for make in PRESETS.values()]
     if as_json:
         rows = {m.name: {"principle": m.principle, "sensor": m.sensor, "effects": len(m.effects)} for m in models}
-        print(json.dumps(rows, indent=1))
+        print(json_text(rows))
         return
     width = max(len(model.name) for model in models)
     for model in models:
@@ -90,40 +93,40 @@ def _list(as_json: bool) -> None:
         print(f"{model.name:<{width}}  {model.principle:<16}  {effects:>10}  {model.sensor}")
 
 
-def table(content: dict[str, Any], width: int | None = None) -> list[str]:
+def table(content: "SensorDescription", width: int | None = None) -> list[str]:
     """The lines of a model, 80 to 120 characters wide."""
     width = width or min(WIDEST, max(NARROWEST, shutil.get_terminal_size((100, 24)).columns))
-    named = [content["sensor"], content["serial"] and f"serial {content['serial']}"]
-    if content["principle"] in ("structured_light", "active_stereo"):
-        named.append(f"baseline {abs(content['baseline_m']):g} m")
-    lines = [f"{content['name']}: " + ", ".join(filter(None, [content["principle"], *named]))]
+    named = [content.sensor, content.serial and f"serial {content.serial}"]
+    if content.principle in ("structured_light", "active_stereo"):
+        named.append(f"baseline {abs(content.baseline_m):g} m")
+    lines = [f"{content.name}: " + ", ".join(filter(None, [content.principle, *named]))]
     lines += ["", f"{'effect, parameter':<22}{'value':>13} {'std':>9}  {'unit':<6} meaning"]
-    for effect in content["effects"]:
-        lines.append(effect["effect"])
-        for name, row in effect["parameters"].items():
+    for effect in content.effects:
+        lines.append(effect.effect)
+        for name, row in effect.parameters.items():
             lines += _row(name, row, width)
-        lines += _wrapped("source", effect["source"] or "not stated", width)
-        if effect["not_undone"]:
-            lines += _wrapped("not undone", effect["not_undone"], width)
-    if not content["effects"]:
+        lines += _wrapped("source", effect.source or "not stated", width)
+        if effect.not_undone:
+            lines += _wrapped("not undone", effect.not_undone, width)
+    if not content.effects:
         lines.append("no effects: an ideal sensor")
     else:
         lines += ["", "std: how well the value is known (standard deviation); - where nobody says"]
     # what the effects above say already is not said again
-    more = [text for text in content["left_out"] if "not undone by the correction" not in text]
-    for title, texts in (("left out", more), ("warning", content["warnings"])):
+    more = [text for text in content.left_out if "not undone by the correction" not in text]
+    for title, texts in (("left out", more), ("warning", content.warnings)):
         for text in texts:
             lines += textwrap.wrap(f"{title}: {text}", width, subsequent_indent=" " * (len(title) + 2))
     return lines
 
 
-def _row(name: str, row: dict[str, Any], width: int) -> list[str]:
+def _row(name: str, row: "DescribedParameter", width: int) -> list[str]:
     """`  name value std unit meaning`; a value that is too long for its column goes into lines of its own."""
-    value, std = _number(row["value"]), _std(row["std"])
+    value, std = _number(row.value), _std(row.std)
     head = f"  {name:<20}"
     long = len(value) > 13 or len(std) > 9
-    head += f"{'below' if long else value:>13} {'' if long else std:>9}  {row['unit']:<6} "
-    lines = textwrap.wrap(row["meaning"], max(width - len(head), 20)) or [""]
+    head += f"{'below' if long else value:>13} {'' if long else std:>9}  {row.unit:<6} "
+    lines = textwrap.wrap(row.meaning, max(width - len(head), 20)) or [""]
     shown = [head + lines[0], *(" " * len(head) + line for line in lines[1:])]
     if long:
         text = value + ("" if std in ("exact", "-") else f" (std {std})")
@@ -137,9 +140,11 @@ def _wrapped(title: str, text: str, width: int) -> list[str]:
 
 
 def _number(value: Any) -> str:
-    if isinstance(value, dict):
-        shape = " x ".join(map(str, value["shape"]))
-        return f"{shape} values, mean {value['mean']:.4g}, rms {value['rms']:.4g}"
+    from fusion.sensor.words.description import MapSummary
+
+    if isinstance(value, MapSummary):
+        shape = " x ".join(map(str, value.shape))
+        return f"{shape} values, mean {value.mean:.4g}, rms {value.rms:.4g}"
     if isinstance(value, list):
         return ", ".join(_number(one) if not isinstance(one, list) else f"[{_number(one)}]" for one in value)
     return value if isinstance(value, str) else f"{value:.5g}"

@@ -1,11 +1,11 @@
 """`fusion sensor export` and `fusion sensor compare`: a model for other simulators, and two models side by side."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 
 if TYPE_CHECKING:
     from fusion.geometry.camera import Camera
@@ -35,7 +35,7 @@ def run_export(options: argparse.Namespace) -> None:
         rows |= {"exported_bias": loss.exported[:, 0], "exported_sigma": loss.exported[:, 1]}
         numbers |= {name: _plain(values) for name, values in rows.items()}
         numbers |= {"effects": {name: _plain(values) for name, values in loss.effects.items()}}
-        print(json.dumps(numbers, indent=1))
+        print(json_text(numbers))
         return
     given = ", ".join(f"{name} {value:.4g}" for name, value in made.parameters.items())
     print(f"{options.output}: {sensor.name} for {options.to}: {given}")
@@ -71,8 +71,8 @@ def run_compare(options: argparse.Namespace) -> None:
 
         with options.claim.folder() as partial:
             write_comparison_page(partial / "report.html", found, models, camera)
-            (partial / "comparison.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(found.to_dict(), indent=1) if options.json else "\n".join(_lines(found)))
+            (partial / "comparison.json").write_text(json_text(found) + "\n", encoding="utf-8")
+    print(json_text(found) if options.json else "\n".join(_lines(found)))
 
 
 def _camera(options: argparse.Namespace, sensor: "Sensor") -> "Camera":

@@ -1,8 +1,9 @@
 """`fusion sensor check` and `fusion sensor page`: a measured model for others, and its page in a gallery."""
 
 import argparse
-import json
 import re
+
+from fusion.files.json_values import json_text
 
 
 def run_check(options: argparse.Namespace) -> int:
@@ -13,7 +14,7 @@ def run_check(options: argparse.Namespace) -> int:
     sensor = read_sensor(options.sensor)
     found = shortcomings(sensor)
     if options.json:
-        print(json.dumps({"name": sensor.name, "complete": not found, "missing": found}, indent=1))
+        print(json_text({"name": sensor.name, "complete": not found, "missing": found}))
     else:
         told = [*found, f"{sensor.name}: {len(found)} things are missing that others need"]
         print("\n".join(told if found else [f"{sensor.name}: complete"]))
@@ -34,5 +35,5 @@ def run_page(options: argparse.Namespace) -> int:
         (partial / f"{name}.md").write_text(camera_page(sensor, camera, f"{name}.svg"), encoding="utf-8")
         (partial / f"{name}.svg").write_text(camera_picture(sensor, camera), encoding="utf-8")
     told = {"page": str(options.output / f"{name}.md"), "picture": str(options.output / f"{name}.svg")}
-    print(json.dumps(told, indent=1) if options.json else f"page      {told['page']}")
+    print(json_text(told) if options.json else f"page      {told['page']}")
     return 0

@@ -3,7 +3,6 @@
 import argparse
 import csv
 import io
-import json
 import sys
 from collections.abc import Iterator
 from datetime import date
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.errors import FusionError, SensorError
+from fusion.files.json_values import json_text
 
 if TYPE_CHECKING:
     from fusion.simulation.exporting.quantities import Quantities, Reading
@@ -41,8 +41,8 @@ def run_units(options: argparse.Namespace) -> int:
 
         with options.claim.folder() as partial, stage("report"):
             units_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]))
-            (partial / "units.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(found.to_dict(), indent=1) if options.json else "\n".join(_lines(found)))
+            (partial / "units.json").write_text(json_text(found.figures()) + "\n", encoding="utf-8")
+    print(json_text(found.figures()) if options.json else "\n".join(_lines(found)))
     return 0
 
 
@@ -57,8 +57,8 @@ def _run_quantities(options: argparse.Namespace, readings: list["Reading"]) -> i
 
         with options.claim.folder() as partial, stage("report"):
             quantities_report(partial / "report.html", found, "fusion " + " ".join(sys.argv[1:]))
-            (partial / "units.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(found.to_dict(), indent=1) if options.json else "\n".join(_quantity_lines(found)))
+            (partial / "units.json").write_text(json_text(found.figures()) + "\n", encoding="utf-8")
+    print(json_text(found.figures()) if options.json else "\n".join(_quantity_lines(found)))
     return 0
 
 

@@ -1,19 +1,20 @@
 """`fusion compare`: signed distances between a mesh and a reference, in both directions."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, made
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import MAX_DISTANCE
 
 if TYPE_CHECKING:
     from fusion.mesh.comparison.compare import Comparison
+    from fusion.mesh.comparison.statistics import DistanceStatistics
     from fusion.repeatability.repeat import Repeat
 
 EXAMPLE = "fusion compare mesh.ply reference.stl -o out --scale"
@@ -95,7 +96,7 @@ def run(options: argparse.Namespace) -> None:
         fingerprint={"mesh": " ".join(map(str, options.mesh)), "reference": str(options.reference)},
         warnings=[("warning", note) for note in notes],
     )
-    apart = None if repeated is None else bias_and_spread(comparison.accuracy["rms"], repeated)
+    apart = None if repeated is None else bias_and_spread(comparison.accuracy.rms, repeated)
     more = {} if apart is None or repeated is None else {"repeat": apart.values(), "scans": repeated.offsets()}
     with options.claim.folder() as partial:
         write_comparison(partial, comparison, more)
@@ -104,13 +105,7 @@ def run(options: argparse.Namespace) -> None:
                 comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)
     judgement = judge_comparison(comparison)
     if options.json:
-        print(
-            json.dumps(
-                comparison.to_dict() | more | {"judgement": judgement.values(), "output": str(options.output)},
-                indent=1,
-                allow_nan=False,
-            )
-        )
+        print(json_text(comparison.to_dict() | more | {"judgement": judgement.lights, "output": str(options.output)}))
         return
     if not options.quiet:
         sys.stderr.writelines(f"note: {note}\n" for note in notes)
@@ -164,8 +159,8 @@ def _lines(comparison: "Comparison") -> list[str]:
     ]
 
 
-def _block(block: dict[str, Any]) -> str:
+def _block(block: "DistanceStatistics") -> str:
     return (
-        f"{block['rms'] * 1e3:.2f} mm rms, mean {block['mean_signed'] * 1e3:+.2f} mm, "
-        f"95 % below {block['p95'] * 1e3:.2f} mm, {block['within']['0.002']:.1%} within 2 mm"
+        f"{block.rms * 1e3:.2f} mm rms, mean {block.mean_signed * 1e3:+.2f} mm, "
+        f"95 % below {block.p95 * 1e3:.2f} mm, {block.within['0.002']:.1%} within 2 mm"
     )

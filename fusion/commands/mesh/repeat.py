@@ -1,13 +1,13 @@
 """`fusion repeat`: how well several scans of one object agree."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, made
+from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import DIAMETER, SPACING
 
@@ -49,11 +49,11 @@ def run(options: argparse.Namespace) -> None:
     settings = RepeatSettings(tuple(options.conditions), options.diameter, options.spacing, names)
     found = repeat([scan.mesh for scan in scans], settings)
     judgement = judge_repeat(found)
-    content = found.to_dict() | {"judgement": judgement.values(), "notes": notes}
+    content = found.to_dict() | {"judgement": judgement.lights, "notes": notes}
     with options.claim.folder() as partial:
         fill(partial, found, content, page=options.report)
     if options.json:
-        print(json.dumps(content | {"output": str(options.output)}, indent=1, allow_nan=False))
+        print(json_text(content | {"output": str(options.output)}))
         return
     if not options.quiet:
         sys.stderr.writelines(f"note: {note}\n" for note in notes)
@@ -65,7 +65,7 @@ def fill(folder: Path, found: "Repeat", content: dict[str, object], page: bool =
     from fusion.mesh.files import write_mesh
     from fusion.report.comparisons.repeat import repeat_report
 
-    (folder / "repeat.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (folder / "repeat.json").write_text(json_text(content) + "\n", encoding="utf-8")
     write_mesh(folder / "spread.ply", found.mean)
     if page:
         with stage("report"):

@@ -1,12 +1,12 @@
 """`fusion doctor`: what is plugged in, installed, missing."""
 
 import argparse
-import json
 import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
+from fusion.files.json_values import json_text
 from fusion.quantity import LOOKED_AT
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
             tested = looked_at(source, options.seconds)
     if options.json:
         told = asdict(findings) | {"extras": {n: p | {"all": a} for n, (p, a) in findings.extras.items()}}
-        print(json.dumps(told | {"tried": None if tested is None else asdict(tested)}, indent=1))
+        print(json_text(told | {"tried": None if tested is None else asdict(tested)}))
     elif tested is not None:
         print("\n".join(_tested(tested)))
     return int(tested is not None and not tested.frames)

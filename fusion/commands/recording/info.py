@@ -1,12 +1,12 @@
 """`fusion info`: what is in a recording, and what looks wrong with it."""
 
 import argparse
-import json
 import math
 from datetime import UTC, datetime
 from pathlib import Path
 
 from fusion.commands.options.results import add_topic
+from fusion.files.json_values import json_text
 
 SINCE_1970 = (1e9, 4e9)  # [s] September 2001 to 2096: no device's own clock runs that long
 SHOWN = 24  # settings on the terminal
@@ -35,12 +35,12 @@ def run(options: argparse.Namespace) -> int:
     if options.quick:
         checks = CHECKS
     else:  # the turntable's check stands in a room further down
-        from fusion.scan.focal_doctor import check_focal_length
+        from fusion.scan.judging.focal_doctor import check_focal_length
 
         checks = (*CHECKS, check_focal_length)
     findings = inspect(recording, checks)
     if options.json:
-        print(json.dumps(findings.to_dict(), indent=1))
+        print(json_text(findings.to_dict()))
     else:
         print("\n".join(_lines(findings.to_dict())))
     return int(findings.severity == "error")

@@ -1,13 +1,13 @@
 """`fusion record`: from a camera, or from a recording played back, into a new recording."""
 
 import argparse
-import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import whole_number
 from fusion.commands.options.results import add_output
 from fusion.commands.options.turned_table import add_table, before_table, check_table, watches_turn
+from fusion.files.json_values import json_text
 from fusion.quantity import EVERY, RECORDED
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
         done = fill_recorded(source, options.output, lambda: options.claim.folder(MEMBERS), settings)
     ended = ROUND if options.table is not None and done.ended == "source" else ENDED[done.ended]
     if options.json:
-        print(json.dumps(asdict(done) | {"path": str(done.path), "ended": ended}, indent=1))
+        print(json_text(asdict(done) | {"path": str(done.path), "ended": ended}))
     else:
         print(_line(done, ended))
 

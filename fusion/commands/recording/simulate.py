@@ -1,7 +1,6 @@
 """`fusion simulate`: a recording as a sensor would have made it; the same seed, the same bits."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING
 from fusion.commands.options.numbers import whole_number
 from fusion.commands.recording.simulate_ideal import add_ideal_arguments, run_ideal
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 from fusion.quantity import SEED
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int | None:
     numbers: dict[str, object] = {"output": str(options.output), "scene": simulation.scene.name, "sensor": sensor.name}
     numbers |= {"seed": options.seed, "frames": total}
     if options.json:
-        print(json.dumps(numbers, indent=1))
+        print(json_text(numbers))
     else:
         print(f"{options.output}: {total} frames of {simulation.scene.name}, as {sensor.name} sees it")
     return None
@@ -102,7 +102,7 @@ def _list(name: str | None, as_json: bool) -> None:
         raise FusionError("no such scene", "--list", name, "one of " + ", ".join(SCENES))
     names = list(SCENES) if name is None else [name]
     if as_json:
-        print(json.dumps({name: {"about": about(name), "settings": settings_of(name)} for name in names}, indent=1))
+        print(json_text({name: {"about": about(name), "settings": settings_of(name)} for name in names}))
         return
     width = max(map(len, names))
     for each in names:

@@ -1,12 +1,12 @@
 """`fusion simulate --ideal`: perfect depth of any simulator becomes what a sensor would have made of it."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 
 if TYPE_CHECKING:
     from fusion.recording.recording import Recording
@@ -49,7 +49,7 @@ def run_ideal(options: argparse.Namespace) -> None:
         sys.stderr.writelines(f"note: {text}\n" for text in (*recording.warnings, *sensor.warnings, *unknown))
     numbers = {"output": str(options.output), "ideal": str(options.ideal), "sensor": sensor.name, "seed": options.seed}
     if options.json:
-        print(json.dumps({**numbers, "frames": len(recording), "not_known": unknown}, indent=1))
+        print(json_text({**numbers, "frames": len(recording), "not_known": unknown}))
     else:
         print(f"{options.output}: {len(recording)} frames of {options.ideal}, as {sensor.name} sees them")
 

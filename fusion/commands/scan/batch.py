@@ -1,13 +1,13 @@
 """`fusion batch`: a command over many recordings, on the cores of this machine or on Dask's workers anywhere."""
 
 import argparse
-import json
 import os
 import sys
 from pathlib import Path
 
 from fusion.commands.options.numbers import number, whole_number
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 from fusion.quantity import JOB_GIGABYTES, JOB_SECONDS, WORKERS
 
 EXAMPLE = "fusion batch scans -o out --workers 2 -- turntable {rec} -o {out} --sensor kinect-v1"
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int | None:
     count = {status: sum(row.status == status for row in batch.rows) for status in ("done", "refused", "stopped")}
     if options.json:
         told = {"output": str(options.home), "recordings": len(batch.rows), **count, "run_now": len(batch.done)}
-        print(json.dumps(told, indent=1))
+        print(json_text(told))
         return None
     for row in batch.rows:
         if row.status != "done":

@@ -1,12 +1,12 @@
 """`fusion demo`: the whole main job on an object that the program makes itself."""
 
 import argparse
-import json
 from dataclasses import replace
 
 from fusion.commands.options.numbers import whole_number
 from fusion.commands.options.results import add_output, made
 from fusion.commands.terminal.screen import took
+from fusion.files.json_values import json_text
 from fusion.progress import seconds, stage
 from fusion.quantity import FRAMES, SEED
 
@@ -52,10 +52,10 @@ def run(options: argparse.Namespace) -> None:
         recording = replace(recording, path=out / "simulated" / "recording")
         turntable.fill(partial, recording, scan, comparison, page=options.report)
     numbers = turntable.summary(scan)
-    numbers |= {"distance_rms_m": comparison.accuracy["rms"], "scale": comparison.scale}
+    numbers |= {"distance_rms_m": comparison.accuracy.rms, "scale": comparison.scale}
     numbers |= {"seconds": seconds(), "output": str(out)}
     if options.json:
-        print(json.dumps(numbers, indent=1))
+        print(json_text(numbers))
         return
     found = f"{numbers['distance_rms_m'] * 1e3:.2f} mm rms, scale {comparison.scale:.5f}"
     shown = turntable.lines(scan)

@@ -2,7 +2,6 @@
 
 import argparse
 import importlib.util
-import json
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number, whole_number
@@ -11,6 +10,7 @@ from fusion.commands.options.shown import shown_sensor
 from fusion.commands.options.turned_table import add_table, before_table, check_table, watches_turn
 from fusion.commands.scan import turntable
 from fusion.commands.terminal.screen import took
+from fusion.files.json_values import json_text
 from fusion.progress import note, seconds
 from fusion.quantity import PORT, RECORDED, VOXEL
 
@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> None:
     told = {"recording": str(beside), "recorded": done.frames, "missed": done.missed, "view": view}
     numbers = turntable.summary(scan) | told | {"seconds": seconds()}
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+        print(json_text(numbers | {"output": str(options.output)}))
     else:
         line = f"recorded  {done.frames} frames in {beside}, {done.missed} lost; {view['placed']} in the view"
         print("\n".join([line, *turntable.lines(scan), *made(options, "report"), f"took      {took(seconds())}"]))

@@ -1,7 +1,6 @@
 """`fusion merge`: several turntable passes of one object, turned over between them, become one mesh."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -10,6 +9,7 @@ from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic, made
 from fusion.commands.terminal.screen import took
 from fusion.errors import FusionError
+from fusion.files.json_values import json_text
 from fusion.progress import seconds, stage
 from fusion.quantity import TRUNCATION, VOXEL
 
@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, merged, page=options.report)
     numbers = merged.facts.values() | merged.merge() | {"seconds": seconds()}
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+        print(json_text(numbers | {"output": str(options.output)}))
     else:
         print("\n".join([*lines(merged), *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
 
@@ -115,7 +115,7 @@ def fill(folder: Path, merged: "Merged", page: bool = True) -> None:
     from fusion.report.scans.merge import MergeReport, merge_report
 
     def write(name: str, content: Any) -> None:
-        (folder / name).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        (folder / name).write_text(json_text(content) + "\n", encoding="utf-8")
 
     write_mesh(folder / "mesh.ply", merged.mesh)
     for k, (one, course) in enumerate(zip(merged.passes, merged.trajectories, strict=True), 1):
@@ -131,7 +131,7 @@ def fill(folder: Path, merged: "Merged", page: bool = True) -> None:
         "voxel_m": merged.volume.voxel,
         "truncation_m": merged.volume.truncation,
         "result": merged.facts.values(),
-        "judgement": merged.judgement.values(),
+        "judgement": merged.judgement.lights,
         "warnings": merged.judgement.warnings,
         "seconds": seconds(),
     }

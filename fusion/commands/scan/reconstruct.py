@@ -1,7 +1,6 @@
 """`fusion reconstruct`: correct, track, integrate; a recording becomes a mesh."""
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from fusion.commands.options.numbers import number, whole_number
 from fusion.commands.options.results import made
 from fusion.commands.options.shown import FIRST_CAMERA, add_common, shown_box, shown_name, shown_sensor
 from fusion.commands.terminal.screen import took
+from fusion.files.json_values import json_text
 from fusion.progress import seconds, stage
 from fusion.quantity import MAX_DEPTH, MEMORY, WORKERS
 
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, recording, result, page=options.report, large=large)
     numbers = summary(result) | _large(large) | {"seconds": seconds()}
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+        print(json_text(numbers | {"output": str(options.output)}))
         return
     print(
         "\n".join(
@@ -143,12 +143,12 @@ def fill(
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
         "sigma": None if result.sure is None else result.sure.values(),
         **_large(large),
-        "judgement": result.judgement.values(),
+        "judgement": result.judgement.lights,
         "warnings": result.judgement.warnings,
         "footnotes": result.judgement.footnotes,
         "seconds": seconds(),
     }
-    (folder / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    (folder / "settings.json").write_text(json_text(content) + "\n", encoding="utf-8")
 
 
 def _report(recording: "Recording", result: "Reconstruction") -> Any:
@@ -192,12 +192,12 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
         "truncation_m": result.settings["truncation_m"],
         "kind": result.settings["kind"],
         "kind_reason": result.settings["kind_reason"],
-        "judgement": result.judgement.values(),
+        "judgement": result.judgement.lights,
         "warnings": result.judgement.warnings,
     }
 
 
-def _large(large: "Large | None") -> dict[str, Any]:
+def _large(large: "Large | None") -> dict[str, dict[str, float]]:
     """What is told of a mesh made tile by tile."""
     if large is None:
         return {}

@@ -1,7 +1,6 @@
 """`fusion texture`: the colour images of a scan, laid on its mesh as a picture."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from fusion.commands.options.numbers import number, whole_number
 from fusion.commands.options.results import add_output, add_topic
 from fusion.commands.options.results import made as files_made
 from fusion.commands.terminal.screen import took
+from fusion.files.json_values import json_text
 from fusion.progress import seconds, stage
 from fusion.quantity import TEXEL, TRIANGLES
 
@@ -61,12 +61,12 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, made, options.usdz)
         if options.report:
             _page(partial / "report.html", made, options)
-    numbers = made.values() | {"seconds": seconds()}
+    spent = seconds()
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+        print(json_text({**made.values(), "seconds": spent, "output": options.output}))
     else:
         files = [str(options.output / "textured.glb"), *files_made(options, "report")]
-        print("\n".join([*lines(made), *files, f"took      {took(numbers['seconds'])}"]))
+        print("\n".join([*lines(made), *files, f"took      {took(spent)}"]))
 
 
 def fill(folder: Path, made: "Textured", usdz: bool = False) -> None:
@@ -78,7 +78,7 @@ def fill(folder: Path, made: "Textured", usdz: bool = False) -> None:
     write_obj(folder / "textured.obj", made)
     if usdz:
         write_usdz(folder / "textured.usdz", made)
-    (folder / "texture.json").write_text(json.dumps(made.values(), indent=1) + "\n", encoding="utf-8")
+    (folder / "texture.json").write_text(json_text(made.values()) + "\n", encoding="utf-8")
 
 
 def _page(path: Path, made: "Textured", options: argparse.Namespace) -> None:

@@ -1,7 +1,6 @@
 """`fusion turntable`: an object on a turntable becomes a mesh, with axis, angles and a closed loop."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Scan and write the results."""
+    from fusion.files.json_values import json_text
     from fusion.recording.open import open_recording
     from fusion.scan.pipeline import scan_turntable
 
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, recording, scan, page=options.report)
     numbers = summary(scan) | {"seconds": seconds()}
     if options.json:
-        print(json.dumps(numbers | {"output": str(options.output)}, indent=1))
+        print(json_text(numbers | {"output": str(options.output)}))
     else:
         print("\n".join([*lines(scan), FRAME_LINE, *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
     if failed is not None:
@@ -109,6 +109,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
 
 def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None, page: bool = True) -> None:
     """All files of the command (CONTRACT) into a folder; report.html if `page`."""
+    from fusion.files.json_values import json_text
     from fusion.mesh.files import write_mesh
     from fusion.recording.native.camera_file import write_camera
     from fusion.recording.native.trajectory_file import write_trajectory
@@ -117,7 +118,7 @@ def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = N
     write_mesh(folder / "mesh.ply", scan.mesh)
     write_trajectory(folder / "trajectory.txt", scan.trajectory)
     write_trajectory(folder / "trajectory_raw.txt", scan.trajectory_raw)
-    (folder / "turntable.json").write_text(json.dumps(scan.turntable(), indent=1) + "\n", encoding="utf-8")
+    (folder / "turntable.json").write_text(json_text(scan.turntable()) + "\n", encoding="utf-8")
     if scan.evidence.refined:
         write_camera(folder / "camera.json", scan.camera)
     if page:
@@ -129,16 +130,18 @@ def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = N
         "result": scan.facts.values(),
         "agreement": scan.evidence.agreement.values(),
         "sigma": None if scan.sure is None else scan.sure.values(),
-        "judgement": scan.judgement.values(),
+        "judgement": scan.judgement.lights,
         "warnings": scan.judgement.warnings,
         "footnotes": scan.judgement.footnotes,
         "seconds": seconds(),
     }
-    (folder / "settings.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    (folder / "settings.json").write_text(json_text(content) + "\n", encoding="utf-8")
 
 
 def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "ScanReport":
     """What the page shows."""
+    from dataclasses import replace
+
     import numpy as np
 
     from fusion.geometry.trajectory import Trajectory
@@ -157,7 +160,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
         trajectory_raw=scan.trajectory_raw,
         trajectory=scan.trajectory,
         # everything on the page stands in the object's frame, whose z is the axis
-        turntable=scan.turntable() | {"axis_point": [0.0, 0.0, 0.0], "axis_direction": [0.0, 0.0, 1.0]},
+        turntable=replace(scan.turntable(), axis_point=np.zeros(3), axis_direction=np.array([0.0, 0.0, 1.0])),
         residual=scan.residual,
         inlier_share=scan.inlier_share,
         rejected=scan.motion.rejected,
@@ -178,15 +181,15 @@ def summary(scan: "Scan") -> dict[str, Any]:
     """The numbers that a caller wants first."""
     table = scan.turntable()
     return scan.facts.values() | {
-        "verdict": table["verdict"],
-        "reasons": table["reasons"],
-        "rejected": table["rejected_reasons"],
-        "slips": table["slips"],
+        "verdict": table.verdict,
+        "reasons": table.reasons,
+        "rejected": table.rejected_reasons,
+        "slips": table.slips,
         "correction": scan.settings["correction"],
         "voxel_m": scan.settings["voxel_m"],
         "uncolored_share": scan.settings["uncolored_share"],
-        "focal_length_check": table["focal_length_check"],
-        "judgement": scan.judgement.values(),
+        "focal_length_check": table.focal_length_check,
+        "judgement": scan.judgement.lights,
         "warnings": scan.judgement.warnings,
     }
 
@@ -194,7 +197,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
 def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
     from fusion.results.words import closing_words, mesh_words, sure_words, table_words
-    from fusion.scan.doctor import PLATE_TURNS
+    from fusion.scan.judging.doctor import PLATE_TURNS
 
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned

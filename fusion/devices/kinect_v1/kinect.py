@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, replace
 from threading import Event
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from fusion.devices.kinect_v1.tables import read_tables, read_zero_plane
 from fusion.devices.kinect_v1.usb_errors import told_usb
 from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
+from fusion.files.json_values import json_values
 from fusion.geometry.camera import Camera
 from fusion.progress import note
 
@@ -54,11 +55,9 @@ class Kinect:
         self._serial = serial or self.parts.serial
         with told_usb():
             plane = read_zero_plane(self._commands)
-            self.tables: dict[str, Any] = read_tables(self._commands, plane)
+            self.tables = read_tables(self._commands, plane)
         self._metres = plane.metres()
-        own, about = color_camera(
-            plane.camera(self.parts.serial), plane, self.tables["registration"], self.tables["padding"]
-        )
+        own, about = color_camera(plane.camera(self.parts.serial), plane, self.tables.registration, self.tables.padding)
         self.camera = camera or own
         self._notes = () if camera is not None else (CENTRE, about)
         self._clock, self._begun, self._index = DeviceClock(), np.nan, 0
@@ -79,7 +78,7 @@ class Kinect:
             color=not self._infrared,
             ir=self._infrared,
             raw="disparity of 11 bits, 2047: none",
-            tables=self.tables,
+            tables=json_values(self.tables),
             notes=self._notes,
         )
 

@@ -1,8 +1,7 @@
 """What a Kinect v1 tells of itself: the reference plane, from which depth follows, and how depth meets colour."""
 
 import struct
-from dataclasses import asdict
-from typing import Any
+from dataclasses import dataclass
 
 from fusion.devices.kinect_v1.commands import Commands
 from fusion.errors import DeviceError
@@ -29,14 +28,23 @@ def read_zero_plane(commands: Commands) -> ZeroPlane:
     return plane
 
 
-def read_tables(commands: Commands, plane: ZeroPlane) -> dict[str, Any]:
-    """Everything that is recorded of them: the plane, the registration's 29 numbers, the padding's three."""
+@dataclass(frozen=True)
+class RecordedTables:
+    """What is recorded of them: the plane, the registration's 29 numbers, the padding's three."""
+
+    zero_plane_cm: ZeroPlane
+    registration: tuple[int, ...]
+    padding: tuple[int, ...]
+
+
+def read_tables(commands: Commands, plane: ZeroPlane) -> RecordedTables:
+    """Ask the device for them."""
     registration, padding = commands.algorithm(REGISTRATION), commands.algorithm(PADDING)
-    return {
-        "zero_plane_cm": asdict(plane),
-        "registration": list(struct.unpack_from(f"<{min(29, (len(registration) - 2) // 4)}i", registration, 2)),
-        "padding": list(struct.unpack_from(f"<{min(3, (len(padding) - 2) // 2)}H", padding, 2)),
-    }
+    return RecordedTables(
+        plane,
+        struct.unpack_from(f"<{min(29, (len(registration) - 2) // 4)}i", registration, 2),
+        struct.unpack_from(f"<{min(3, (len(padding) - 2) // 2)}H", padding, 2),
+    )
 
 
 def _impossible(found: str) -> DeviceError:

@@ -7,8 +7,8 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.channels.noise import noise_steps
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.sensor import Sensor
 
 

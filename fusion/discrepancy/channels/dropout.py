@@ -1,6 +1,6 @@
 """The dropout channel: are values missing where the model says so, and which effect would lose them?"""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,26 +10,26 @@ from scipy.stats import chi2
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
-from fusion.discrepancy.channels.validity import Validity, validity_of
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.channels.validity import Validity, validity_of, validity_of_rims
+from fusion.discrepancy.decisions import ALIKE, LOST_BY_CHANCE, REPLICATED
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
+# an effect, what of it is searched, and what of the model it stands for
+LostForm = tuple[Effect, Parameter, Effect | None]
 
 LEAST_FRAMES = 3
 SIZES = np.geomspace(0.02, 50.0, 33)  # of a typical size, that are tried
 FINE = np.linspace(-1.0, 1.0, 13)  # between two of them, then between two of these
 OUTLIER = 4.0  # standard deviations from which on a tile counts less
-FALSE_ALARM = 1e-6
 BEYOND = 3.0  # standard deviations by which a stated value must be off
-REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
 EXPLAINED = 0.7  # of what is too much: less, and the name is not the right one
 LEAST_CHANGE = 0.05  # of the values of the tile that changes most
 MOST_STEPS = 2
-ALIKE = 0.95
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,15 @@ def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
     """The model with what its validity lacks, and every step towards it."""
     sensor = observations.sensor
     patches = [p for p in observations.patches if len(p.look.frames) >= LEAST_FRAMES]
-    seen = None
     steps: list[ChannelStep] = []
+    seen, forms = validity_of_rims(sensor, patches), list(_forms_of_edges(sensor))
+    found = None if seen is None or not forms else _step(sensor, seen, forms)
+    if found is not None:
+        sensor, step = found
+        steps.append(step)
     for _ in range(MOST_STEPS):
         seen = validity_of(sensor, patches)
-        found = None if seen is None else _step(sensor, seen)
+        found = None if seen is None else _step(sensor, seen, list(_forms(sensor, recorded_light(seen))))
         if found is None:
             break
         sensor, step = found
@@ -79,12 +83,12 @@ def recorded_light(seen: Validity) -> bool:
     return all(patch.look.view.ir is not None for patch in seen.patches)
 
 
-def _step(sensor: Sensor, seen: Validity) -> tuple[Sensor, ChannelStep] | None:
+def _step(sensor: Sensor, seen: Validity, forms: Sequence[LostForm]) -> tuple[Sensor, ChannelStep] | None:
     now = seen.share()
     before = _costs(seen, now)
     if float(before.sum()) < len(now):
         return None
-    tried = [_searched(seen, *form) for form in _forms(sensor, recorded_light(seen))]
+    tried = [_searched(seen, *form) for form in forms]
     if not tried:
         return None
     best = min(tried, key=lambda one: float(one.costs.sum()))
@@ -92,7 +96,7 @@ def _step(sensor: Sensor, seen: Validity) -> tuple[Sensor, ChannelStep] | None:
     probability = float(min(1.0, len(tried) * len(SIZES) * chi2.sf(max(gain, 0.0), 1)))
     excess = float(before.sum()) - len(now)
     change = best.share - now
-    if probability > FALSE_ALARM or float(np.max(np.abs(change))) < LEAST_CHANGE or gain < EXPLAINED * excess:
+    if probability > LOST_BY_CHANCE or float(np.max(np.abs(change))) < LEAST_CHANGE or gain < EXPLAINED * excess:
         return None
     if len(before) > 2 and float((before - best.held_out).sum()) < REPLICATED * gain:
         return None
@@ -119,7 +123,7 @@ def _uncertain(sensor: Sensor, seen: Validity) -> bool:
     return any(before - float(_searched(seen, *form).costs.sum()) > EXPLAINED * excess for form in own)
 
 
-def _forms(sensor: Sensor, light: bool) -> Iterator[tuple[Effect, Parameter, Effect | None]]:
+def _forms(sensor: Sensor, light: bool) -> Iterator[LostForm]:
     """Effects, what of them is searched, and what of the model they stand for.
 
     An effect that changes the noise too is found by it: no light takes values away without adding noise.
@@ -136,6 +140,16 @@ def _forms(sensor: Sensor, light: bool) -> Iterator[tuple[Effect, Parameter, Eff
                 if not exact and (own is None or np.ndim(getattr(own, about.name)) == 0):
                     yield own or kind(), about, own
                 break
+
+
+def _forms_of_edges(sensor: Sensor) -> Iterator[LostForm]:
+    """Effects beside depth edges that the model lacks, to either side."""
+    for kind in EFFECTS:
+        if not kind.changes("dropout") or "edge" not in kind.variables or sensor.effect(kind.name) is not None:
+            continue
+        if not kind.principles or sensor.principle in kind.principles:
+            about = next(iter(parameters(kind).values()))
+            yield from ((kind(), replace(about, typical=side * about.typical), None) for side in (1.0, -1.0))
 
 
 def _searched(seen: Validity, effect: Effect, about: Parameter, own: Effect | None) -> Lost:

@@ -15,12 +15,12 @@ from scipy.stats import t as student
 from scipy.stats import trim_mean
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.judging import FALSE_ALARM
 from fusion.discrepancy.channels.knobs import USUAL
 from fusion.discrepancy.channels.scatter import frozen_rounding
-from fusion.discrepancy.observations import Observations, Patch
-from fusion.discrepancy.own_pattern import unknown_patterns
-from fusion.discrepancy.tiles import Tiling
+from fusion.discrepancy.decisions import FALSE_ALARM
+from fusion.discrepancy.inference.own_pattern import unknown_patterns
+from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.tiles import Tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import parameters
@@ -33,7 +33,7 @@ FEWEST = 3  # placements: a spread among them is asked for
 APART_PX = (8, 12)  # pixels so far apart share no grain: what they share is a shape, and told elsewhere
 SHAPED = 0.3  # of the grain: with more in common so far apart it is one
 UNITS = 8  # drawn of patterns that the model holds: their mean power is good to a third
-SURE = 2.0  # standard deviations of a stated size, within which it is as stated
+WITHIN = 2.0  # standard deviations of a stated size, within which it is as stated
 TRIMMED = 0.1  # of the tiles, at each end
 LEAST_SHARE = 0.1  # of the variance of a frame: what is less lies within what is known of noise and rounding
 
@@ -50,11 +50,13 @@ class Grain:
     Attributes:
         patch: whose.
         fitted, others: measured less predicted without each tile's plane, in native units.
+        whole: mean square of what both have in common with their planes, in native units squared.
     """
 
     patch: Patch
     fitted: Image
     others: Image
+    whole: float
 
     @property
     def noise(self) -> float:
@@ -117,7 +119,9 @@ def _told_of(observations: Observations) -> list[Patch]:
 def _grain(patch: Patch) -> Grain:
     assert patch.look.held is not None
     off = [np.nan_to_num((look.mean - patch.predicted) * patch.native) for look in (patch.look, patch.look.held)]
-    return Grain(patch, *(_upright(patch, image) for image in off))
+    whole = float(np.mean((off[0] * off[1])[patch.tiles.label >= 0]))
+    fitted, others = (_upright(patch, image) for image in off)
+    return Grain(patch, fitted, others, whole)
 
 
 def _upright(patch: Patch, off: Image) -> Image:
@@ -156,7 +160,7 @@ def _patterns(patch: Patch) -> float:
             with np.errstate(all="ignore"):
                 images = [np.nan_to_num(effect.bias(patch.depth, view) * patch.native) for view in drawn]
             powers = [_usual(patch.tiles, _upright(patch, image) ** 2, patch.tiles.label >= 0) for image in images]
-            total += SURE**2 * float(np.mean(powers))
+            total += WITHIN**2 * float(np.mean(powers))
     return total
 
 
@@ -213,7 +217,10 @@ def _step(kind: type[Effect], sensor: Sensor, found: Vector, seen: Sequence[Grai
     value = float(np.sqrt(square))
     fitted: dict[str, Any] = {size: min(value, parameters(kind)[size].high)}
     std, gain = {size: spread / (2 * value)}, float(found.sum())
-    return ChannelStep("bias", replace(one, **fitted), std, known is not None, gain, 1.0, chance, text=TEXT[kind.anew])
+    share = float(np.clip(gain / (np.array([grain.whole for grain in seen]) / noise).sum(), 0.0, 1.0))
+    return ChannelStep(
+        "bias", replace(one, **fitted), std, known is not None, gain, share, chance, text=TEXT[kind.anew]
+    )
 
 
 def _stated(known: Effect | None, size: str, sensor: Sensor) -> float:
@@ -221,7 +228,7 @@ def _stated(known: Effect | None, size: str, sensor: Sensor) -> float:
     if known is None:
         return 0.0
     value = float(np.mean(getattr(known, size)))
-    return (value + SURE * float(np.max(sensor.std.get((known.name, size), USUAL * value)))) ** 2
+    return (value + WITHIN * float(np.max(sensor.std.get((known.name, size), USUAL * value)))) ** 2
 
 
 def _window(near: float, side: int) -> float:

@@ -10,15 +10,14 @@ from scipy.stats import chi2
 from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, Ruler, TunedKnobs, changes, turn
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import observe
+from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
 
-FALSE_ALARM = 1e-4  # of a new effect, over all names
 BEYOND = 0.005  # chance that a stated value, within its own standard deviation, is as far off as it seems
-REPLICATED = 0.4  # of the gain that must show where it was not fitted
 LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below, it is a matter of the noise model
 EXPLAINED = 0.5  # of what is too much, by one effect: two of a size may be there
 APART = 3  # pixels from which on neighbours share no noise of a window as sensors have it

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.scatter import LEAST_VARIANCE, Scatter
 from fusion.discrepancy.channels.succession import succession_of
-from fusion.discrepancy.observations import Patch
+from fusion.discrepancy.observe.observations import Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters

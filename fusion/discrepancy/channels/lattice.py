@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.observations import Observations
 from fusion.evaluation.quantization import Quantization, quantization_of
 from fusion.recording.recording import Recording
 from fusion.sensor.effect import Effect

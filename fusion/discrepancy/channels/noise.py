@@ -21,15 +21,14 @@ from fusion.discrepancy.channels.judging import (
 from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_knobs
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, Ruler, TunedKnobs, as_stated, changes, ruler_of, turn
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import Observations, Patch, predicted
+from fusion.discrepancy.decisions import ALIKE, SPREAD_FRAMES
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations, Patch, predicted
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
 
-LEAST_FRAMES = 4  # a variance from fewer says little
 MOST_STEPS = 3
-ALIKE = 0.95
 SILENT = float(np.log(100.0))  # of the measured over the predicted variance: the model says nothing of noise
 COMPARABLE = 0.8  # of the gain: a name that explains less is no look-alike
 
@@ -42,7 +41,7 @@ def noise_steps(observations: Observations, held: Sequence[FrameBlock] = ()) -> 
     """
     sensor = observations.sensor
     steps: list[ChannelStep] = []
-    patches = [p for p in observations.patches if len(p.look.frames) >= LEAST_FRAMES and len(p.tiles)]
+    patches = [p for p in observations.patches if len(p.look.frames) >= SPREAD_FRAMES and len(p.tiles)]
     free: frozenset[str] = frozenset()
     for _ in range(MOST_STEPS):
         found = _step(sensor, patches, free, held) if patches else None

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.succession import succession_of
-from fusion.discrepancy.observations import Patch
+from fusion.discrepancy.observe.observations import Patch
 
 Vector = NDArray[np.float64]
 

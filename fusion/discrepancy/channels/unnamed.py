@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import chi2
 
+from fusion.discrepancy.decisions import LOST_BY_CHANCE
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 
 Vector = NDArray[np.float64]
@@ -16,7 +17,6 @@ KNOTS = 5
 RIDGE = 1e-6  # of the mean power of the columns: rounding
 MOST = 2  # variables
 OUTLIER = 8.0  # times what the tiles are usually off (at least their noise): beyond, a tile counts no more
-FALSE_ALARM = 1e-6
 REPLICATED = 0.5  # of the gain that must show in recordings that took no part in the fit
 WORTH = 0.15  # of the gain of the first variable: one that brings less is not named
 
@@ -70,7 +70,7 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     fitted = A @ weights
     inflated = max(1.0, float((np.median(np.abs(white - fitted)) / 0.6745) ** 2))
     probability = float(min(1.0, len(columns) * chi2.sf(gains[-1] / inflated, A.shape[1])))
-    if probability > FALSE_ALARM or gain_elsewhere(A, white, place, RIDGE) < REPLICATED * gains[-1]:
+    if probability > LOST_BY_CHANCE or gain_elsewhere(A, white, place, RIDGE) < REPLICATED * gains[-1]:
         return None
     ends = np.cumsum([columns[name].shape[1] for name in chosen])[:-1]
     heights = tuple(np.split(weights, ends))

@@ -6,16 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.interior import interior
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.observations import Observations, Patch
-from fusion.discrepancy.tiles import tiling
+from fusion.discrepancy.observe.interior import interior
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.tiles import tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import Image
+from fusion.sensor.view import Image, View
 
 Vector = NDArray[np.float64]
 
+RIM_PX = 12.0  # from a depth edge: wider than the shadows of usual steps at usual distances
+FINER = 4  # squares beside an edge, so that its two sides are told apart
 FLOOR = 0.02  # of a tile's pixels: what a model of validity leaves open, from recordings in which nothing is missing
 
 
@@ -61,12 +63,31 @@ class Validity:
 
 def validity_of(sensor: Sensor, patches: Sequence[Patch]) -> Validity | None:
     """The validity of looks; None when no tile is left."""
-    kept, missing, predicted, place = [], [], [], []
+    used = []
     for patch in patches:
         view, look = sensor.seen(patch.look.view), patch.look
         usable = np.isfinite(patch.depth) & interior(view)
         # where no amplitude is recorded, no model knows what is too dark for good: only what comes and goes is judged
-        tiles = tiling(usable if look.view.ir is not None else usable & (look.count > 0), patch.tiles.side)
+        used.append((view, usable if look.view.ir is not None else usable & (look.count > 0)))
+    return _validity(sensor, patches, used, 1)
+
+
+def validity_of_rims(sensor: Sensor, patches: Sequence[Patch]) -> Validity | None:
+    """The same of what lies beside depth edges, which no projector is taken to light yet."""
+    used = []
+    for patch in patches:
+        view = replace(sensor.seen(patch.look.view), lit=None)
+        near = np.zeros(patch.depth.shape, bool) if view.edges is None else view.edges.distance < RIM_PX
+        used.append((view, np.isfinite(patch.depth) & near))
+    return _validity(sensor, patches, used, FINER)
+
+
+def _validity(
+    sensor: Sensor, patches: Sequence[Patch], used: Sequence[tuple[View, NDArray[np.bool_]]], finer: int
+) -> Validity | None:
+    kept, missing, predicted, place = [], [], [], []
+    for patch, (view, usable) in zip(patches, used, strict=True):
+        look, tiles = patch.look, tiling(usable, patch.tiles.side // finer)
         if len(tiles):
             kept.append(replace(patch, sensor=sensor, view=view, tiles=tiles))
             missing.append(tiles.mean(_lost(look)))

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.refit import PartsFit
-from fusion.discrepancy.naming.space import Space, space_beside
+from fusion.discrepancy.naming.search.space import Space, space_beside
 
 Vector = NDArray[np.float64]
 

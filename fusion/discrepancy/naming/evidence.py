@@ -5,14 +5,12 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 from scipy.stats import f as variance_ratio
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.naming.score import Scored
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.naming.search.score import Scored
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-
-REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
 
 
 def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.evidence import left_out_gain
 from fusion.discrepancy.naming.refit import PartsFit
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.observations import Observations
 
 Vector = NDArray[np.float64]
 

@@ -6,15 +6,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.decisions import ALIKE, REPLICATED
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.naming.evidence import REPLICATED, by_chance, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.intervals import spreads_of
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, shapes_of
-from fusion.discrepancy.naming.score import scored
-from fusion.discrepancy.naming.space import Space
-from fusion.discrepancy.naming.step import NextPart, of_time
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.naming.search.score import scored
+from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.naming.search.step import NextPart, of_time
 from fusion.discrepancy.naming.two import like_two
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
@@ -22,7 +23,6 @@ from fusion.sensor.where import Bound, inside
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-ALIKE = 0.95  # cosine of two footprints above which this data cannot tell them apart
 # unless in one recording the nearest that the other can be misses so many standard deviations and such a share
 CLEAR, APART = 6.0, 0.45
 

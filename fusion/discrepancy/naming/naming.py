@@ -6,16 +6,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.look import FrameBlock
+from fusion.discrepancy.decisions import FALSE_ALARM, SURE
+from fusion.discrepancy.inference.gauge import Gauge
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
 from fusion.discrepancy.naming.judged import Step, judged, judged_next
-from fusion.discrepancy.naming.models import BETTER, rearranged, score_of
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, refitted
-from fusion.discrepancy.naming.review import reviewed
+from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.search.models import rearranged, score_of
+from fusion.discrepancy.naming.search.review import reviewed
+from fusion.discrepancy.naming.search.step import NextPart, best_part
 from fusion.discrepancy.naming.standing import (
     LIKELY,
     contradicted,
@@ -25,9 +26,9 @@ from fusion.discrepancy.naming.standing import (
     weak_of,
     without_faint,
 )
-from fusion.discrepancy.naming.step import FALSE_ALARM, NextPart, best_part
 from fusion.discrepancy.naming.two import as_two
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.where import Bound
@@ -71,7 +72,7 @@ def name_effects(
         # one wave fits several of them in a part of the data only
         parts = [_everywhere(part, fit) if _of_waves(part) else part for part in fit.parts]
         wide = _grown(refitted(parts, observations, gauge), candidates)
-        if score_of(wide[0]) > score_of(fit) + BETTER:
+        if score_of(wide[0]) > score_of(fit) + SURE:
             fit, likely = wide
     other = rearranged(fit, candidates, MOST_NAMES)
     if other is not fit:

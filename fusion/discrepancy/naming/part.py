@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.candidates import Candidate, map_of
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.naming.search.candidates import Candidate, map_of
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Parameter, parameters
 from fusion.sensor.sensor import Sensor

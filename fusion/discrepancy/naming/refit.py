@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.candidates import candidate_of
+from fusion.discrepancy.inference.gauge import Gauge
 from fusion.discrepancy.naming.part import EffectPart, model_of
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.naming.search.candidates import candidate_of
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 

@@ -9,7 +9,7 @@ from fusion.discrepancy.naming.extrapolation import Extrapolation
 from fusion.discrepancy.naming.judged import Step
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, refitted
-from fusion.discrepancy.naming.step import NextPart
+from fusion.discrepancy.naming.search.step import NextPart
 from fusion.discrepancy.naming.uneven import unevenness
 
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form

@@ -6,14 +6,15 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.models import BETTER, score_of
 from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, refitted
-from fusion.discrepancy.naming.score import possible
-from fusion.discrepancy.naming.space import Space
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.naming.search.models import score_of
+from fusion.discrepancy.naming.search.score import possible
+from fusion.discrepancy.naming.search.space import Space
 
 Vector = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ def as_two(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
         if not plain:
             continue
         two = refitted([*fit.parts[:k], *plain, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
-        if score_of(two) > score_of(fit) - BETTER * inflation(fit.white):
+        if score_of(two) > score_of(fit) - SURE * inflation(fit.white):
             return two
     return fit
 

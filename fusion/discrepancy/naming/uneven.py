@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.refit import PartsFit
-from fusion.discrepancy.naming.score import usual_size
+from fusion.discrepancy.naming.search.score import usual_size
 from fusion.discrepancy.unknown.unrestricted import covariates
 
 Vector = NDArray[np.float64]

@@ -6,8 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fusion.discrepancy.look import FrameBlock
-from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.decisions import DETECTED
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.look import FrameBlock
 from fusion.discrepancy.planning.menu import MENU, Choice
 from fusion.discrepancy.planning.planned import Planned, planned
 from fusion.discrepancy.planning.separation import Claimed, Parting, Proposal, best, parting, visible_in
@@ -16,7 +17,6 @@ from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import SMALL, forms_of
 from fusion.sensor.sensor import Sensor
 
-SHOWN = 5.0  # standard deviations
 # what the tiles of the menu do not show, by what an effect depends on
 OTHERWISE = (
     ("velocity", "two speeds: the camera or the target moving at two known speeds, once each way"),
@@ -105,7 +105,7 @@ class Plans:
             for plan in self.all:
                 sizes = [visible_in(plan, effect) / SMALL for effect in self._usual(kind)]
                 sigmas.append((plan.choice, Parting(max(sizes, default=0.0), 0.0)))
-        proposal = best([(choice, seen) for choice, seen in sigmas if seen.sigma >= SHOWN])
+        proposal = best([(choice, seen) for choice, seen in sigmas if seen.sigma >= DETECTED])
         if proposal is not None:
             return Shows(kind.name, proposal.choice.name, proposal.choice.text, proposal.sigma)
         words = next((text for variable, text in OTHERWISE if variable in kind.variables), None)

@@ -7,11 +7,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.look import FrameBlock, wanted_channels
-from fusion.discrepancy.observations import Observations, observe
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.observe.look import FrameBlock, wanted_channels
+from fusion.discrepancy.observe.observations import Observations, observe
+from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.planning.menu import Choice, Setup
-from fusion.discrepancy.stage import KnownScene
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.rendering.exposure import whole_mesh

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.planning.menu import Choice
 from fusion.discrepancy.planning.planned import Planned
 from fusion.sensor.effect import Effect

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.variables import law_variables
 

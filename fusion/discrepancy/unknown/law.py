@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.step import WITHIN
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.decisions import REPLICATED
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.naming.search.step import WITHIN
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.search import best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
@@ -27,7 +28,6 @@ MOST_TERMS = 3
 MOST_VARIABLES = 3
 WORTH = 0.08  # of the gain of all terms: one that brings less is no part of the law
 ENOUGH = 0.7  # of what smooth functions explain: a formula that reaches less is no formula of it
-REPLICATED = 0.4  # of the gain that must show in recordings that took no part in the fit
 TRIED = 2000.0  # about how many forms are tried
 
 

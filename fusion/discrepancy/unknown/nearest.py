@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.candidates import Candidate
+from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.unknown.law import UnknownLaw
 from fusion.discrepancy.unknown.unrestricted import Group, explained
 

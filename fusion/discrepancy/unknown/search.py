@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.terms import UnknownTerm

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.table import span_of, tabulated
 from fusion.sensor.effects.readout.tabulated import VARIABLES, Tabulated
 

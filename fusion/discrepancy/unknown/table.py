@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.sensor.effects.readout.tabulated import STEEPEST, VARIABLES, Tabulated
 from fusion.sensor.laws.table import interpolated

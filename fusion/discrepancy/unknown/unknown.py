@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.frame import LeftoverFrame, frame_of
 from fusion.discrepancy.unknown.law import UnknownLaw, law_of
 from fusion.discrepancy.unknown.nearest import Nearest, nearest_of

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.observe.observations import Observations
 
 Matrix = NDArray[np.float64]
 

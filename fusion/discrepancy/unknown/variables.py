@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effects.readout.tabulated import VARIABLES
 
 Vector = NDArray[np.float64]

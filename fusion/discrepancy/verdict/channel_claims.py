@@ -5,13 +5,11 @@ import numpy as np
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, LawForm, Where
-from fusion.discrepancy.verdict.claimed import claimed
+from fusion.discrepancy.verdict.claimed import claimed, variables_said
 from fusion.discrepancy.verdict.record_next import record_next
 from fusion.discrepancy.verdict.sizes import size_of_step
 from fusion.sensor.parameter import parameters
 
-# a law of the range or of the disparity is one of the depth too
-ALSO = {"range": "depth", "disparity": "depth"}
 OF = {"noise": "the spread of repeated frames", "dropout": "missing values"}
 
 
@@ -32,7 +30,7 @@ def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
 
 def _variables(step: ChannelStep) -> tuple[str, ...]:
     names = step.variables or (step.effect.variables if step.effect else ())
-    return tuple(dict.fromkeys(v for name in names for v in (name, *((ALSO[name],) if name in ALSO else ()))))
+    return variables_said(names)
 
 
 def _text(step: ChannelStep) -> str:

@@ -1,5 +1,7 @@
 """Claimed numbers: a fitted parameter as it stands in the verdict, every wave of a list with its own deviation."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
@@ -7,6 +9,14 @@ from numpy.typing import NDArray
 from fusion.discrepancy.verdict.claim import ClaimedNumber
 from fusion.sensor.parameter import Parameter
 from fusion.sensor.words.quantity import is_determined
+
+# a law of the range or of the disparity is one of the depth too
+ALSO = {"range": "depth", "disparity": "depth"}
+
+
+def variables_said(names: Iterable[str]) -> tuple[str, ...]:
+    """Variables as a verdict lists them."""
+    return tuple(dict.fromkeys(said for name in names for said in (name, ALSO.get(name, name))))
 
 
 def claimed(about: Parameter, value: float, std: float | None) -> ClaimedNumber:

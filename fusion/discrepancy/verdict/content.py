@@ -1,14 +1,13 @@
 """The content of `verdict.json` (`fusion-verdict/1`) as one value. Fields are the keys of the file."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-from fusion.discrepancy.camera_file import FileError
-from fusion.discrepancy.outliers import OutlyingRecording
+from fusion.discrepancy.inference.camera_file import FileError
+from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.planning.plan import Shows
 from fusion.discrepancy.verdict.claim import Claim, Names
-from fusion.files.json_values import json_values
 
 FORMAT: Literal["fusion-verdict/1"] = "fusion-verdict/1"
 MODEL, SIMULATION = "model", "simulation"  # what recordings are held against
@@ -32,7 +31,7 @@ class ExtrapolatedFit(Struct, frozen=True, kw_only=True):
     chi2_per_dof_after: float
 
 
-class Loose(Struct, frozen=True, kw_only=True):
+class LooseSize(Struct, frozen=True, kw_only=True):
     """An error of places or recordings that follows no law."""
 
     value: float
@@ -44,8 +43,8 @@ class Fit(Struct, frozen=True, kw_only=True):
 
     heldout: HeldOutFit
     extrapolation: tuple[ExtrapolatedFit, ...]
-    scatter: Loose
-    drift: Loose
+    scatter: LooseSize
+    drift: LooseSize
     frames_fitted: int
     frames_heldout: int
 
@@ -119,8 +118,3 @@ class Verdict(Struct, frozen=True, kw_only=True, omit_defaults=True):
     against: Annotated[str, Meta(description='"simulation" where another simulator stands for the model')] = MODEL
     headline: Annotated[str, Meta(description="the whole in one sentence")] = ""
     seconds: Annotated[dict[str, float] | None, Meta(description="of each stage, where a command followed it")] = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """The object that stands in `verdict.json`."""
-        content: dict[str, Any] = json_values(self)
-        return content

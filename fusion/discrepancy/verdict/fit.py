@@ -5,7 +5,7 @@ import numpy as np
 from fusion.discrepancy.compared import beyond_noise, depth_per_native, recording_names
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.extrapolation import extrapolated
-from fusion.discrepancy.verdict.content import ExtrapolatedFit, Fit, HeldOutFit, Loose, Unexplained
+from fusion.discrepancy.verdict.content import ExtrapolatedFit, Fit, HeldOutFit, LooseSize, Unexplained
 
 
 def fit_of(found: Explanation) -> Fit:
@@ -22,8 +22,8 @@ def fit_of(found: Explanation) -> Fit:
     return Fit(
         heldout=HeldOutFit(**known),
         extrapolation=tuple(outside),
-        scatter=Loose(value=loose.scatter, unit=unit),
-        drift=Loose(value=loose.drift, unit=unit),
+        scatter=LooseSize(value=loose.scatter, unit=unit),
+        drift=LooseSize(value=loose.drift, unit=unit),
         frames_fitted=sum(len(look.frames) for look in found.looks),
         frames_heldout=sum(len(look.held.frames) for look in found.looks if look.held),
     )

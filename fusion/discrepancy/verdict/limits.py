@@ -7,16 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from fusion.discrepancy.decisions import CONFIDENCE, SPREAD_FRAMES
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.identifiability import NOT_SIZES, EffectVisibility, unseen
-from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.identifiability import NOT_SIZES, EffectVisibility, unseen
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.verdict.content import UpperLimit
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
 
-CONFIDENCE = 0.95
-LEAST_FRAMES = 4  # of which a spread can be told
 LEAST_CHANGE = 0.02  # of the spread, or of the share of valid pixels, at the typical size of an effect
 
 
@@ -60,7 +59,7 @@ def _limit(candidate: Candidate, white: NDArray[np.float64]) -> UpperLimit:
 
 def _in_scatter(observations: Observations) -> set[str]:
     """Names of effects that would show in the scatter of repeated frames or in missing values here."""
-    patches = [patch for patch in observations.patches if len(patch.look.frames) >= LEAST_FRAMES]
+    patches = [patch for patch in observations.patches if len(patch.look.frames) >= SPREAD_FRAMES]
     out = {effect.name for effect in observations.sensor.effects if effect.changes("noise") and patches}
     for kind in EFFECTS if patches else ():
         sizes = [p for p in parameters(kind).values() if p.neutral == 0 and p.kind in ("number", "scalar", "list")]

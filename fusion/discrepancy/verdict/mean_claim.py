@@ -6,15 +6,12 @@ from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.naming.deviations import deviation_of, deviations_of, entry_spread
 from fusion.discrepancy.naming.judged import Step
 from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, Where
-from fusion.discrepancy.verdict.claimed import claimed, claimed_list
+from fusion.discrepancy.verdict.claimed import claimed, claimed_list, variables_said
 from fusion.discrepancy.verdict.record_next import record_next
 from fusion.discrepancy.verdict.sizes import size_in_depth
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.where import Bound, inside
-
-# a law of the range or of the disparity is one of the depth too
-ALSO = {"range": "depth", "disparity": "depth"}
 
 
 def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
@@ -22,7 +19,6 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
     first = steps[0]
     effect = found.named.sensor.effect(first.effect.name) or first.effect
     where = first.candidate.where
-    laws = [v for name in effect.variables for v in (name, *_also(name))]
     alike = sorted({name for step in steps for name in step.alike})
     together = steps[0].together if len(steps) == 1 and not set(steps[0].together) & set(alike) else ()
     return Claim(
@@ -30,7 +26,7 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
         parameters=_parameters(effect, steps),
         channel="bias",
         size=size_in_depth(found, np.sum([s.candidate.columns @ s.weights for s in steps], axis=0)),
-        where=_where(tuple(dict.fromkeys([*laws, *(b.variable for b in where)])), first, found),
+        where=_where((*variables_said(effect.variables), *(b.variable for b in where)), first, found),
         evidence=ClaimEvidence(
             heldout_gain=sum(step.held_out for step in steps) / before,
             false_alarm_probability=first.probability,
@@ -48,7 +44,7 @@ def _where(variables: tuple[str, ...], step: Step, found: Explanation) -> Where:
     recordings, frames = _seen_in(bounds, found)
     text = f"{step.effect.name}: {step.effect.formula}"
     return Where(
-        variables=variables,
+        variables=tuple(dict.fromkeys(variables)),
         region=tuple(bound.entry() for bound in bounds),
         recordings=recordings,
         frames=frames,
@@ -81,10 +77,6 @@ def _said(bound: Bound) -> str:
     if np.isinf(bound.low):
         return f"{bound.variable} is {bound.high:.4g} or less"
     return f"{bound.variable} is {bound.low:.4g} to {bound.high:.4g}"
-
-
-def _also(name: str) -> tuple[str, ...]:
-    return (ALSO[name],) if name in ALSO else ()
 
 
 def _parameters(effect: Effect, steps: list[Step]) -> dict[str, ClaimedNumber]:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from fusion.discrepancy.camera_file import file_error
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.shapes import bent_m, mesh_off
+from fusion.discrepancy.inference.camera_file import file_error
+from fusion.discrepancy.inference.shapes import bent_m, mesh_off
 from fusion.discrepancy.verdict.content import Nuisances
 
 

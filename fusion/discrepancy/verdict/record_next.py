@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fusion.discrepancy.naming.candidates import Candidate
 from fusion.discrepancy.naming.judged import Step
+from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.planning.plan import Next, Plans, rivals_of
 from fusion.discrepancy.planning.separation import Claimed
 from fusion.discrepancy.verdict.claim import NextRecording

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from fusion.discrepancy.gauge import Gauge, gauge_of
-from fusion.discrepancy.identifiability import stands_out
-from fusion.discrepancy.naming.candidates import Candidate
-from fusion.discrepancy.observations import Observations
+from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.inference.identifiability import stands_out
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.verdict.content import SelfMadeReference
 
 

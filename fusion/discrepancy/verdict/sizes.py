@@ -1,6 +1,7 @@
 """Sizes: how much a claim changes of what one sees: millimetres of depth, of its noise, or the share of lost values."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.observations import Patch
+from fusion.discrepancy.observe.observations import Patch
 from fusion.discrepancy.verdict.claim import Size
 from fusion.sensor.sensor import Sensor
 
@@ -58,6 +59,7 @@ def _noise(patches: Sequence[Patch], sensor: Sensor) -> float:
 
 
 def _missing(patches: Sequence[Patch], sensor: Sensor) -> float:
-    """Mean share of missing values where a surface is seen."""
-    seen = [sensor.dropout(p.depth, p.look.view)[np.isfinite(p.depth)] for p in patches]
+    """Mean share of missing values where a surface is seen, in the light of the projector that the model has."""
+    views = [replace(p.look.view, lit=None) for p in patches]
+    seen = [sensor.dropout(p.depth, view)[np.isfinite(p.depth)] for p, view in zip(patches, views, strict=True)]
     return float(np.mean(np.concatenate(seen)))

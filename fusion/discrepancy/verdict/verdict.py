@@ -3,12 +3,12 @@
 import numpy as np
 from msgspec.structs import replace
 
-from fusion.discrepancy.compared import NOISE_ALONE
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.identifiability import EffectVisibility, visibilities
+from fusion.discrepancy.inference.identifiability import EffectVisibility, visibilities
 from fusion.discrepancy.naming.judged import Step
-from fusion.discrepancy.outliers import outliers_of
-from fusion.discrepancy.placements import repeats_of
+from fusion.discrepancy.observe.outliers import outliers_of
+from fusion.discrepancy.observe.placements import repeats_of
 from fusion.discrepancy.planning.plan import Plans
 from fusion.discrepancy.verdict.channel_claims import channel_claim
 from fusion.discrepancy.verdict.claim import Claim

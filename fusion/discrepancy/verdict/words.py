@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from fusion.discrepancy.outliers import OutlyingRecording
+from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import SIMULATION, Nuisances, Unexplained, Verdict
 from fusion.sensor.catalogue import IMPLEMENTED

@@ -12,6 +12,7 @@ _NAMES = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "inch": "inch
 # of the sizes, in that unit and in metres. Millimetres stand alone: one may show a third of the other only.
 # Centimetres and inches are 2.5 apart: told only where the other one would need a part or a plate of twice the size
 _RATIOS = {"mm": (320.0, 3200.0), "cm": (80.0, 200.0), "inch": (25.0, 49.0)}
+_SMALL = 0.005  # [m] no object of a depth camera
 LARGE = 100.0  # [m] both larger than this: no depth camera's metres
 
 
@@ -24,13 +25,21 @@ def in_metres(
         unit: of the reference, one of `UNITS`; None: told from the sizes.
 
     Raises:
-        MeshError: no such unit.
+        MeshError: no such unit, or one that makes the reference smaller than any depth camera sees.
     """
     if unit is not None and unit not in UNITS:
         raise MeshError("unknown unit of the reference", "unit", unit, " or ".join(UNITS))
     factors = [1.0, UNITS[unit or "m"]]
     sizes = [size(mesh), size(reference) * factors[1]]
     ratio = max(sizes[1], 1e-300) / max(sizes[0], 1e-300)
+    if unit is not None and sizes[1] < _SMALL:
+        raise MeshError(
+            "the reference is too small in its stated unit",
+            "--unit",
+            f"{unit}, so {1e3 * sizes[1]:.3g} mm; the mesh is {sizes[0]:.3g} m",
+            f"{1e3 * _SMALL:g} mm or more",
+            "without --unit it is told from the sizes",
+        )
     notes = []
     for index, (name, larger) in enumerate((("mesh", 1 / ratio), ("reference", ratio))):
         stated = unit is not None and name == "reference"

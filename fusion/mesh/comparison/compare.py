@@ -1,6 +1,6 @@
 """How far a mesh stands from a reference: aligned, then signed distances in both directions, per area of surface."""
 
-import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fusion.errors import MeshError
+from fusion.files.json_values import json_text, json_values
 from fusion.mesh.alignment.align import Alignment, align_meshes
 from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Similarity
@@ -15,7 +16,7 @@ from fusion.mesh.alignment.units import in_metres, size
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.comparison.knowable import OVER, SIGMA, Knowable, knowable, over_sigma
 from fusion.mesh.comparison.mirrored import mirrored_note
-from fusion.mesh.comparison.statistics import block, fscore, histogram
+from fusion.mesh.comparison.statistics import DistanceStatistics, fscore, histogram
 from fusion.mesh.comparison.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
@@ -67,9 +68,9 @@ class Comparison:
     """
 
     alignment: Alignment
-    accuracy: dict[str, Any]
-    completeness: dict[str, Any]
-    completeness_all: dict[str, Any]
+    accuracy: DistanceStatistics
+    completeness: DistanceStatistics
+    completeness_all: DistanceStatistics
     unseen_share: float
     left_out_share: float
     fscore: dict[str, float]
@@ -80,8 +81,8 @@ class Comparison:
 
     def __repr__(self) -> str:
         found, back = self.accuracy, self.completeness
-        first = f"{1e3 * found['rms']:.2f} mm rms, mean {1e3 * found['mean_signed']:+.2f} mm, scale {self.scale:.4f}"
-        shares = f"{found['within']['0.002']:.1%} of the mesh and {back['within']['0.002']:.1%} of the reference"
+        first = f"{1e3 * found.rms:.2f} mm rms, mean {1e3 * found.mean_signed:+.2f} mm, scale {self.scale:.4f}"
+        shares = f"{found.within['0.002']:.1%} of the mesh and {back.within['0.002']:.1%} of the reference"
         return f"<Comparison: {first} ({self.alignment.status});\n {shares} within 2 mm>"
 
     @property
@@ -106,10 +107,10 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """`comparison.json` (CONTRACT); numbers that do not exist are None."""
-        content = {
+        content: dict[str, Any] = {
             "scale": self.scale,
             "scale_interval": self.scale_interval,
-            "T_reference_mesh": self.T_reference_mesh.tolist(),
+            "T_reference_mesh": self.T_reference_mesh,
             "alignment": self.alignment.status,
             "inlier_share": self.alignment.inlier_share,
         }
@@ -117,7 +118,7 @@ class Comparison:
         content |= {name: getattr(self, name) for name in names}
         known = self.knowable
         content["sigma"] = None if known is None else known.values()
-        return _finite(content | {"histogram": self.histogram, "notes": list(self.notes)})
+        return dict(json_values(content | {"histogram": self.histogram, "notes": self.notes}))
 
 
 def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None) -> Comparison:
@@ -129,7 +130,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     >>> ball = fusion.read_mesh("ball.ply")
     >>> larger = fusion.Mesh(1.02 * ball.vertices, ball.faces)
     >>> found = fusion.compare(larger, ball, fusion.CompareSettings(align=False, samples=2000))
-    >>> print(f"{1e3 * found.accuracy['mean_signed']:.1f} mm outside")
+    >>> print(f"{1e3 * found.accuracy.mean_signed:.1f} mm outside")
     1.0 mm outside
     """
     settings = settings or CompareSettings()
@@ -149,10 +150,10 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     pose = alignment.similarity()
     with stage("measuring"):
         there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
-    accuracy = block(there)
+    accuracy = DistanceStatistics.of(there)
     if settings.align and not left_out:
         with stage("aligning"):
-            notes += mirrored_note(mesh, reference, surfaces[1], float(np.sqrt(np.mean(there**2))))
+            notes += mirrored_note(mesh, reference, surfaces[1], accuracy.rms)
     with stage("measuring"):
         back, unseen = _back(reference, surfaces[0], pose, settings, seen)
     if seen is None:
@@ -162,12 +163,12 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         notes += _unseen_note(float(unseen.mean()))
     else:
         notes.append(f"The completeness is over {len(back)} points of the reference that were named as seen.")
-    completeness = block(back[~unseen])
+    completeness = DistanceStatistics.of(back[~unseen])
     return Comparison(
         alignment=alignment,
         accuracy=accuracy,
         completeness=completeness,
-        completeness_all=block(back),
+        completeness_all=DistanceStatistics.of(back),
         unseen_share=float(unseen.mean()),
         left_out_share=left_out,
         fscore=fscore(accuracy, completeness),
@@ -178,9 +179,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     )
 
 
-def write_comparison(folder: Path, comparison: Comparison, more: dict[str, Any] | None = None) -> None:
+def write_comparison(folder: Path, comparison: Comparison, more: Mapping[str, object] | None = None) -> None:
     """Write `comparison.json` (with more keys) and `distance.ply` (`scalar_signed_distance` [m]) into a folder."""
-    text = json.dumps(comparison.to_dict() | (more or {}), indent=1, allow_nan=False) + "\n"
+    text = json_text(comparison.to_dict() | dict(more or {})) + "\n"
     (Path(folder) / "comparison.json").write_text(text, encoding="utf-8")
     write_mesh(Path(folder) / "distance.ply", comparison.mesh)
 
@@ -263,11 +264,3 @@ def _colors(distances: Array) -> Any:
 
     half = max(float(np.percentile(np.abs(distances), 95)), 1e-6)
     return colormaps["RdBu_r"](np.clip(distances / half, -1, 1) * 0.5 + 0.5, bytes=True)[:, :3]
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(part) for part in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,7 +1,6 @@
 """Deviations beside what a scan can know: its distances in units of the standard deviation that each vertex carries."""
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,7 @@ class Knowable:
     beyond_3_sigma: float
     sigma_median: float
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, float]:
         """For JSON."""
         told = asdict(self)
         return {"sigma_median_m": told.pop("sigma_median")} | told

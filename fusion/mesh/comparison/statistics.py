@@ -1,6 +1,6 @@
 """Numbers that sum up signed distances: CONTRACT's blocks, the F-score, the histogram."""
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,26 +10,48 @@ WITHIN = ("0.001", "0.002", "0.005")  # [m]
 _BINS = 81
 
 
-def block(distances: Array) -> dict[str, Any]:
-    """mean_signed, mean, rms, std, median, p95, max [m] and the shares within 1, 2, 5 mm; NaN without distances.
+@dataclass(frozen=True)
+class DistanceStatistics:
+    """Signed distances in numbers [m]; NaN without distances.
 
-    `std` is about the signed mean; `mean`, `median`, `p95` and `max` are of the size.
+    Attributes:
+        mean_signed, std: of the distances; the others are of their size.
+        within: share by limit [m].
     """
-    away = np.abs(distances)
-    names = ("mean_signed", "mean", "rms", "std", "median", "p95", "max")
-    if not len(distances):
-        return {name: float("nan") for name in names} | {"within": dict.fromkeys(WITHIN, float("nan"))}
-    rms = np.sqrt(np.mean(np.square(distances)))
-    values = (distances.mean(), away.mean(), rms, distances.std(), np.median(away), np.percentile(away, 95), away.max())
-    numbers: dict[str, Any] = {name: float(value) for name, value in zip(names, values, strict=True)}
-    return numbers | {"within": {limit: float(np.mean(away <= float(limit))) for limit in WITHIN}}
+
+    mean_signed: float
+    mean: float
+    rms: float
+    std: float
+    median: float
+    p95: float
+    max: float
+    within: dict[str, float]
+
+    @classmethod
+    def of(cls, distances: Array) -> "DistanceStatistics":
+        """Of signed distances (n,) [m]."""
+        away = np.abs(distances)
+        if not len(distances):
+            none = float("nan")
+            return cls(none, none, none, none, none, none, none, dict.fromkeys(WITHIN, none))
+        return cls(
+            mean_signed=float(distances.mean()),
+            mean=float(away.mean()),
+            rms=float(np.sqrt(np.mean(np.square(distances)))),
+            std=float(distances.std()),
+            median=float(np.median(away)),
+            p95=float(np.percentile(away, 95)),
+            max=float(away.max()),
+            within={limit: float(np.mean(away <= float(limit))) for limit in WITHIN},
+        )
 
 
-def fscore(accuracy: dict[str, Any], completeness: dict[str, Any]) -> dict[str, float]:
+def fscore(accuracy: DistanceStatistics, completeness: DistanceStatistics) -> dict[str, float]:
     """Harmonic mean of both directions' shares (Knapitsch et al. 2017), by limit [m]."""
     result = {}
     for limit in WITHIN:
-        precision, recall = accuracy["within"][limit], completeness["within"][limit]
+        precision, recall = accuracy.within[limit], completeness.within[limit]
         total = precision + recall
         result[limit] = 2 * precision * recall / total if total else 0.0 * total
     return result

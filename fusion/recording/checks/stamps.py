@@ -10,6 +10,11 @@ from fusion.recording.recording import Recording
 
 # in medians: a pause this long is more than dropped frames
 GAP = 10.0
+UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+RATES, EVEN = (5.0, 6.0, 10.0, 15.0, 25.0, 30.0, 60.0, 90.0), 0.03  # of cameras, and how near one is met
+LEAST = 5.0  # [s] no camera's rate; below it seconds are never doubted
+SLOW = 0.1  # frames a second: below, what is between two of them says more
+FEWEST = 5  # steps
 
 
 def check_stamps(sample: Sample) -> list[Finding]:
@@ -22,11 +27,13 @@ def check_stamps(sample: Sample) -> list[Finding]:
     if equal:
         do = "take the doubled lines out of depth.txt"
         findings.append(Finding("stamps", "warning", f"{equal} frames have the stamp of the one before", do))
+    findings += unit_of_stamps(steps[steps > 0])
     findings += _gaps(steps[steps > 0], stamps) + missing_frames(stamps, GAP) + clock_jumps(recording)
     findings += _unmatched(sample)
     rate = frames_per_second(stamps)
     if not findings:
-        text = f"in order, {rate:.2f} frames a second" if rate else "in order"
+        text = "in order" if rate is None else f"in order, {rate:.2f} frames a second"
+        text = f"in order, {1 / rate:.3g} s from frame to frame" if rate is not None and rate < SLOW else text
         findings.append(Finding("stamps", "ok", text))
     return findings + _without_color(sample)
 
@@ -50,6 +57,17 @@ def _back(recording: Recording) -> list[Finding]:
     seen = f"time stamps go back {files.steps_back} times in the file; the frames were sorted"
     do = "where a clock was set back, frames of two moments are mixed now: use the part before or after it"
     return [Finding("stamps", "warning", seen, do)]
+
+
+def unit_of_stamps(steps: np.ndarray) -> list[Finding]:
+    """Stamps that are no seconds: a camera's usual rate in another unit."""
+    step = float(np.median(steps)) if len(steps) >= FEWEST else 0.0
+    rates = {unit: count / step for unit, count in UNITS.items()} if step > LEAST else {}
+    unit = next((u for u, rate in rates.items() if any(abs(rate / usual - 1) < EVEN for usual in RATES)), None)
+    if unit is None:
+        return []
+    do = f"stamps are seconds; if these are {unit}, divide them by {UNITS[unit]:g}"
+    return [Finding("stamps", "warning", f"{step:.4g} s from frame to frame", do)]
 
 
 def frames_per_second(stamps: np.ndarray) -> float | None:

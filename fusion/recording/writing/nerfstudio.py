@@ -4,7 +4,6 @@ import contextlib
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,17 +102,17 @@ def _apart(recording: Recording) -> Array | None:
     return None if not recording.color_is_apart or T is None or np.allclose(T, np.eye(4), atol=SAME_PLACE) else T
 
 
-def _camera_fields(camera: Camera, where: Path, told: list[str]) -> dict[str, Any]:
+def _camera_fields(camera: Camera, where: Path, told: list[str]) -> dict[str, str | float]:
     """The camera as nerfstudio takes it: pixels from the image's corner, half a pixel from the first one's centre.
 
     It knows three radial terms with tangential ones (the fourth of its form is not undistorted), and OpenCV's fisheye.
     """
-    fields: dict[str, Any] = {"camera_model": "OPENCV", "w": camera.width, "h": camera.height}
+    fields: dict[str, str | float] = {"camera_model": "OPENCV", "w": camera.width, "h": camera.height}
     fields |= {"fl_x": camera.fx, "fl_y": camera.fy, "cx": camera.cx + 0.5, "cy": camera.cy + 0.5}
     k1, k2, p1, p2, k3, *more = camera.distortion
     if not any(more):
         return fields | {"k1": k1, "k2": k2, "p1": p1, "p2": p2} | ({"k3": k3} if k3 else {})
-    gap, forms = np.inf, dict[str, Any]()
+    gap, forms = np.inf, dict[str, str | float]()
     with contextlib.suppress(ValueError):
         k = to_polynomial(camera)
         gap = _farthest(camera, replace(camera, distortion=(k[0], k[1], p1, p2, k[2])))

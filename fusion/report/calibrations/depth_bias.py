@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.curve import DepthCurve
+from fusion.calibration.depth.maps.curve import DepthCurve
 from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import BLUE, DIVERGING, GREY, INK, ORANGE, new_figure, styled, to_svg
 

@@ -11,7 +11,7 @@ from fusion.report.calibrations.depth_bias import SHOWN, candidates_figure, curv
 from fusion.report.kit.page import Figure, Number, Page, Section, write_page
 from fusion.report.kit.tables import numbers_table
 from fusion.results.light import Light, level
-from fusion.sensor.words.description import description
+from fusion.sensor.words.description import MapSummary, description
 
 LONGEST = 20  # rows of a table that is open
 LITTLE = 0.2  # share of the image below which one picture's map tells nothing
@@ -167,18 +167,18 @@ def _parameters(found: DepthCalibration) -> str:
     old = {id(effect) for effect in found.fitted_from.effects}
     new = {effect.name for effect in found.sensor.effects if id(effect) not in old}
     rows = []
-    for effect in description(found.sensor)["effects"]:
-        for name, row in effect["parameters"].items():
-            if effect["effect"] in new:
-                rows.append([f"{effect['effect']}.{name}", _short(row["value"]), _short(row["std"]), row["unit"]])
+    for effect in description(found.sensor).effects:
+        for name, row in effect.parameters.items():
+            if effect.effect in new:
+                rows.append([f"{effect.effect}.{name}", _short(row.value), _short(row.std), row.unit])
     return numbers_table(["effect", "value", "standard deviation", "unit"], rows)
 
 
 def _short(value: object) -> str:
     if value is None:
         return "unknown"
-    if isinstance(value, dict):
-        return f"{' x '.join(map(str, value['shape']))} values, rms {value['rms']:.4g}"
+    if isinstance(value, MapSummary):
+        return f"{' x '.join(map(str, value.shape))} values, rms {value.rms:.4g}"
     if isinstance(value, list):
         if len(value) <= 8 or not isinstance(value[0], float):
             return ", ".join(map(_short, value)) if len(value) <= 8 else f"{len(value)} values"

@@ -96,7 +96,7 @@ def _parameters(found: NoiseCalibration) -> str:
             least, most = (edge[i] for edge in fit.form.bounds())
             low, high = np.clip([value - wide * std, value + wide * std], least, most)
             said = [f"{value:.5g}", f"{std:.2g}", f"{low:.5g} to {high:.5g}"]
-            if not fitted(model, name, value, std)["determined"]:
+            if not fitted(model, name, value, std).determined:
                 said = [NOT_DETERMINED, "", ""]
             rows.append([f"{effect}.{name}", *said, units[name], ", ".join(others)])
     if found.dropout is not None:

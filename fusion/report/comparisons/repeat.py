@@ -93,6 +93,6 @@ def _features(found: Repeat) -> str:
 def _scans(found: Repeat) -> str:
     rows = []
     for row in found.offsets():
-        mean, rms = ("-" if row[name] is None else f"{1e3 * row[name]:.3f}" for name in ("mean_m", "rms_m"))
-        rows.append([row["name"], row["alignment"], mean, rms, f"{100 * row['missing_share']:.1f}"])
+        mean, rms = ("-" if metres is None else f"{1e3 * metres:.3f}" for metres in (row.mean_m, row.rms_m))
+        rows.append([row.name, row.alignment, mean, rms, f"{100 * row.missing_share:.1f}"])
     return numbers_table(["scan", "alignment", "mean off [mm]", "rms off [mm]", "not shown [%]"], rows)

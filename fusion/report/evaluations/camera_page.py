@@ -1,5 +1,6 @@
 """One page of a gallery: a measured camera as Markdown with a picture, from its sensor model alone."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ from fusion.geometry.camera import Camera
 from fusion.report.kit.palette import BLUE, new_figure, styled, to_svg
 from fusion.sensor.files.contributed import shortcomings
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.words.description import description
+from fusion.sensor.words.description import DescribedParameter, MapSummary, SensorDescription, description
 from fusion.simulation.exporting.loss import stated
 from fusion.simulation.exporting.target import StatedWall
 
@@ -30,7 +31,7 @@ def camera_page(sensor: Sensor, camera: Camera, picture: str) -> str:
         "## Numbers",
         _numbers(content),
         known,
-        _list("## What the model leaves out", content["left_out"]),
+        _list("## What the model leaves out", content.left_out),
         f"Made by `{COMMAND}` from the model alone; the laws: [all effects](../effects/README.md).",
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
@@ -68,20 +69,20 @@ def _over_depth(found: StatedWall) -> str:
     return _table(["depth [m]", "mean error [mm]", "spread [mm]", "missing [%]"], rows)
 
 
-def _numbers(content: dict[str, Any]) -> str:
+def _numbers(content: SensorDescription) -> str:
     rows = []
-    for effect in content["effects"]:
-        source = effect["source"] or "not stated"
-        for name, row in effect["parameters"].items():
-            law = f"[{effect['effect']}](../effects/{effect['effect']}.md)"
-            rows.append([law, name, _value(row["value"]), _std(row), row["unit"], source])
+    for effect in content.effects:
+        source = effect.source or "not stated"
+        for name, row in effect.parameters.items():
+            law = f"[{effect.effect}](../effects/{effect.effect}.md)"
+            rows.append([law, name, _value(row.value), _std(row), row.unit, source])
             source = "the same"
     return _table(["effect", "parameter", "value", "std", "unit", "source"], rows)
 
 
 def _value(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"map {' x '.join(map(str, value['shape']))}, rms {value['rms']:.3g}"
+    if isinstance(value, MapSummary):
+        return f"map {' x '.join(map(str, value.shape))}, rms {value.rms:.3g}"
     return (
         ", ".join(map(_value, value))
         if isinstance(value, list)
@@ -91,16 +92,16 @@ def _value(value: Any) -> str:
     )
 
 
-def _std(row: dict[str, Any]) -> str:
-    std = row["std"]
-    return "" if not row["unit"] else "not stated" if std is None else "exact" if std == 0 else _value(std)
+def _std(row: DescribedParameter) -> str:
+    std = row.std
+    return "" if not row.unit else "not stated" if std is None else "exact" if std == 0 else _value(std)
 
 
 def _mm(value: float) -> str:
     return "-" if not np.isfinite(value) else f"{1e3 * value + 0.0:.2f}".replace("-0.00", "0.00")
 
 
-def _list(title: str, texts: list[str]) -> str:
+def _list(title: str, texts: Sequence[str]) -> str:
     return "\n\n".join([title, "\n".join(f"- {text}" for text in texts)]) if texts else ""
 
 

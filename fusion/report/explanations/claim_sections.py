@@ -12,12 +12,13 @@ from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import Verdict
 from fusion.files.output.publish import atomic_file
 from fusion.report.explanations.claim_figures import Unit
-from fusion.report.explanations.claims import claim_section
+from fusion.report.explanations.claims import claim_section, lead, parameters_table, questions
 from fusion.report.explanations.evidence import footprints_of
 from fusion.report.explanations.lattice_claim import lattice_section
 from fusion.report.explanations.missing_values import missing_of, missing_section
 from fusion.report.explanations.noise_claim import noise_mask, noise_of, noise_section
 from fusion.report.kit.page import Section
+from fusion.sensor.words.in_words import plain
 
 
 def with_masks(folder: Path, found: Explanation, verdict: Verdict) -> Verdict:
@@ -41,6 +42,9 @@ def claim_sections(found: Explanation, verdict: Verdict, unit: Unit) -> list[Sec
     for number, claim in enumerate(verdict.missing):
         if _is_lattice(found, claim):
             sections.append(lattice_section(found, number, claim))
+        elif claim.channel == "bias" and number not in of_mean:  # grain, of which squares show nothing
+            title = f"{'Also missing' if number else 'Missing'}: {plain(claim.effect)}"
+            sections.append(Section(title, lead(claim), (), html=parameters_table(claim) + questions(claim)))
         elif (mask := _mask(found, verdict, number)) is None:
             continue
         elif number in of_mean:
@@ -69,4 +73,5 @@ def _mask(found: Explanation, verdict: Verdict, number: int) -> NDArray[np.uint8
 
 def _is_lattice(found: Explanation, claim: Claim) -> bool:
     """True for the steps in which depths are stored: they are seen in no tile."""
-    return any(step.effect is not None and step.effect.name == claim.effect for step in found.channels.of("bias"))
+    steps = (step.effect for step in found.channels.of("bias") if step.effect is not None)
+    return any(effect.lattice and effect.name == claim.effect for effect in steps)

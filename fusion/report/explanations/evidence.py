@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.compared import cleaned
 from fusion.discrepancy.explain import Explanation, variables_of
-from fusion.discrepancy.gauge import Gauge
-from fusion.discrepancy.observations import Observations, Patch
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import Verdict
 from fusion.sensor.where import BoundFields

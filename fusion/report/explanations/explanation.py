@@ -3,7 +3,8 @@
 from html import escape
 from pathlib import Path
 
-from fusion.discrepancy.compared import NOISE_ALONE, Compared, recording_names
+from fusion.discrepancy.compared import Compared, recording_names
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import Verdict

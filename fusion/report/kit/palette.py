@@ -3,7 +3,7 @@
 import base64
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -61,9 +61,9 @@ _drawing = RLock()
 
 
 @contextmanager
-def styled(more: dict[str, Any] | None = None) -> Iterator[None]:
+def styled(more: Mapping[str, object] | None = None) -> Iterator[None]:
     """Everything drawn inside the block has the house style, and more settings; one thread draws at a time."""
-    with _drawing, matplotlib.rc_context(STYLE | (more or {})):
+    with _drawing, matplotlib.rc_context(STYLE | dict(more or {})):
         yield
 
 

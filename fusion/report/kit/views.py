@@ -169,7 +169,7 @@ def _color_bar(top: float, scale: Scale, name: str) -> str:
     parts.append(f'<rect x="{left:g}" y="{top + 4:.2f}" width="{wide:g}" height="9" fill="url(#{name})"/>')
     step = nice_length((scale.high - scale.low) / 3.5)
     first, last = np.ceil(scale.low / step - 1e-6), np.floor(scale.high / step + 1e-6)
-    for value in step * np.arange(first, last + 1):
+    for value in step * np.arange(first, last + 1) + 0.0:  # which makes 0 of -0
         x = left + wide * (value - scale.low) / max(scale.high - scale.low, 1e-12)
         parts.append(_words(x, top + 25, f"{value:.6g}".replace("-", "\u2212"), SOFT))
     parts.append(_words(WIDE / 2, top + 39, scale.label, SOFT))

@@ -1,7 +1,6 @@
 """Where the camera stood around the turntable's axis: the centres, the fitted circle and the deviations from it."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import BLUE, GREY, INK, ORANGE, new_figure, styled, to_svg
+from fusion.results.table_motion import TableMotion
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Paths:
-    """The trajectory before and after the post-pass, and the axis (`turntable.json`); each may be missing."""
+    """The trajectory before and after the post-pass, and the axis; each may be missing."""
 
     raw: Trajectory | None
     corrected: Trajectory | None
-    turntable: dict[str, Any]
+    turntable: TableMotion
 
     def named(self) -> list[tuple[str, str, Cylinder]]:
         """(name, colour, centres about the axis) of those that are there and hold a pose."""
@@ -43,19 +43,18 @@ class Paths:
         return [(n, c, about_axis(t, self.turntable)) for n, c, t in pairs if t is not None and t.valid.any()]
 
 
-def has_axis(turntable: dict[str, Any] | None) -> bool:
+def has_axis(turntable: TableMotion | None) -> bool:
     """True when there is a finite axis to draw about."""
-    if not turntable or "axis_point" not in turntable or "axis_direction" not in turntable:
+    if turntable is None:
         return False
-    point, direction = (np.asarray(turntable[k], float) for k in ("axis_point", "axis_direction"))
-    return bool(np.isfinite(point).all() and np.isfinite(direction).all() and np.linalg.norm(direction) > 1e-9)
+    known = np.isfinite([turntable.axis_point, turntable.axis_direction]).all()
+    return bool(known and np.linalg.norm(turntable.axis_direction) > 1e-9)
 
 
-def about_axis(trajectory: Trajectory, turntable: dict[str, Any]) -> Cylinder:
+def about_axis(trajectory: Trajectory, turntable: TableMotion) -> Cylinder:
     """The camera centres in coordinates of the axis."""
-    direction = np.asarray(turntable["axis_direction"], float)
-    direction = direction / np.linalg.norm(direction)
-    offset = trajectory.centres - np.asarray(turntable["axis_point"], float)
+    direction = turntable.axis_direction / np.linalg.norm(turntable.axis_direction)
+    offset = trajectory.centres - turntable.axis_point
     height = offset @ direction
     across = offset - height[:, None] * direction
     known = np.flatnonzero(np.isfinite(height))
@@ -68,13 +67,12 @@ def about_axis(trajectory: Trajectory, turntable: dict[str, Any]) -> Cylinder:
     return Cylinder(x, y, np.arctan2(y, x), distance - _radius(turntable, distance), height - middle)
 
 
-def circle_points(trajectory: Trajectory, turntable: dict[str, Any], count: int = 181) -> Array:
+def circle_points(trajectory: Trajectory, turntable: TableMotion, count: int = 181) -> Array:
     """Points (count, 3) [m] of the fitted circle in the trajectory's frame."""
     c = about_axis(trajectory, turntable)
-    d = np.asarray(turntable["axis_direction"], float)
-    d = d / np.linalg.norm(d)
+    d = turntable.axis_direction / np.linalg.norm(turntable.axis_direction)
     known = trajectory.centres[trajectory.valid]
-    point = np.asarray(turntable["axis_point"], float)
+    point = turntable.axis_point
     height = np.median((known - point) @ d)
     spoke = known[0] - point - ((known[0] - point) @ d) * d
     ex = spoke / max(np.linalg.norm(spoke), 1e-12)
@@ -135,10 +133,9 @@ def _deviations(ax, lines, kind: str) -> None:
     ax.set_title(f"{kind.capitalize()} deviation")
 
 
-def _radius(turntable: dict[str, Any], distance: Array) -> float:
-    stated = turntable.get("radius")
-    if stated is not None and np.isfinite(stated):
-        return float(stated)
+def _radius(turntable: TableMotion, distance: Array) -> float:
+    if np.isfinite(turntable.radius):
+        return turntable.radius
     known = distance[np.isfinite(distance)]
     return float(np.median(known)) if len(known) else 0.0
 

@@ -28,6 +28,7 @@ from fusion.report.scans.turning import steps_figure
 from fusion.report.scans.wobble import wobble_figure
 from fusion.results.facts import ScanFacts
 from fusion.results.light import Light
+from fusion.results.table_motion import TableMotion
 from fusion.results.words import mesh_words
 
 
@@ -40,7 +41,7 @@ class ScanReport:
         facts: the numbers that the terminal tells too; None: those of the mesh alone.
         title, subtitle: plain text, may hold any file name.
         trajectory_raw, trajectory: camera poses before and after the turntable post-pass, in the mesh's frame.
-        turntable: the content of `turntable.json`.
+        turntable: what it did.
         residual: (n,) per frame [m], NaN where a frame has none.
         inlier_share: (n,) per frame, 0 to 1.
         rejected: frame to reason.
@@ -63,7 +64,7 @@ class ScanReport:
     subtitle: str = ""
     trajectory_raw: Trajectory | None = None
     trajectory: Trajectory | None = None
-    turntable: dict[str, Any] | None = None
+    turntable: TableMotion | None = None
     residual: NDArray | None = None
     inlier_share: NDArray | None = None
     rejected: Mapping[int, str] = field(default_factory=dict)
@@ -115,7 +116,7 @@ def orientation(report: ScanReport) -> tuple[Array, Array]:
     """(up, front) of the mesh, each (3,): what was stated, else from the turntable and the first camera."""
     up, front = np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, -1.0])
     if report.turntable and has_axis(report.turntable):
-        up = np.asarray(report.turntable["axis_direction"], float)
+        up = report.turntable.axis_direction
     points = report.mesh.vertices[np.isfinite(report.mesh.vertices).all(axis=1)]
     first = _poses(report)
     if first is not None and len(points):
@@ -169,10 +170,10 @@ def _sure_section(mesh: Mesh, sights: Sequence[Lit]) -> Section:
 def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[SightSide]) -> Section:
     """What the table did; folded, what the correction changed."""
     figures, folded = [], []
-    table = report.turntable or {}
-    if table.get("angles_rad"):
+    table = report.turntable
+    if table is not None and len(table.angles_rad):
         figures.append(steps_figure(table, facts.table))
-    if has_axis(table):
+    if table is not None and has_axis(table):
         paths = Paths(report.trajectory_raw, report.trajectory, table)
         if paths.named():
             folded.append(circle_figure(paths))

@@ -8,23 +8,23 @@ from fusion.geometry.pose import Array
 from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import BLUE, GREY, RED, new_figure, styled, to_svg
 from fusion.results.facts import TableFacts
+from fusion.results.table_motion import SlipFound, TableMotion
 from fusion.results.words import table_words
 
 
-def step_degrees(turntable: dict[str, Any]) -> Array:
+def step_degrees(turntable: TableMotion) -> Array:
     """(n,) turn since the previous frame [deg]; NaN at the first frame and beside rejected ones."""
-    angles = np.array([np.nan if a is None else a for a in turntable.get("angles_rad") or []], float)
-    return np.degrees(np.diff(angles, prepend=np.nan))
+    return np.degrees(np.diff(turntable.angles_rad, prepend=np.nan))
 
 
-def expected_degrees(turntable: dict[str, Any]) -> tuple[Array, str]:
+def expected_degrees(turntable: TableMotion) -> tuple[Array, str]:
     """(n,) how far the table should have turned [deg], in the direction of `angles_rad`, and by what: "log" or "even".
 
     The log where `told_rad` holds it, otherwise even steps of the median size.
     """
     steps = step_degrees(turntable)
-    told = np.array([np.nan if a is None else a for a in turntable.get("told_rad") or []], float)
-    if len(told) == len(steps) and np.isfinite(told).sum() > 1:
+    told = turntable.told_rad
+    if told is not None and len(told) == len(steps) and np.isfinite(told).sum() > 1:
         change = np.degrees(np.diff(told, prepend=np.nan))
         sign = np.sign(np.nansum(change * steps)) or 1.0
         return np.asarray(sign * np.degrees(told)), "log"
@@ -32,19 +32,18 @@ def expected_degrees(turntable: dict[str, Any]) -> tuple[Array, str]:
     return np.asarray(usual * np.arange(len(steps)), float), "even"
 
 
-def excess_degrees(turntable: dict[str, Any]) -> Array:
+def excess_degrees(turntable: TableMotion) -> Array:
     """(n,) how much further each frame was turned than expected [deg], 0 on average over the frames before any slip."""
-    angles = np.degrees(np.array([np.nan if a is None else a for a in turntable.get("angles_rad") or []], float))
-    excess = angles - expected_degrees(turntable)[0]
-    first = min([s["frame"] for s in _slips(turntable, len(angles))], default=len(angles))
+    excess = np.degrees(turntable.angles_rad) - expected_degrees(turntable)[0]
+    first = min([slip.frame for slip in _slips(turntable)], default=len(excess))
     start = excess[:first]
     return excess - (np.nanmean(start) if np.isfinite(start).any() else 0.0)
 
 
-def steps_figure(turntable: dict[str, Any], table: TableFacts | None = None) -> Figure:
+def steps_figure(turntable: TableMotion, table: TableFacts | None = None) -> Figure:
     """Turn per frame beside the expected one, and how far they have come apart; slips marked in both."""
     steps = step_degrees(turntable)
-    slips = _slips(turntable, len(steps))
+    slips = _slips(turntable)
     expected, source = expected_degrees(turntable)
     against = "its log" if source == "log" else "even steps"
     title = "How the table turned" if table is None else f"The table turned {table_words(table)}"
@@ -65,15 +64,15 @@ def steps_figure(turntable: dict[str, Any], table: TableFacts | None = None) -> 
     return Figure(title, svg, title + ".", caption)
 
 
-def _slips(turntable: dict[str, Any], frames: int) -> list[dict[str, Any]]:
-    return [s for s in turntable.get("slips") or [] if 0 <= s.get("frame", -1) < frames]
+def _slips(turntable: TableMotion) -> list[SlipFound]:
+    return [slip for slip in turntable.slips if 0 <= slip.frame < len(turntable.angles_rad)]
 
 
 def _dots(frames: int) -> Any:
     return {"marker": "o", "markersize": 3.5} if frames < 400 else {}
 
 
-def _steps(ax, steps: Array, expected: Array, slips: list[dict[str, Any]]) -> None:
+def _steps(ax, steps: Array, expected: Array, slips: list[SlipFound]) -> None:
     frames = np.arange(len(steps))
     ax.plot(frames, expected, color=GREY, linewidth=1.4, zorder=1)
     ax.plot(frames, steps, color=BLUE, linewidth=1, label="step found", **_dots(len(steps)))
@@ -83,23 +82,23 @@ def _steps(ax, steps: Array, expected: Array, slips: list[dict[str, Any]]) -> No
     ax.margins(x=0.01, y=0.2)
 
 
-def _excess(ax, turntable: dict[str, Any], slips: list[dict[str, Any]], against: str) -> None:
+def _excess(ax, turntable: TableMotion, slips: list[SlipFound], against: str) -> None:
     excess = excess_degrees(turntable)
     frames = np.arange(len(excess))
-    std = np.degrees(np.array([np.nan if s is None else s for s in turntable.get("angles_std_rad") or []], float))
     ax.axhline(0, color=GREY, linewidth=1)
-    if len(std) == len(excess):
+    if turntable.angles_std_rad is not None:
+        std = np.degrees(turntable.angles_std_rad)
         ax.fill_between(frames, excess - 2 * std, excess + 2 * std, color=BLUE, alpha=0.2, linewidth=0)
     ax.plot(frames, excess, color=BLUE, linewidth=1, **_dots(len(excess)))
     for slip in slips:
-        ax.axvline(slip["frame"] - 0.5, color=RED, linewidth=1, linestyle=(0, (4, 3)))
+        ax.axvline(slip.frame - 0.5, color=RED, linewidth=1, linestyle=(0, (4, 3)))
     ax.set_xlabel("frame")
     ax.set_ylabel(f"turned further than\n{against} [deg]")
     ax.margins(x=0.01, y=0.15)
 
 
-def _mark_slip(ax, slip: dict[str, Any], steps: Array, label: str) -> None:
-    frame, amount = slip["frame"], np.degrees(slip.get("angle_rad") or 0.0)
+def _mark_slip(ax, slip: SlipFound, steps: Array, label: str) -> None:
+    frame, amount = slip.frame, np.degrees(slip.angle_rad)
     height = steps[frame] if np.isfinite(steps[frame]) else 0.0
     ax.plot(frame, height, "D", color=RED, markersize=7, markerfacecolor="none", markeredgewidth=1.6, label=label)
     right = frame > 0.8 * len(steps)  # there the words would leave the picture

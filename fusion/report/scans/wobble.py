@@ -8,12 +8,13 @@ from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import BLUE, GREY, ORANGE, PURPLE, new_figure, styled, to_svg
+from fusion.results.table_motion import TableMotion
 from fusion.turntable.wobble import rocking
 
 
-def wobble_figure(raw: Trajectory, turntable: dict[str, Any]) -> Figure:
+def wobble_figure(raw: Trajectory, turntable: TableMotion) -> Figure:
     """Tilt of the axis over the turn, and the gap where it closes, before and after the post-pass."""
-    found = rocking(raw.poses[:, :3, :3], np.asarray(turntable["axis_direction"], float))
+    found = rocking(raw.poses[:, :3, :3], turntable.axis_direction)
     tilt, rms = np.degrees(found.tilt), float(np.degrees(found.rms))
     gaps = _gaps(turntable)
     title = f"The axis seems to rock by {rms:.2f} deg (rms)" + ("; " + _said(gaps) if gaps else "")
@@ -36,13 +37,12 @@ def wobble_figure(raw: Trajectory, turntable: dict[str, Any]) -> Figure:
     return Figure(title, svg, title + ".", caption)
 
 
-def _gaps(turntable: dict[str, Any]) -> list[tuple[str, str, tuple[float, float]]]:
+def _gaps(turntable: TableMotion) -> list[tuple[str, str, tuple[float, float]]]:
     """(name, colour, (distance [mm], angle [deg])) of the closing gaps that are known."""
     out = []
-    for name, color, key in (("before", ORANGE, "closure_raw"), ("after", BLUE, "closure")):
-        gap = turntable.get(key) or {}
-        if gap.get("distance") is not None and gap.get("angle_rad") is not None:
-            out.append((name, color, (float(gap["distance"]) * 1e3, float(np.degrees(gap["angle_rad"])))))
+    for name, color, gap in (("before", ORANGE, turntable.closure_raw), ("after", BLUE, turntable.closure)):
+        if gap.distance is not None and gap.angle_rad is not None:
+            out.append((name, color, (gap.distance * 1e3, float(np.degrees(gap.angle_rad)))))
     return out
 
 
@@ -62,8 +62,8 @@ def _bars(ax, gaps: list[tuple[str, str, tuple[float, float]]], column: int, uni
     ax.grid(axis="x", visible=False)
 
 
-def _rocking(ax, tilt: Array, turntable: dict[str, Any]) -> None:
-    angles = np.degrees(np.array([np.nan if a is None else a for a in turntable.get("angles_rad") or []], float))
+def _rocking(ax, tilt: Array, turntable: TableMotion) -> None:
+    angles = np.degrees(turntable.angles_rad)
     turned = angles if len(angles) == len(tilt) else np.arange(len(tilt)).astype(float)
     marker: Any = {"marker": "o", "markersize": 2.8} if len(tilt) < 400 else {}
     ax.axhline(0, color=GREY, linewidth=1)

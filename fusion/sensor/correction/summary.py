@@ -47,7 +47,7 @@ class Told:
         undone = [("ok", f"depth corrected: {self.line}")] if self.undone or self.camera else []
         return undone + [("warning", text) for text in (*self.left, *self.doubtful)]
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, str | dict[str, float] | list[str]]:
         """As `settings.json` holds it."""
         left = [*self.left, *self.doubtful]
         return {"text": self.line, "undone_m": self.undone, "true_camera": list(self.camera), "left": left}

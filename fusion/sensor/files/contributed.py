@@ -19,13 +19,13 @@ def shortcomings(sensor: Sensor) -> list[str]:
         found.append("principle: it does not say how the camera measures")
     if not sensor.effects:
         found.append("effects: it has none, which is an ideal sensor")
-    for effect in content["effects"]:
-        name, source = effect["effect"], effect["source"].strip()
+    for effect in content.effects:
+        name, source = effect.effect, effect.source.strip()
         if not source:
             found.append(f"{name}: its numbers have no source")
         elif source.lower().startswith(GUESS):
             found.append(f"{name}: its source is a guess")
-        for parameter, row in effect["parameters"].items():
-            if row["unit"] and row["std"] is None:
+        for parameter, row in effect.parameters.items():
+            if row.unit and row.std is None:
                 found.append(f"{name}.{parameter}: nothing says how well it is known (std; 0 where it is exact)")
     return [*found, *sensor.warnings]

@@ -40,6 +40,11 @@ def moved_rigidly(depth: Image, motion: NDArray[np.floating], view: View) -> Ima
     return _finite(across / towards(view), depth)
 
 
+def rigid_motions(depth: Image, view: View) -> list[Image]:
+    """Six images (h, w): what a turn of one radian about each axis [m], and a shift of a metre along it, change."""
+    return [moved_rigidly(depth, SMALL * unit, view) / depth.dtype.type(SMALL) for unit in np.eye(6)]
+
+
 def moved_beyond(depth: Image, motion: NDArray[np.floating], view: View) -> Image:
     """What a rigid motion (6,) of a plane changes (h, w) [m] beyond its first order, which `moved_rigidly` gives."""
     size = float(np.abs(motion).max())

@@ -1,6 +1,7 @@
 """A sensor model as rows for a person: every value with its unit, how well it is known, meaning and source."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,42 +13,81 @@ from fusion.sensor.sensor import Sensor
 LONGEST = 64  # numbers that are given one by one; a longer table is told by its shape, mean and rms
 
 
-def description(sensor: Sensor) -> dict[str, Any]:
-    """All of a sensor model, as JSON holds it.
+@dataclass(frozen=True)
+class MapSummary:
+    """What is told of a map or a long table."""
 
-    Returns:
-        "name", "principle", "sensor", "serial", "baseline_m", "effects": a list in light-path order of {"effect",
-        "source", "not_undone", "parameters": {name: {"value", "unit", "std", "meaning", "source"}}}, "left_out",
-        "warnings". `std` is 0 where the value is exact, None where nobody knows how well it is known. A map's value is
-        {"shape", "mean", "rms"}.
+    shape: tuple[int, ...]
+    mean: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class DescribedParameter:
+    """One parameter.
+
+    Attributes:
+        value: a number, words, a list of them, or what is told of a map.
+        std: 0 where the value is exact, None where nobody knows how well it is known.
     """
+
+    value: Any
+    unit: str
+    std: Any
+    meaning: str
+    source: str
+
+
+@dataclass(frozen=True)
+class DescribedEffect:
+    """One effect with the parameters of the groups that the sensor uses."""
+
+    effect: str
+    source: str
+    not_undone: str
+    parameters: dict[str, DescribedParameter]
+
+
+@dataclass(frozen=True)
+class SensorDescription:
+    """All of a sensor model, its effects in light-path order."""
+
+    name: str
+    principle: str
+    sensor: str
+    serial: str
+    baseline_m: float
+    effects: tuple[DescribedEffect, ...]
+    left_out: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def description(sensor: Sensor) -> SensorDescription:
+    """A sensor model for a person, and for JSON."""
     effects = [
-        {
-            "effect": effect.name,
-            "source": sensor.sources.get(effect.name, ""),
-            "not_undone": sensor.left(effect),
-            "parameters": _parameters(effect, sensor),
-        }
+        DescribedEffect(
+            effect.name, sensor.sources.get(effect.name, ""), sensor.left(effect), _parameters(effect, sensor)
+        )
         for effect in sensor.effects
     ]
-    return {
-        "name": sensor.name,
-        "principle": sensor.principle,
-        "sensor": sensor.sensor,
-        "serial": sensor.serial,
-        "baseline_m": sensor.baseline,
-        "effects": effects,
-        "left_out": list(sensor.left_out),
-        "warnings": list(sensor.warnings),
-    }
+    return SensorDescription(
+        name=sensor.name,
+        principle=sensor.principle,
+        sensor=sensor.sensor,
+        serial=sensor.serial,
+        baseline_m=sensor.baseline,
+        effects=tuple(effects),
+        left_out=tuple(sensor.left_out),
+        warnings=tuple(sensor.warnings),
+    )
 
 
-def _parameters(effect: Effect, sensor: Sensor) -> dict[str, dict[str, Any]]:
+def _parameters(effect: Effect, sensor: Sensor) -> dict[str, DescribedParameter]:
     """Those of the groups that the sensor uses; of two units of one name, the one in use."""
-    rows: dict[str, dict[str, Any]] = {}
+    rows: dict[str, DescribedParameter] = {}
     for name, layout in settings(effect).items():
         if value := getattr(effect, name):
-            rows[name] = _row(_plain(value), "", None, layout.meaning, "")
+            rows[name] = DescribedParameter(_plain(value), "", None, layout.meaning, "")
     known = list(parameters(effect).values())
     used = {p.group for p in known if np.any(getattr(effect, p.name) != p.neutral)}
     for about in known:
@@ -57,19 +97,15 @@ def _parameters(effect: Effect, sensor: Sensor) -> dict[str, dict[str, Any]]:
         if unused or doubled:
             continue
         std = sensor.std.get((effect.name, about.name))
-        rows[about.label] = _row(_value(value), about.unit, _plain(std), about.meaning, about.source)
+        rows[about.label] = DescribedParameter(_value(value), about.unit, _plain(std), about.meaning, about.source)
     return rows
-
-
-def _row(value: Any, unit: str, std: Any, meaning: str, source: str) -> dict[str, Any]:
-    return {"value": value, "unit": unit, "std": std, "meaning": meaning, "source": source}
 
 
 def _value(value: Any) -> Any:
     array = np.asarray(value, float)
     if array.size <= LONGEST:
         return array.tolist()
-    return {"shape": list(array.shape), "mean": float(array.mean()), "rms": float(np.sqrt((array**2).mean()))}
+    return MapSummary(array.shape, float(array.mean()), float(np.sqrt((array**2).mean())))
 
 
 def _plain(value: Any) -> Any:

@@ -1,5 +1,6 @@
 """Quantities as text: with the digits that are known, in a unit that a person uses, or not determined at all."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,11 +23,24 @@ def is_determined(about: Parameter, value: float, std: float | None) -> bool:
     return bool(std < min(USUAL * usual, (about.high - about.low) / 2))
 
 
-def fitted(effect: Any, name: str, value: float, std: float) -> dict[str, Any]:
-    """A fitted number of an effect (class or instance) as files hold it; a number that no effect has has no unit."""
+@dataclass(frozen=True)
+class FittedNumber:
+    """A fitted number as files hold it; `determined` is False where the data leave it as open as it was."""
+
+    value: float
+    std: float
+    unit: str
+    determined: bool
+
+    def __str__(self) -> str:
+        return shown(self.value, self.std, self.unit, self.determined)
+
+
+def fitted(effect: Any, name: str, value: float, std: float) -> FittedNumber:
+    """A fitted number of an effect (class or instance); a number that no effect has has no unit."""
     about = parameters(effect).get(name)
     sure = about is None or is_determined(about, value, std)
-    return {"value": float(value), "std": float(std), "unit": about.unit if about else "", "determined": sure}
+    return FittedNumber(float(value), float(std), about.unit if about else "", sure)
 
 
 def quantity(value: Any, std: float | None, unit: str) -> tuple[str, str, str]:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -55,15 +54,6 @@ class SensorComparison:
     def __repr__(self) -> str:
         apart = ", ".join(f"{1e3 * value:.1f}" for value in self.apart)
         return f"<{self.one.name} and {self.other.name}: {apart} mm apart>"
-
-    def to_dict(self) -> dict[str, Any]:
-        """As JSON holds it; lengths in metres, None where nothing is known."""
-        sides = {
-            key: {"name": s.name, "bias": _plain(s.bias), "sigma": _plain(s.sigma), "missing": _plain(s.missing)}
-            for key, s in (("one", self.one), ("other", self.other))
-        }
-        found = {"depths": _plain(self.depths), **sides, "apart": _plain(self.apart)}
-        return {**found, "parameters": {k: list(v) for k, v in self.parameters.items()}, "notes": list(self.notes)}
 
 
 def compare_sensors(one: Sensor, other: Sensor, camera: Camera) -> SensorComparison:
@@ -153,7 +143,3 @@ def _side_by_side(one: Sensor, other: Sensor) -> dict[str, tuple[float | None, f
 def _mean(values: Floats) -> Floats:
     count = np.isfinite(values).sum(axis=1)
     return np.where(count > 0, np.nansum(values, axis=1) / np.maximum(count, 1), np.nan)
-
-
-def _plain(values: Floats) -> list[float | None]:
-    return [None if not np.isfinite(value) else float(value) for value in values]

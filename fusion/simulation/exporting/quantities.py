@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import SensorError
-from fusion.simulation.exporting.units import Interval, drift, plain, spreads
+from fusion.simulation.exporting.units import Interval, drift, spreads
 
 DISTORTION = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 
@@ -29,6 +29,27 @@ class Reading:
     unit: str
     date: float
     values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class ResultFigures:
+    """One result: of which unit, from which date, and its quantities."""
+
+    unit: str
+    date_years: float
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class QuantitiesFigures:
+    """The content of `units.json`: see `Quantities`."""
+
+    quantities: tuple[str, ...]
+    units: tuple[str, ...]
+    results: tuple[ResultFigures, ...]
+    between: Interval
+    within: Interval
+    drift: Interval
 
 
 @dataclass(frozen=True)
@@ -53,12 +74,11 @@ class Quantities:
     within: Interval
     drift: Interval
 
-    def to_dict(self) -> dict[str, Any]:
-        """As JSON holds it; None where nothing is known."""
-        rows = zip(self.unit, self.date.tolist(), self.values.tolist(), strict=True)
-        results = [{"unit": self.names[u], "date_years": d, "values": v} for u, d, v in rows]
-        found = {n: {k: v.tolist() for k, v in vars(getattr(self, n)).items()} for n in ("between", "within", "drift")}
-        return dict(plain({"quantities": list(self.labels), "units": list(self.names), "results": results, **found}))
+    def figures(self) -> QuantitiesFigures:
+        """What `units.json` holds."""
+        rows = zip(self.unit, self.date, self.values, strict=True)
+        results = tuple(ResultFigures(self.names[u], float(d), v) for u, d, v in rows)
+        return QuantitiesFigures(self.labels, self.names, results, self.between, self.within, self.drift)
 
 
 def quantities(readings: Sequence[Reading]) -> Quantities:

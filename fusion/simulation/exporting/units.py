@@ -7,7 +7,6 @@ a mean of its own.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +46,28 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class ModelFigures:
+    """One model: of which unit, from which date, and what it says at each depth."""
+
+    unit: str
+    date_years: float
+    bias_m: NDArray[np.float64]
+    sigma_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class UnitsFigures:
+    """The content of `units.json`: see `Units`."""
+
+    depths_m: NDArray[np.float64]
+    units: tuple[str, ...]
+    models: tuple[ModelFigures, ...]
+    between: Interval
+    within: Interval
+    drift: Interval
+
+
+@dataclass(frozen=True)
 class Units:
     """m models of u units at n depths.
 
@@ -71,15 +92,11 @@ class Units:
     within: Interval
     drift: Interval
 
-    def to_dict(self) -> dict[str, Any]:
-        """As JSON holds it; None where nothing is known."""
-        models = [
-            {"unit": self.names[u], "date_years": d, "bias_m": b.tolist(), "sigma_m": s.tolist()}
-            for u, d, b, s in zip(self.unit, self.date.tolist(), self.bias, self.sigma, strict=True)
-        ]
-        names = ("between", "within", "drift")
-        found = {n: {k: v.tolist() for k, v in vars(getattr(self, n)).items()} for n in names}
-        return plain({"depths_m": self.depths.tolist(), "units": list(self.names), "models": models, **found})
+    def figures(self) -> UnitsFigures:
+        """What `units.json` holds."""
+        rows = zip(self.unit, self.date, self.bias, self.sigma, strict=True)
+        models = tuple(ModelFigures(self.names[u], float(d), b, s) for u, d, b, s in rows)
+        return UnitsFigures(self.depths, self.names, models, self.between, self.within, self.drift)
 
 
 def units(models: Sequence[Measured], camera: Camera) -> Units:
@@ -139,12 +156,3 @@ def drift(values: NDArray[np.float64], unit: NDArray[np.int64], date: NDArray[np
     error = np.sqrt(((rest - np.outer(centred, slope)) ** 2).sum(axis=0) / free / spread)
     reach = error * stats.t.ppf((1 + SURE) / 2, free)
     return Interval(slope, slope - reach, slope + reach)
-
-
-def plain(value: Any) -> Any:
-    """As JSON holds it: None for numbers that are not known."""
-    if isinstance(value, dict):
-        return {key: plain(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [plain(one) for one in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -59,7 +59,7 @@ def built_in(name: str, settings: Mapping[str, Any] | None = None) -> Scene:
         raise SceneError(error.what, f"{name} with {given}", error.found, error.expected, error.do) from error
 
 
-def settings_of(name: str) -> dict[str, Any]:
+def settings_of(name: str) -> dict[str, object]:
     """The settings of a scene and their usual values."""
     found = signature(SCENES[name]).parameters.values()
     return {entry.name: entry.default for entry in found if entry.default is not Parameter.empty}

@@ -23,6 +23,7 @@ NEAREST = 0.006  # [m] least difference that shows a motion (guess)
 FILLED = 0.05
 FLAT = 0.02  # [m] before the background: shadows of stereo and filters bend that by less (guess)
 MOSTLY = 0.6  # share of an object that stands so far before the background, unless it is flat (guess)
+HOLLOW = 0.5  # share of an outline that stands still in depth: 0.6 and more of balls, 0.05 to 0.25 of other things
 LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
@@ -160,8 +161,8 @@ def look_behind(
 def _without_print(
     behind: Behind, depths: NDArray[np.float32], colors: Colors | None, outline: NDArray[np.bool_]
 ) -> Behind:
-    """What stands behind, without what only print tells to move."""
-    if colors is None:
+    """What stands behind, without what only print tells to move: asked where most of an outline stands still."""
+    if colors is None or not (behind.still & outline).sum() > HOLLOW * outline.sum():
         return behind
     moves = print_moves(depths, colors, (behind.far, behind.limit), outline)
     far = np.where(moves, np.float32(np.nan), behind.far)

@@ -55,7 +55,7 @@ def test_depth_follows_from_the_reference_plane():
     assert np.all(np.diff(metres[:1050]) > 0)
     assert plane.camera("").fx == pytest.approx(575.8, abs=0.1)
     tables = read_tables(commands, plane)
-    assert (len(tables["registration"]), len(tables["padding"])) == (29, 3)
+    assert (len(tables.registration), len(tables.padding)) == (29, 3)
 
 
 def test_a_reference_plane_that_cannot_be_is_told(monkeypatch):

@@ -1,11 +1,12 @@
 """Phase wrapping: a phase tells a range only up to whole turns, so what is far appears near."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.forms import Form
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
@@ -32,7 +33,7 @@ class PhaseWrapping(Effect):
         turns = np.floor(depth * view.stretch / np.where(longest > 0, longest, np.inf))
         return -turns * longest / view.stretch
 
-    @staticmethod
-    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+    @classmethod
+    def own_forms(cls, shape: tuple[int, int]) -> list[Form]:
         """None: what wraps does so by whole ranges, and no share of one is a law."""
         return []

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.effects.rig.table import table_frame, turned_about
+from fusion.sensor.forms import Atom, Form
 from fusion.sensor.laws.moving import RigEffect
 from fusion.sensor.moment import Moment
 from fusion.sensor.parameter import Value, parameter
@@ -60,18 +61,18 @@ class TurntableEncoderError(RigEffect):
         harmonic = np.arange(1, len(amplitude) + 1)
         return float((amplitude * np.sin(harmonic * angle + self.phase)).sum())
 
-    @staticmethod
-    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+    @classmethod
+    def own_forms(cls, shape: tuple[int, int]) -> list[Form]:
         """Once and twice a turn together: a place in the lists is a harmonic, so waves are not added one by one."""
         atoms = tuple(
             {"amplitude": [0.0] * order + [SMALL], "phase": [0.0] * order + [phase]}
             for order in range(HARMONICS)
             for phase in (0.0, np.pi / 2)
         )
-        return [{"atoms": atoms, "join": _joined}]
+        return [Form(cls, atoms=atoms, join=_joined)]
 
 
-def _joined(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
+def _joined(atoms: Sequence[Atom], weights: Sequence[float]) -> Atom:
     """A sine and a cosine of each order are one wave with a phase."""
     along, across = np.asarray(weights, float).reshape(HARMONICS, 2).T
     return {"amplitude": SMALL * np.hypot(along, across), "phase": np.arctan2(across, along)}

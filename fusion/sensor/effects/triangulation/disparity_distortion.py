@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.forms import Atom, Form
 from fusion.sensor.laws.disparity import depth_change, disparity
 from fusion.sensor.laws.fields import frozen_map
 from fusion.sensor.parameter import Value, parameter
@@ -73,17 +74,17 @@ class DisparityDistortion(Effect):
     def _fade(self, depth: Image, view: View) -> Image | float:
         return np.exp(-np.asarray(self.decay, depth.dtype) * disparity(depth, view)) if np.any(self.decay) else 1.0
 
-    @staticmethod
-    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+    @classmethod
+    def own_forms(cls, shape: tuple[int, int]) -> list[Form]:
         """Polynomials up to the fourth order, as a map: a smooth warp of the image, its mean and tilt included."""
         height, width = shape
         u, v = 2 * (np.arange(width) + 0.5) / width - 1, 2 * (np.arange(height)[:, None] + 0.5) / height - 1
         atoms = tuple({"map": 0.005 * u ** (n - k) * v**k} for n in range(ORDERS) for k in range(n + 1))
-        return [{"fixed": {"decay": decay}, "atoms": atoms, "join": _added} for decay in (0.0, 0.03, 0.1)]
+        return [Form(cls, {"decay": decay}, atoms, join=_added) for decay in (0.0, 0.03, 0.1)]
 
 
-def _added(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
-    return {"map": sum(weight * atom["map"] for atom, weight in zip(atoms, weights, strict=True))}
+def _added(atoms: Sequence[Atom], weights: Sequence[float]) -> Atom:
+    return {"map": sum(weight * np.asarray(atom["map"]) for atom, weight in zip(atoms, weights, strict=True))}
 
 
 def _polynomial(coefficients: NDArray[np.floating], view: View) -> Image:

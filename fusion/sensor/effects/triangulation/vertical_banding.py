@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.forms import Atom, Form
 from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -76,16 +77,16 @@ class VerticalBanding(Effect):
         sizes = np.abs(jumps) if jumps else np.abs(steps)
         return {"step": (float(np.sqrt(np.mean(sizes**2))) if sizes.size else 0.0, "px")}
 
-    @staticmethod
-    def own_forms(shape: tuple[int, int]) -> list[dict[str, Any]]:
+    @classmethod
+    def own_forms(cls, shape: tuple[int, int]) -> list[Form]:
         """A level of the first band, then a step at every sixteenth column: any bands, as coarse as that."""
         atoms = tuple({"columns": [float(c)], "steps": [0.002]} for c in (-1, *range(16, shape[1], 16)))
-        return [{"atoms": atoms, "join": _joined}]
+        return [Form(cls, atoms=atoms, join=_joined)]
 
 
-def _joined(atoms: Sequence[dict[str, Any]], weights: Sequence[float]) -> dict[str, Any]:
-    steps = [float(weight) * atom["steps"][0] for atom, weight in zip(atoms, weights, strict=True)]
-    return {"columns": [atom["columns"][0] for atom in atoms], "steps": steps}
+def _joined(atoms: Sequence[Atom], weights: Sequence[float]) -> Atom:
+    columns, steps = (np.array([atom[name] for atom in atoms], float)[:, 0] for name in ("columns", "steps"))
+    return {"columns": columns, "steps": np.asarray(weights, float) * steps}
 
 
 def _steps(columns: NDArray[np.floating], steps: NDArray[np.floating], u: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -1,0 +1,1 @@
+"""The candidate laws, and which of them left-out walls believe."""

@@ -1,0 +1,1 @@
+"""What is left per pixel, and the error over distance as one curve."""

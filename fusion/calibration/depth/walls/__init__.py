@@ -1,0 +1,1 @@
+"""What a wall or board tells: its plane, its depth, its light."""

@@ -1,0 +1,192 @@
+"""One recording of a wall, reduced frame by frame to means: depth, noise, light, distance."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.calibration.depth.walls.plane import WallPlane, find_wall
+from fusion.calibration.series import PixelSeries
+from fusion.calibration.stretches import still_stretches
+from fusion.errors import FusionError, RecordingError
+from fusion.geometry.camera import Camera
+from fusion.progress import each
+from fusion.recording.looking.moved import unmoved_parts
+from fusion.recording.readable import readable
+from fusion.recording.recording import Recording
+from fusion.sensor.moment import Moment
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View, incidence_of
+
+FAR_OFF = 0.15  # share: a wall that is this far from the stated distance is another wall
+
+
+@dataclass(frozen=True)
+class Wall:
+    """What the frames of one recording say about a wall.
+
+    Attributes:
+        name: of the recording's folder.
+        frames: number of frames.
+        measured: (h, w) mean depth as recorded [m], NaN where half of the frames or more have none.
+        depth: (h, w) the same after what is known of the sensor is undone [m].
+        std: (h, w) standard deviation of one frame [m].
+        mask: (h, w) pixels of the wall.
+        plane: through the wall.
+        distance: depth at `centre`, as it was measured otherwise [m]; NaN when it was not.
+        distance_std: of that distance [m].
+        ir: (h, w) mean amplitude [count], or None.
+        moment: when it was recorded.
+        tilt_std: standard deviation of the plane's tilts [1] where a board told them, else inf: the wall tells them.
+        gloss: (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`.
+        centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
+        squares: (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall.
+        unread: index of each frame that could not be read: why.
+    """
+
+    name: str
+    frames: int
+    measured: NDArray[np.floating]
+    depth: NDArray[np.floating]
+    std: NDArray[np.floating]
+    mask: NDArray[np.bool_]
+    plane: WallPlane
+    distance: float
+    distance_std: float
+    ir: NDArray[np.floating] | None = None
+    moment: Moment = field(default_factory=Moment)
+    centre: tuple[float, float] = (0.0, 0.0)
+    squares: NDArray[np.intp] | None = None
+    tilt_std: float = float("inf")
+    gloss: NDArray[np.floating] | None = None
+    unread: dict[int, str] = field(default_factory=dict)
+
+    @property
+    def true_plane(self) -> WallPlane:
+        """The fitted tilt at the stated distance, or the fitted plane where none is stated."""
+        if not np.isfinite(self.distance):
+            return self.plane
+        return replace(self.plane, distance=self.distance * self.plane.inverse_at(*self.centre))
+
+    @property
+    def depth_there(self) -> float:
+        """Its depth [m] at `centre`: the stated one, or that of the fitted plane."""
+        if np.isfinite(self.distance):
+            return self.distance
+        return float(self.plane.distance / self.plane.inverse_at(*self.centre))
+
+    @property
+    def by_board(self) -> bool:
+        """True when a board in the picture told where it stands."""
+        return self.squares is not None or any(self.centre)
+
+    def view(self, camera: Camera, depth: NDArray[np.floating]) -> View:
+        """What the pixels look at when the wall is at `depth` (h, w) [m]."""
+        plane = self.plane
+        normal = -np.array([plane.a, plane.b, 1.0]) / np.sqrt(plane.a**2 + plane.b**2 + 1)
+        normals = np.broadcast_to(normal.astype(np.float32), (*camera.shape, 3))
+        ir = None if self.ir is None else np.nan_to_num(self.ir)
+        return View(camera, depth, incidence_of(normals, camera), normals, ir=ir, moment=self.moment)
+
+
+@dataclass(frozen=True)
+class Means:
+    """Means over the frames of a recording; see `Wall`."""
+
+    frames: int
+    measured: NDArray[np.floating]
+    std: NDArray[np.floating]
+    ir: NDArray[np.floating] | None
+    unread: dict[int, str] = field(default_factory=dict)
+
+
+def frame_means(recording: Recording, frames: range) -> Means:
+    """Per-pixel means of some frames, one in memory at a time. RecordingError when none can be read."""
+    depth, ir = PixelSeries(recording.camera.shape), PixelSeries(recording.camera.shape)
+    unread: dict[int, str] = {}
+    for frame in readable(recording, each(frames, recording.path.name), unread):
+        depth.add(frame.depth)
+        if frame.ir is not None:
+            ir.add(frame.ir.astype(float))
+    if not depth.frames:
+        if unread:
+            recording[min(unread)]  # raises what is wrong with it
+        raise RecordingError("the recording has no frames", recording.path, 0, "100 frames of a wall")
+    measured = np.where(depth.valid > 0.5, depth.mean, np.nan)
+    return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None, unread)
+
+
+def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> list[Wall]:
+    """Reduce a recording of a wall, or of one wall after the other where the log, the poses or the images say so.
+
+    Args:
+        recording: its telemetry's `distance_m`, where there is one, is the distance along the optical axis.
+        camera: the calibrated camera.
+        known: effects that are undone before anything is fitted.
+        distance_std: of `distance_m` [m].
+    Raises:
+        FusionError: no frames, nothing stands still, no plane, or a plane far from the stated distance.
+    """
+    column, walls = recording.telemetry_at_frames("distance_m"), []
+    parts = unmoved_parts(recording)
+    if column is None or not np.isfinite(column).any():  # nobody wrote down when the camera was moved
+        parts = [range(*stretch.frames) for stretch in still_stretches(recording)]
+    for part in parts:
+        means, frames = frame_means(recording, part), slice(part.start, part.stop)
+        distance = float(np.mean(column[frames])) if column is not None else float("nan")
+        name = recording.path.name if len(parts) == 1 else f"{recording.path.name} [{part.start}:{part.stop}]"
+        walls.append(wall_of(means, camera, known, (name, distance, distance_std), _moment(recording, frames)))
+    return walls
+
+
+def wall_of(
+    means: Means,
+    camera: Camera,
+    known: Sensor,
+    stated: tuple[str, float, float],
+    moment: Moment | None = None,
+    centre: tuple[float, float] = (0.0, 0.0),
+) -> Wall:
+    """The wall in means of frames; `stated`: name, depth at `centre` [m] (NaN when not known), standard deviation."""
+    name, distance, distance_std = stated
+    if np.isfinite(distance) and not distance > 0:
+        raise FusionError("the stated distance is not usable", name, f"{distance:g} m", "a distance above 0")
+    moment = moment or Moment()
+    ir = None if means.ir is None else np.nan_to_num(means.ir)
+    depth = known.correct(means.measured, View(camera, means.measured, ir=ir, moment=moment))
+    try:
+        plane, mask = find_wall(depth, camera)
+    except FusionError as error:
+        raise FusionError(error.what, name, error.found, error.expected, error.do) from error
+    seen = plane.distance / plane.inverse_at(*centre)
+    if np.isfinite(distance) and abs(seen / distance - 1) > FAR_OFF:
+        raise FusionError(
+            "the wall is not where the log says",
+            name,
+            f"{seen:.3f} m",
+            f"{distance:.3f} m (distance_m, or the pose of the board)",
+            "check the log, the depth unit and what fills the view",
+        )
+    return Wall(
+        name,
+        means.frames,
+        means.measured,
+        depth,
+        means.std,
+        mask,
+        plane,
+        distance,
+        distance_std,
+        means.ir,
+        moment,
+        centre,
+        unread=means.unread,
+    )
+
+
+def _moment(recording: Recording, frames: slice) -> Moment:
+    temperature = recording.telemetry_at_frames("temperature_c")
+    return Moment(
+        time=float(np.mean(recording.timestamps[frames])),
+        temperature=float("nan") if temperature is None else float(np.mean(temperature[frames])),
+    )

@@ -1,0 +1,98 @@
+"""Own pattern: what is frozen into every unit in its own way, of which a model knows the usual size alone.
+
+How alike two places of the image are is drawn from many units, at the size of tiles; a unit that differs from all
+others by its own pattern lacks nothing.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.geometry.camera import Camera
+from fusion.sensor.effect import Effect
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import Image, View
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+UNITS = 400  # that are drawn: correlations are good to a twentieth
+SMOOTH = 0.03  # of its size: what changes less from a column to the next is a field, and no pattern of pixels
+
+
+def own_patterns(observations: Observations) -> Matrix:
+    """(n, n) covariance in native units of the patterns that this unit may have; the same in all recordings."""
+    total = np.zeros((len(observations.residual),) * 2)
+    for effect in unknown_patterns(observations.sensor):
+        cells, sizes = _cells(observations), []
+        for _, patch in observations.rows():
+            sizes.append(_size(patch, effect))
+        first = observations.patches[0]
+        alike = _alike(effect, _wall(first.view, first.view.camera), first.tiles.side)
+        size = np.concatenate(sizes)
+        total += alike[np.ix_(cells, cells)] * np.outer(size, size)
+    return total
+
+
+def unknown_patterns(sensor: Sensor) -> Iterator[Effect]:
+    """Effects that every unit has in its own way, and of which the model holds a size."""
+    for effect in sensor.effects:
+        if effect.frozen and not effect.anew and not effect.lattice:
+            yield effect
+
+
+def _cells(observations: Observations) -> NDArray[np.intp]:
+    """(n,) number of each tile's place in the grid of the first patch."""
+    side = observations.patches[0].tiles.side
+    across = -(-observations.patches[0].view.camera.width // side)
+    places = [patch.tiles.cell * patch.tiles.side // side for patch in observations.patches]
+    row, column = np.concatenate(places).T
+    return np.asarray(row * across + column)
+
+
+def _size(patch: Patch, effect: Effect) -> Vector:
+    """(n,) spread of a pixel over all units, in native units with their sign."""
+    with np.errstate(all="ignore"):
+        return patch.tiles.mean(effect.noise(patch.depth, patch.view) * patch.native)
+
+
+def _alike(effect: Effect, wall: View, side: int) -> Matrix:
+    """(cells, cells) covariance of the means over squares of the image, where pixels have a spread of one."""
+    if _is_smooth(_pattern(effect, wall, 0)):  # a square is as well told by four places in it
+        height, width = (2 * -(-size // side) for size in wall.camera.shape)
+        wall, side = _wall(wall, wall.camera.resized(width, height)), 2
+    drawn = np.array([_means(_pattern(effect, wall, unit), side) for unit in range(UNITS)])
+    return np.asarray(drawn.T @ drawn / UNITS)
+
+
+def _is_smooth(image: Image) -> bool:
+    return bool(np.diff(image, axis=1).std() < SMOOTH * image.std())
+
+
+def _means(image: Image, side: int) -> Vector:
+    """(cells,) means over squares; those at the right and lower rim may be smaller."""
+    rows, columns = (np.arange(0, size, side) for size in image.shape)
+    sums = np.add.reduceat(np.add.reduceat(image, rows, axis=0), columns, axis=1)
+    return np.asarray(sums / np.outer(_lengths(rows, image.shape[0]), _lengths(columns, image.shape[1]))).ravel()
+
+
+def _lengths(starts: NDArray[np.intp], size: int) -> NDArray[np.intp]:
+    return np.diff(np.append(starts, size))
+
+
+def _pattern(effect: Effect, wall: View, unit: int) -> Image:
+    """(h, w) error of the pixels of one unit over its spread."""
+    assert wall.depth is not None
+    seen = replace(wall, moment=replace(wall.moment, unit=unit))
+    with np.errstate(all="ignore"):
+        ratio = effect.bias(wall.depth, seen) / effect.noise(wall.depth, seen)
+    return np.nan_to_num(np.broadcast_to(ratio, wall.camera.shape), posinf=0.0, neginf=0.0)
+
+
+def _wall(view: View, camera: Camera) -> View:
+    """A wall at a metre, as the sensor of a view sees it with a camera."""
+    nowhere = np.zeros(camera.shape)
+    return View(camera, nowhere + 1.0, nowhere, baseline=view.baseline, principle=view.principle)

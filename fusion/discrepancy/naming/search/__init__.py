@@ -1,0 +1,1 @@
+"""Which effect pays most for its freedom: candidates, regions, scores."""

@@ -1,0 +1,204 @@
+"""Region: candidates that act only where one variable is within bounds; every choice of bounds is paid for."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.naming.part import is_field
+from fusion.discrepancy.naming.search.bounds import tweaked
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.naming.search.score import Scored, scored
+from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.observe.observations import Observations
+from fusion.sensor.variables import VARIABLES
+from fusion.sensor.where import Bound
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+# what regions are cut along; others follow one of them too closely
+ALONG = ("depth", "u", "v", "radius", "incidence", "amplitude", "reflectance", "time", "temperature")
+BINS = 20
+LEAST_SHARE = 0.08  # of the tiles, inside and outside
+FAINT = 0.35  # of the size inside: outside a region the effect must be below
+LOOKS = 4  # names and variables whose edges are searched finely
+NEAR = 0.8  # of the best score: less is not looked at again
+
+
+@dataclass(frozen=True)
+class Regional:
+    """The best candidate that is confined to a region.
+
+    Attributes:
+        candidate, scored: it, and what it brings; the score has paid for the region.
+        tried: number of regions among which it was chosen.
+    """
+
+    candidate: Candidate
+    scored: Scored
+    tried: int
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """One variable cut into bins: the tiles in order, where each bin starts, and the values between bins."""
+
+    variable: str
+    order: NDArray[np.intp]
+    starts: NDArray[np.intp]
+    edges: Vector
+
+
+def best_region(
+    candidates: Sequence[tuple[Candidate, Vector]],
+    observations: Observations,
+    gauge: Gauge,
+    space: Space,
+    target: Vector,
+) -> Regional | None:
+    """The region in which one of the candidates explains most of a target (n,) in a space.
+
+    Args:
+        candidates: each with the weights that it has when it acts everywhere.
+    """
+    n = len(target)
+    metric, pull = _metric(gauge, space), gauge.pulled(space.of(target))
+    cuts = list(_cuts(observations))
+    tried = sum(len(cut.starts) * (len(cut.starts) + 1) // 2 - 1 for cut in cuts)
+    best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]] = {}
+    probes = [(candidate, _probe(candidate, weights)) for candidate, weights in candidates]
+    for cut in cuts:
+        sorted_metric = metric[np.ix_(cut.order, cut.order)]
+        for candidate, columns in probes:
+            found = _interval(columns[cut.order], sorted_metric, pull[cut.order], cut)
+            key = is_field(candidate), candidate.name, cut.variable
+            if found is not None and (key not in best or found[0] > best[key][0]):
+                best[key] = found[0], candidate, found[1]
+    results, values = [], region_variables(observations)
+    for candidate, bound in _worth_a_look(best):
+        chosen = tweaked(candidate, bound, values[bound.variable], (observations, gauge), (space, target))
+        result = scored(chosen, space.of(chosen.white), target)
+        paid = _price(chosen.where[0], n) + 2 * float(np.log(max(tried, 1)))
+        results.append(Regional(chosen, replace(result, score=result.score - paid), tried))
+    return max(results, key=lambda one: one.scored.score, default=None)
+
+
+def _metric(gauge: Gauge, space: Space) -> NDArray[np.float32]:
+    """(n, n) products of tiles in a space; single precision is plenty for a choice."""
+    damped = gauge.pulled(space.directions) * np.sqrt(1 - space.kept**2)
+    return np.asarray(gauge.inverse - damped @ damped.T, np.float32)
+
+
+def _worth_a_look(
+    best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]],
+) -> list[tuple[Candidate, Bound]]:
+    """Regions whose edges are worth a finer search: bins are coarse, so the best few, and one of a field."""
+    out = []
+    for field, most in ((False, LOOKS), (True, 1)):
+        ranked = sorted((value for key, value in best.items() if key[0] == field), key=lambda value: -value[0])
+        out += [(c, bound) for score, c, bound in ranked[:most] if score > NEAR * ranked[0][0]]
+    return out
+
+
+def _probe(candidate: Candidate, weights: Vector) -> Matrix:
+    """Columns (n, k) for the search: one or two as they are, more of them in the proportion that fits the whole."""
+    return candidate.columns if candidate.columns.shape[1] <= 2 else np.asarray(candidate.columns @ weights)[:, None]
+
+
+def confined(regional: Candidate, whole: Candidate, space: Space, target: Vector) -> bool:
+    """True when outside its region the effect is much smaller than inside, the sizes of both fitted together."""
+    inside = scored(regional, space.of(regional.white), target).weights
+    pair = np.column_stack([regional.white @ inside, (whole.white - regional.white) @ inside])
+    sizes = np.linalg.lstsq(space.of(pair), target, rcond=None)[0]
+    return bool(abs(sizes[1]) < FAINT * abs(sizes[0]))
+
+
+def region_variables(observations: Observations) -> dict[str, Vector]:
+    """Tile means (n,) of what regions are cut along, in the units of verdicts."""
+    out: dict[str, Vector] = {}
+    for name in ALONG:
+        parts = []
+        for patch in observations.patches:
+            value = VARIABLES[name](patch.depth, patch.view)
+            if value is None or not np.any(np.isfinite(value)):
+                break
+            parts.append(patch.tiles.mean(np.asarray(value, float)))
+        else:
+            out[name] = np.concatenate(parts)
+    return out
+
+
+def _edges(name: str, values: Vector, side: int) -> Vector:
+    """Where bins start: at the squares of the image, at all values of a few, or at quantiles."""
+    if name in ("u", "v"):
+        return np.arange(np.floor(np.min(values) / side) * side, np.max(values), side)
+    known = np.unique(np.round(values, 9))
+    return known if len(known) <= BINS else np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)[:-1]))
+
+
+def _cuts(observations: Observations) -> Iterator[_Cut]:
+    side = max(patch.tiles.side for patch in observations.patches)
+    for name, values in region_variables(observations).items():
+        edges = _edges(name, values, side)
+        if len(edges) < 2:
+            continue
+        number = np.maximum(np.searchsorted(edges, values + 1e-9, side="right") - 1, 0)
+        order = np.argsort(number, kind="stable")
+        starts = np.searchsorted(number[order], np.arange(len(edges)))
+        filled = np.diff(np.append(starts, len(values))) > 0
+        yield _Cut(name, order, starts[filled], edges[filled])
+
+
+def _interval(columns: Matrix, metric: NDArray[np.float32], pull: Vector, cut: _Cut) -> tuple[float, Bound] | None:
+    """Gain of the best run of bins for columns (n, k), k of 1 or 2, and its bounds."""
+    k, n = columns.shape[1], len(pull)
+    moments = [_runs1(np.add.reduceat(columns[:, a] * pull, cut.starts)) for a in range(k)]
+    ends = [*cut.starts[1:], n]
+    rows = [
+        np.array(
+            [columns[i:j, a].astype(np.float32) @ metric[i:j] for i, j in zip(cut.starts, ends, strict=True)], float
+        )
+        for a in range(k)
+    ]
+    powers = {
+        (a, b): _runs2(np.add.reduceat(rows[a] * columns[:, b], cut.starts, axis=1))
+        for a in range(k)
+        for b in range(a, k)
+    }
+    with np.errstate(all="ignore"):
+        if k == 1:
+            gain = moments[0] ** 2 / powers[0, 0]
+        else:
+            p, q, r = powers[0, 0], powers[0, 1], powers[1, 1]
+            gain = (r * moments[0] ** 2 - 2 * q * moments[0] * moments[1] + p * moments[1] ** 2) / (p * r - q * q)
+    counts = _runs1(np.diff(np.append(cut.starts, n)).astype(float)) / n
+    low, high = np.indices(gain.shape)
+    price = ((low > 0).astype(float) + (high < len(cut.starts))) * np.log(n)
+    allowed = (high > low) & (counts > LEAST_SHARE) & (counts < 1 - LEAST_SHARE) & np.isfinite(gain)
+    score = np.where(allowed, gain - price, -np.inf)
+    i, j = np.unravel_index(int(np.argmax(score)), score.shape)
+    if not np.isfinite(score[i, j]):
+        return None
+    first = float(cut.edges[i]) if i > 0 else -np.inf
+    last = float(cut.edges[j]) if j < len(cut.starts) else np.inf
+    return float(score[i, j]), Bound(cut.variable, first, np.nextafter(last, -np.inf) if np.isfinite(last) else last)
+
+
+def _runs1(values: Vector) -> Matrix:
+    """[i, j] = sum of the values from i to j - 1."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(total[None, :] - total[:, None])
+
+
+def _runs2(values: Matrix) -> Matrix:
+    """[i, j] = sum of the square of values from i to j - 1 in both directions."""
+    total = np.pad(values.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    own = np.diag(total)
+    return np.asarray(own[None, :] + own[:, None] - total - total.T)
+
+
+def _price(bound: Bound, n: int) -> float:
+    return float((np.isfinite(bound.low) + np.isfinite(bound.high)) * np.log(n))

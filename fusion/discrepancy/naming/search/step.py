@@ -1,0 +1,213 @@
+"""Step: the one effect that pays most for its freedom now, everywhere or in a region, with what tells if it is real."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from fusion.discrepancy.decisions import DETECTED, FALSE_ALARM, REPLICATED
+from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.part import EffectPart, is_field
+from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.search.region import Regional, best_region, confined
+from fusion.discrepancy.naming.search.score import Scored, scored
+from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.observe.observations import Observations
+from fusion.sensor.parameter import parameters
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
+REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
+REGION_LEAST = 12.0
+OF_TIME = ("time", "temperature")
+WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
+LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
+KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
+SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
+AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
+
+
+@dataclass(frozen=True)
+class NextPart:
+    """The best next part, and how sure it is.
+
+    Attributes:
+        part: with weights of its own fit.
+        gain: drop of the chi2.
+        score: the same less the price of its freedom.
+        held_out: drop of the chi2 in recordings left out in turn.
+        probability: that noise alone does this, over all names and regions.
+    """
+
+    part: EffectPart
+    gain: float
+    score: float
+    held_out: float
+    probability: float
+
+    @property
+    def established(self) -> bool:
+        """True when chance is ruled out and recordings that took no part in the fit show it too."""
+        return self.probability <= FALSE_ALARM and self.held_out >= REPLICATED * self.gain
+
+
+def best_part(
+    candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, space: Space, target: Vector
+) -> NextPart | None:
+    """The candidate that pays most for its freedom in a space, established or not; None when there is none at all."""
+    if not candidates:
+        return None
+    all_scored = scores(candidates, space, target)
+    held = {effect.name for effect in observations.sensor.effects}
+    likely = [s.score + _prior(c, held) for c, s in zip(candidates, all_scored, strict=True)]
+    best = int(np.argmax(likely))
+    if not np.isfinite(all_scored[best].score):
+        return None
+    whole = _tuned(candidates[best], observations, gauge, (space, target))
+    own = scored(whole, space.of(whole.white), target)
+    candidate, result, tried = whole, own, len({c.name for c in candidates})
+    regional = _regional(candidates, all_scored, observations, gauge, (space, target))
+    if regional is not None and _beats(regional, own):
+        everywhere = candidate_of(observations, gauge, regional.candidate.form)
+        if confined(regional.candidate, everywhere, space, target) and _replicates_more(
+            regional, whole, observations, (space, target)
+        ):
+            candidate, result = _own_to_region(regional, candidates, observations, gauge, (space, target))
+            tried *= regional.tried
+    part = EffectPart(candidate, result.weights, result.size)
+    seen = space.of(candidate.white)
+    probability = by_chance(result, seen @ result.weights, target, tried)
+    held_out = left_out_gain(seen, target, observations.replicate, result.size)
+    if held_out < REPLICATED * result.gain and of_time(candidate):
+        held_out = left_out_gain(seen, target, observations.block, result.size)
+    if candidate.name in held:
+        held_out = result.gain * replicated_share(candidate, observations.place, gauge, target)
+    return NextPart(part, result.gain, result.score, held_out, probability)
+
+
+def _prior(candidate: Candidate, held: set[str]) -> float:
+    """What tips the balance between laws that fit alike: known ones first, then those that depend on less."""
+    return (KNOWN if candidate.name in held else 0.0) - SIMPLER * len(candidate.form.kind.variables)
+
+
+def scores(candidates: Sequence[Candidate], space: Space, target: Vector) -> list[Scored]:
+    """Every candidate in a space, whitened columns transformed in one go."""
+    all_columns = space.of(np.concatenate([c.white for c in candidates], axis=1))
+    ends = np.cumsum([c.white.shape[1] for c in candidates])
+    return [
+        scored(candidate, seen, target)
+        for candidate, seen in zip(candidates, np.split(all_columns, ends[:-1], axis=1), strict=True)
+    ]
+
+
+def _regional(
+    candidates: Sequence[Candidate],
+    all_scored: Sequence[Scored],
+    observations: Observations,
+    gauge: Gauge,
+    aim: tuple[Space, Vector],
+) -> Regional | None:
+    """The best candidate in a region, among the most telling shapes of each name."""
+    ranked = sorted(range(len(candidates)), key=lambda i: -all_scored[i].gain)
+    taken: dict[str, int] = {}
+    chosen = []
+    for i in ranked:
+        name = candidates[i].name
+        if taken.get(name, 0) < SHAPES and not candidates[i].where and not _of_table(candidates[i]):
+            taken[name] = taken.get(name, 0) + 1
+            chosen.append((candidates[i], all_scored[i].weights))
+    return best_region(chosen, observations, gauge, *aim)
+
+
+def _beats(regional: Regional, whole: Scored) -> bool:
+    more = 0.0 if whole.size else REGION_GAIN * whole.gain  # a field has paid for its freedom already
+    return regional.scored.score > whole.score + max(REGION_LEAST, more)
+
+
+def _own_to_region(
+    regional: Regional,
+    candidates: Sequence[Candidate],
+    observations: Observations,
+    gauge: Gauge,
+    aim: tuple[Space, Vector],
+) -> tuple[Candidate, Scored]:
+    """Of look-alikes in a region, one whose law depends on what bounds it: any other needs a second cause.
+
+    Look-alikes explain nearly as much, and the data do not tell them apart.
+    """
+    space, target = aim
+    where = regional.candidate.where
+    chosen, best = regional.candidate, regional.scored
+    bound = {where[0].variable} | (set(OF_TIME) if where[0].variable in OF_TIME else set())
+    if bound & set(chosen.form.kind.variables):
+        return chosen, best
+    open_by = DETECTED**2 * inflation(target - space.of(chosen.white) @ best.weights)
+    enough = max(LOOK_ALIKE * best.gain, best.gain - open_by)
+    own: tuple[Candidate, Scored] | None = None
+    for other in candidates:
+        if other.columns.shape[1] <= 2 and bound & set(other.form.kind.variables):
+            candidate = candidate_of(observations, gauge, other.form, where)
+            found = scored(candidate, space.of(candidate.white), target)
+            if found.gain > enough and (own is None or found.score > own[1].score):
+                own = candidate, found
+    return own or (chosen, best)
+
+
+def _of_table(candidate: Candidate) -> bool:
+    """True for what moves the whole object on its table: it is not confined to a region of anything."""
+    return "table_angle" in candidate.form.kind.variables
+
+
+def of_time(candidate: Candidate) -> bool:
+    """True for what changes while one recording goes on, so that looks of a series tell of it, and not recordings."""
+    about = {bound.variable for bound in candidate.where} | set(candidate.form.kind.variables)
+    return bool(about & set(WITHIN))
+
+
+def _replicates_more(
+    regional: Regional, whole: Candidate, observations: Observations, aim: tuple[Space, Vector]
+) -> bool:
+    space, target = aim
+    size = scored(whole, space.of(whole.white), target).size
+    place = observations.block if of_time(regional.candidate) else observations.replicate
+    inside = left_out_gain(space.of(regional.candidate.white), target, place, regional.scored.size)
+    outside = left_out_gain(space.of(whole.white), target, place, size)
+    return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
+
+
+def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, aim: tuple[Space, Vector]) -> Candidate:
+    """The candidate with its searched shape parameters between the values of the search."""
+    space, target = aim
+    if is_field(candidate):
+        return candidate
+    about = parameters(candidate.form.kind)
+
+    def gain(one: Candidate) -> float:
+        return scored(one, space.of(one.white), target).gain
+
+    for name, value in candidate.form.fixed.items():
+        values = sorted(about[name].search)
+        if value not in values:
+            continue
+        place = values.index(value)
+        low, high = values[max(place - 1, 0)], values[min(place + 1, len(values) - 1)]
+        if not low < high or value <= 0:
+            continue
+
+        def with_(x: float, name: str = name, start: Candidate = candidate) -> Candidate:
+            form = replace(start.form, fixed={**start.form.fixed, name: x})
+            return candidate_of(observations, gauge, form, start.where)
+
+        def loss(x: float, made: object = with_) -> float:
+            return -gain(made(x))  # type: ignore[operator]
+
+        options = {"xatol": 1e-3 * value, "maxiter": 12}
+        found = minimize_scalar(loss, bounds=(low, high), method="bounded", options=options)
+        if -found.fun > gain(candidate):
+            candidate = with_(float(found.x))
+    return candidate

@@ -1,0 +1,1 @@
+"""What recordings show beyond the prediction: known scenes, blocks of frames, tiles."""

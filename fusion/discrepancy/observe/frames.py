@@ -1,0 +1,94 @@
+"""Frames of one scene that follow each other: their mean and scatter, and how alike the noise is in time and space."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+
+from fusion.calibration.series import PixelSeries
+from fusion.discrepancy.observe.tiles import Tiling
+from fusion.sensor.view import Image
+
+REACH_PX = 8  # pixels farther apart are taken to share no noise
+SMOOTH_PX = 15  # over which the size of the noise is taken to be one
+MOST_PAIRS = 4  # of frames for the likeness in space: it has far more pixels than it needs
+
+
+class FrameSeries:
+    """Statistics of depth frames that are added in the order in which they were taken."""
+
+    def __init__(self, shape: tuple[int, int], tiles: Tiling | None = None) -> None:
+        """
+        Args:
+            tiles: squares whose course from frame to frame is wanted, beside the image.
+        """
+        self.pixels, self.tiles = PixelSeries(shape), tiles
+        self._first = np.full(shape, np.nan)
+        self._course: list[NDArray[np.float64]] = []
+        self._squares = np.zeros(shape)
+        self._pairs = np.zeros(shape, np.int32)
+        self._last: Image | None = None
+        self._alike: list[NDArray[np.float64]] = []
+
+    def add(self, depth: Image) -> None:
+        """One more frame [m], NaN where missing."""
+        self.pixels.add(depth)
+        if self._last is not None:
+            change = np.asarray(depth, float) - self._last
+            known = np.isfinite(change)
+            self._squares += np.where(known, change, 0.0) ** 2
+            self._pairs += known
+            if len(self._alike) < MOST_PAIRS:
+                self._alike.append(likeness(change))
+        self._last = np.asarray(depth, float)
+        if self.tiles is not None:
+            self._first = np.where(np.isfinite(self._first), self._first, self._last)
+            change = self._last - self._first
+            seen = np.maximum(self.tiles.mean(np.isfinite(change).astype(float)), 1e-3)
+            self._course.append(self.tiles.mean(change) / seen)
+
+    @property
+    def course(self) -> NDArray[np.float64] | None:
+        """(frames, tiles) depth [m] of each tile less what all frames have in common; None where it is not wanted.
+
+        Of pixels against themselves, so that one that is missing in a frame does not move its tile.
+        """
+        if not self._course:
+            return None
+        course = np.array(self._course)
+        return np.asarray(course - course.mean(axis=0))
+
+    @property
+    def succession(self) -> Image:
+        """(h, w) half the mean square [m^2] of the change from a frame to the next: the variance of noise that is new
+        in every frame; NaN without two frames in a row."""
+        return np.where(self._pairs > 0, 0.5 * self._squares / np.maximum(self._pairs, 1), np.nan)
+
+    @property
+    def alike(self) -> NDArray[np.float64] | None:
+        """(2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None below two frames."""
+        return np.mean(self._alike, axis=0) if self._alike else None
+
+
+def likeness(change: Image) -> NDArray[np.float64]:
+    """(2, REACH_PX + 1) correlation of neighbours in a difference (h, w) of two frames, along u and along v."""
+    known = np.isfinite(change)
+    share = uniform_filter(known.astype(float), SMOOTH_PX)
+    square = uniform_filter(np.where(known, change, 0.0) ** 2, SMOOTH_PX) / np.maximum(share, 1e-3)
+    square = np.maximum(square, 0.0)  # a running sum may end below 0
+    # a pixel far out is no noise, and one of them would outweigh all others
+    sound = known & (np.abs(change) < 4 * np.sqrt(square)) & (square > 0)
+    unit = np.where(sound, np.nan_to_num(change) / np.sqrt(np.maximum(square, 1e-30)), 0.0)
+    out = np.zeros((2, REACH_PX + 1))
+    power = max(float((unit**2).sum()), 1e-30) / max(int(sound.sum()), 1)
+    for axis in (0, 1):
+        for apart in range(REACH_PX + 1):
+            one, other = _shifted(unit, apart, axis)
+            both = np.logical_and(*_shifted(sound, apart, axis)).sum()
+            out[axis, apart] = float((one * other).sum()) / max(int(both), 1) / power
+    return out
+
+
+def _shifted(image: Image, apart: int, axis: int) -> tuple[Image, Image]:
+    """The image without its last pixels and without its first ones, along u (0) or v (1)."""
+    end = image.shape[1 - axis] - apart
+    return (image[:, :end], image[:, apart:]) if axis == 0 else (image[:end], image[apart:])

@@ -1,0 +1,179 @@
+"""Observations: what recordings show beyond the prediction of scene and sensor: tiles in native units."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.inference.loose import Loose
+from fusion.discrepancy.observe.interior import interior
+from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.outliers import foreign
+from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
+from fusion.discrepancy.observe.views import views_of
+from fusion.sensor.effect import Effect
+from fusion.sensor.laws.surface import moved_beyond
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import Image, View
+
+MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
+LARGEST_PX = 64
+SERIES = 5  # looks of one recording from which on its tiles are larger, to keep the numbers few
+
+
+@dataclass(frozen=True)
+class Patch:
+    """One look, cut into tiles.
+
+    Attributes:
+        look: what was measured.
+        sensor: the model that predicted.
+        view: what stood there, as the sensor needs it.
+        predicted, sigma: (h, w) [m] of repeated frames by the sensor model.
+        native: (h, w) native units (m along the ray, or px of disparity) per metre of depth.
+        tiles: which pixels are used.
+    """
+
+    look: FrameBlock
+    sensor: Sensor
+    view: View
+    predicted: Image
+    sigma: Image
+    native: Image
+    tiles: Tiling
+
+    @cached_property
+    def residual(self) -> NDArray[np.float64]:
+        """(n,) mean of measured less predicted, in native units; less what is not linear in the error of the pose."""
+        off = self.look.mean - self.predicted
+        if self.look.moved:
+            off = off - moved_beyond(self.depth, np.array(self.look.moved), self.view)
+        return self.tiles.mean(off * self.native)
+
+    @property
+    def depth(self) -> Image:
+        """(h, w) true depth [m]."""
+        assert self.view.depth is not None
+        return self.view.depth
+
+    def column(self, effect: Effect) -> NDArray[np.float64]:
+        """(n,) by how much an effect changes the tiles, to first order, in native units."""
+        with np.errstate(all="ignore"):
+            return self.tiles.mean(effect.change(self.depth, self.view) * self.native)
+
+    def covariate(self, image: Image) -> NDArray[np.float64]:
+        """(n,) mean of an image over the tiles."""
+        return self.tiles.mean(image)
+
+
+@dataclass(frozen=True)
+class Observations:
+    """All looks of all recordings under one sensor model.
+
+    Attributes:
+        sensor: the model that predicted.
+        patches: one per look.
+        loose: sizes of errors that no law follows.
+    """
+
+    sensor: Sensor
+    patches: tuple[Patch, ...]
+    loose: Loose = field(default_factory=Loose)
+
+    @cached_property
+    def residual(self) -> NDArray[np.float64]:
+        return np.concatenate([patch.residual for patch in self.patches])
+
+    @cached_property
+    def place(self) -> NDArray[np.intp]:
+        """(n,) recording of each tile."""
+        return np.concatenate([np.full(len(patch.tiles), patch.look.place) for patch in self.patches])
+
+    @cached_property
+    def block(self) -> NDArray[np.intp]:
+        """(n,) recording of each tile; the looks of a long series count one by one."""
+        number, out = len(self.patches), []
+        for k, patch in enumerate(self.patches):
+            series = sum(other.look.place == patch.look.place for other in self.patches) > SERIES
+            out.append(np.full(len(patch.tiles), patch.look.place + (number * (k + 1) if series else 0)))
+        return np.concatenate(out)
+
+    @cached_property
+    def replicate(self) -> NDArray[np.intp]:
+        """(n,) recording of each tile; of one recording alone its view, as long as there are several."""
+        places = {patch.look.place for patch in self.patches}
+        views = views_of([patch.look.T_world_camera for patch in self.patches])
+        if len(places) > 1 or len(set(views)) == 1:
+            return self.place
+        return np.concatenate([np.full(len(p.tiles), view) for p, view in zip(self.patches, views, strict=True)])
+
+    def rows(self) -> Iterator[tuple[slice, Patch]]:
+        """Each patch and where its tiles stand in the vectors."""
+        start = 0
+        for patch in self.patches:
+            yield slice(start, start + len(patch.tiles)), patch
+            start += len(patch.tiles)
+
+    def columns(self, effects: Sequence[Effect]) -> NDArray[np.float64]:
+        """(n, k) what each effect changes."""
+        if not effects:
+            return np.zeros((len(self.residual), 0))
+        return np.concatenate([np.column_stack([p.column(effect) for effect in effects]) for p in self.patches])
+
+    def under(self, sensor: Sensor) -> "Observations":
+        """The same looks and tiles, in the same units, under another sensor model."""
+        patches = []
+        for patch in self.patches:
+            mean, sigma = predicted(sensor, patch.look)
+            patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
+        return replace(self, sensor=sensor, patches=tuple(patches))
+
+    def seen_again(self, looks: Sequence[FrameBlock]) -> "Observations":
+        """The same tiles of looks that differ in what is known of their poses only."""
+        return replace(self, patches=tuple(replace(p, look=k) for p, k in zip(self.patches, looks, strict=True)))
+
+    def as_loose_as(self, others: "Observations") -> "Observations":
+        """The same with what follows no law in others of these recordings."""
+        return replace(self, loose=others.loose)
+
+    @property
+    def looseness(self) -> NDArray[np.float64]:
+        """(n,) by how much scatter and drift are larger in the recording of each tile than usual."""
+        uneven = self.loose.uneven
+        return np.sqrt(uneven)[self.place] if uneven else np.ones(len(self.place))
+
+
+def observe(sensor: Sensor, looks: Sequence[FrameBlock]) -> Observations:
+    """Predict every look with a sensor model and cut it into tiles."""
+    many = {look.place for look in looks if sum(other.place == look.place for other in looks) > SERIES}
+    patches = [_patch(sensor, look, 2 if look.place in many else 1) for look in looks]
+    start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)
+    while count > MOST_TILES and side < LARGEST_PX:
+        # no larger than they must be: what swings within a tile is not seen
+        side = min(max(side + 1, int(side * np.sqrt(count / MOST_TILES))), LARGEST_PX)
+        patches = [replace(p, tiles=tiling(p.tiles.label >= 0, p.tiles.side // SIDE_PX * side)) for p in start]
+        count = sum(len(patch.tiles) for patch in patches)
+    return Observations(sensor, tuple(patches))
+
+
+def _patch(sensor: Sensor, look: FrameBlock, larger: int) -> Patch:
+    depth = look.view.depth
+    assert depth is not None
+    view = sensor.seen(look.view)
+    mean, sigma = predicted(sensor, look)
+    with np.errstate(all="ignore"):
+        native = view.stretch if view.time_of_flight else -view.focal_baseline / mean**2
+    usable = np.isfinite(mean) & np.isfinite(look.mean) & (look.count >= max(1, len(look.frames) - 1))
+    usable &= interior(view) & ~foreign(look.mean, mean)
+    return Patch(look, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
+
+
+def predicted(sensor: Sensor, look: FrameBlock) -> tuple[Image, Image]:
+    """Mean and standard deviation (h, w) [m] of repeated frames of a look."""
+    assert look.view.depth is not None
+    mean, sigma = sensor.repeated(look.view.depth, look.view)
+    if look.given is None:
+        return mean, sigma
+    return mean + look.given.offset, sigma if look.given.spread is None else np.hypot(sigma, look.given.spread)

@@ -1,0 +1,56 @@
+"""Outliers: what stands in a recording and not in its mesh, such as a thing before the wall; it takes no part."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation, binary_opening
+
+from fusion.sensor.view import Image
+
+if TYPE_CHECKING:
+    from fusion.discrepancy.observe.observations import Observations
+
+FAR = 0.05  # of the depth beside the rest of the image: effects at their usual size stay below it (guess)
+MOST = 0.3  # of the image: where more is off, it is the prediction that is wrong
+RIM_PX = 5  # around it: mixed pixels, shadows, and light that it sends to its neighbours
+
+
+@dataclass(frozen=True)
+class OutlyingRecording:
+    """A recording with something that is not in its mesh, and what is seen of that in a sentence."""
+
+    recording: str
+    text: str
+
+
+def foreign(measured: Image, predicted: Image) -> NDArray[np.bool_]:
+    """(h, w) pixels that see something else than the prediction: far from it in one piece, beside an image that agrees.
+
+    Args:
+        measured, predicted: (h, w) depth [m], NaN where there is none.
+    """
+    off = measured - predicted
+    seen = np.isfinite(off)
+    if not seen.any():
+        return seen
+    with np.errstate(invalid="ignore"):
+        far = np.abs(off - np.median(off[seen])) > FAR * predicted
+    pieces = binary_opening(far & seen, iterations=2)
+    if not pieces.any() or np.count_nonzero(pieces) > MOST * np.count_nonzero(seen):
+        return np.zeros(off.shape, bool)
+    return np.asarray(binary_dilation(pieces, iterations=RIM_PX))
+
+
+def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
+    """Recordings with something that is not in their mesh."""
+    out: dict[str, str] = {}
+    for patch in observations.patches:
+        where = foreign(patch.look.mean, patch.predicted)
+        if where.any():
+            off = np.nanmedian((patch.look.mean - patch.predicted)[where])
+            share, side = np.mean(where), "before" if off < 0 else "behind"
+            text = f"something stands {abs(off):.2g} m {side} the scene in {share:.1%} of the image; left out"
+            out.setdefault(patch.look.stage.recording.path.name, text)
+    return [OutlyingRecording(name, text) for name, text in out.items()]

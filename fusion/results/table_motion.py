@@ -1,0 +1,95 @@
+"""What a turntable did, as reports read it and `turntable.json` holds it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.certainty.sigma import SigmaFigures
+
+Array = NDArray[np.float64]
+
+FRAME = "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0"
+
+
+@dataclass(frozen=True)
+class ClosingGap:
+    """How far two views about a full turn apart miss each other, as `Gap` has it; None where the turn is not full."""
+
+    angle_rad: float | None = None
+    distance: float | None = None
+    deviations: float | None = None
+
+
+@dataclass(frozen=True)
+class SlipFound:
+    """The first frame after a slip, and how far the table turned beyond what was expected."""
+
+    frame: int
+    angle_rad: float
+
+
+@dataclass(frozen=True)
+class UsedCamera:
+    """The camera of the result [px], and whether the scan itself found it."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    refined: bool
+
+
+@dataclass(frozen=True)
+class FocalFigures:
+    """What the turning object says of the focal length: its relative error, with deviation, and the right one [px]."""
+
+    relative: float
+    std: float
+    fx: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableMotion:
+    """The axis, the angles and what does not fit one rigid axis. Fields are the keys of `turntable.json`.
+
+    Attributes:
+        axis_point, axis_direction: (3,) in the first camera's frame [m], out of the plate.
+        radius: of the camera's circle [m].
+        angles_rad, angles_std_rad, told_rad: (n,) how far the object has turned, its deviation, and what the log or the
+            stated step says; NaN where a frame is rejected, None where nothing was said.
+        verdict, reasons: what the scan is worth.
+        direction: sign of the angles about the axis.
+        radial_rms, axial_rms: of the tracked centres off the circle [m].
+        closure, closure_raw: after the post-pass and before.
+        wobble_rad: rms rocking of the axis over the freely tracked poses.
+        rejected_frames, rejected_reasons: frames that take no part.
+        depth_taken_out: errors of depth that the scan itself showed, in words of `fusion.turntable.selfcheck`.
+        sigma: how sure the vertices are; None where that was not asked.
+    """
+
+    frame: str = FRAME
+    axis_point: Array
+    axis_direction: Array
+    plate_seen: bool = False
+    radius: float = float("nan")
+    angles_rad: Array
+    angles_std_rad: Array | None = None
+    told_rad: Array | None = None
+    verdict: str = ""
+    reasons: tuple[str, ...] = ()
+    direction: int = 1
+    radial_rms: float = float("nan")
+    axial_rms: float = float("nan")
+    closure: ClosingGap = ClosingGap()
+    closure_raw: ClosingGap = ClosingGap()
+    wobble_rad: float = float("nan")
+    step_mean_rad: float = float("nan")
+    step_std_rad: float = float("nan")
+    rejected_frames: tuple[int, ...] = ()
+    rejected_reasons: dict[int, str] = field(default_factory=dict)
+    slips: tuple[SlipFound, ...] = ()
+    camera: UsedCamera | None = None
+    focal_length_check: FocalFigures | None = None
+    depth_taken_out: dict[str, float] = field(default_factory=dict)
+    sigma: SigmaFigures | None = None

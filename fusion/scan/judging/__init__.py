@@ -1,0 +1,1 @@
+"""What a scan knows of its own faults, as lights."""

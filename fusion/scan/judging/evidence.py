@@ -1,0 +1,39 @@
+"""What a turntable scan knows about its own faults, beside what it hands out."""
+
+from dataclasses import dataclass
+
+from fusion.geometry.camera import Camera
+from fusion.results.light import Light
+from fusion.scan.judging.agreement import Agreement
+from fusion.scan.judging.print_agreement import PrintAgreement
+from fusion.turntable.focal import FocalCheck
+from fusion.turntable.jumps import Jump
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the judgement of a scan rests on.
+
+    Attributes:
+        stated_camera: as the recording has it (after known errors of the lens were taken out).
+        focal: what the turning object says of its focal length.
+        refined: the scan's own focal length was taken.
+        jump: the largest sudden move of object or camera, None when there is none.
+        noise: standard deviation of the depth on the object [m].
+        kept_share: share of the surface that hangs together; the rest was dropped.
+        agreement: of single frames with the model.
+        print: of what is printed on the object, from view to view; None where no colours helped to find the motion.
+        notes: of the recording's doctor, of readers and of the correction.
+        footnotes: sentences that come with nearly every scan of such a sensor.
+    """
+
+    stated_camera: Camera
+    focal: FocalCheck
+    refined: bool
+    jump: Jump | None
+    noise: float
+    kept_share: float
+    agreement: Agreement
+    print: PrintAgreement | None = None
+    notes: tuple[Light, ...] = ()
+    footnotes: tuple[str, ...] = ()

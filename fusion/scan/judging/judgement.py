@@ -1,0 +1,103 @@
+"""What a scan knows of its own faults, as lights for terminal, page and JSON."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fusion.geometry import pose
+from fusion.results.frames_light import frames_light
+from fusion.results.judgement import Judgement
+from fusion.results.light import LEVELS, Light, level, worst_first
+from fusion.scan.judging.camera_light import camera_light
+from fusion.scan.judging.size_light import size_light
+from fusion.scan.judging.table_lights import table_lights
+
+if TYPE_CHECKING:
+    from fusion.scan.result import Scan
+
+# up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
+NOISES = (2.0, 4.0)  # residual over what noise and voxel let expect
+SMALL = 0.001  # [m] a residual below is good whatever was expected
+DEPTH_M = (0.001, 0.004)
+GAP_DEG = (45.0, 120.0)
+OPEN_SHARE = (0.05, 0.2)
+DROPPED_SHARE = (0.05, 0.25)
+AGAINST = (0.02, 0.08)
+WRONG = 0.2  # share of contradicting pixels from which the surface is not that of the object
+
+
+def judge(scan: "Scan") -> Judgement:
+    """All lights of a scan, the worst first."""
+    lights = [
+        camera_light(scan),
+        _depth(scan),
+        *table_lights(scan),
+        frames_light(len(scan.motion.angles), scan.motion.rejected),
+        _fit(scan),
+        _agreement(scan),
+        _coverage(scan),
+    ]
+    size = size_light(scan)
+    lights += [_surface(scan), *([] if size is None else [size]), *scan.evidence.notes]
+    return Judgement(worst_first(lights), scan.evidence.footnotes)
+
+
+def _fit(scan: "Scan") -> Light:
+    known = scan.residual[np.isfinite(scan.residual)]
+    if not len(known):
+        return Light("bad", "Fit", "No frame could be placed on the model by its own surface.", "Check the recording.")
+    found = float(np.median(known))
+    expected = float(np.hypot(scan.evidence.noise, scan.settings["voxel_m"] / 2))
+    judged = "ok" if found < SMALL else level(found / expected, NOISES)
+    said = f"Frames lie {found * 1e3:.2f} mm (median) off the model, where {expected * 1e3:.2f} mm are expected."
+    do = "Calibrate the depth (fusion calibrate depth), and check that the object is rigid." if judged != "ok" else ""
+    return Light(judged, "Fit", said, do)
+
+
+def _agreement(scan: "Scan") -> Light:
+    """What single frames see against the surface that all of them made."""
+    found = scan.evidence.agreement
+    judged = level(found.against, AGAINST)
+    if judged == "ok":
+        return Light("ok", "Agreement", "Single frames see the surface where it is.")
+    before, through, missing = (float(np.mean(x)) for x in (found.before, found.through, found.missing))
+    said = f"Single frames contradict the surface in {found.against:.0%} of what they show (median): they see"
+    said += (
+        f" something before it ({before:.0%}), look through it ({through:.0%}), or show what it lacks ({missing:.0%})"
+    )
+    do = "Look for surfaces that are doubled: give --step or --box where the turns or the object were not found, and "
+    do += "record in steps below 20 degrees with nothing else moving."
+    return Light(judged, "Agreement", f"{said}.", do, fails=not found.against < WRONG)
+
+
+def _depth(scan: "Scan") -> Light:
+    """Errors of depth that bend the object, which the motion was found without; a constant one shows in no scan."""
+    T_camera_object = pose.inverse(scan.trajectory.poses[scan.trajectory.valid][0])
+    points = scan.mesh.vertices[:: max(1, len(scan.mesh.vertices) // 5000)]
+    size = float(np.std(scan.motion.camera_check.depth_change(pose.transform(T_camera_object, points))))
+    judged = level(size, DEPTH_M)
+    if judged == "ok":
+        return Light("ok", "Depth", "No error of depth that bends the object was found.")
+    said = f"The depth is wrong by about {size * 1e3:.1f} mm, here more and there less: the object bends as it turns."
+    if scan.motion.taken_out.wrong_depth:
+        said += " As far as that shows, it was taken out."
+        return Light(judged, "Depth", said, "Calibrate the depth with boards too (fusion calibrate depth --board).")
+    return Light(judged, "Depth", said, "Calibrate it (fusion calibrate depth), pass the result with --sensor.")
+
+
+def _coverage(scan: "Scan") -> Light:
+    around = np.sort(scan.motion.angles[np.isfinite(scan.motion.angles)] % (2 * np.pi))
+    gap = float(np.degrees(np.diff(np.append(around, around[0] + 2 * np.pi)).max()))
+    judged = level(gap, GAP_DEG)
+    do = "Record a full turn, in steps of 5 to 20 degrees." if judged != "ok" else ""
+    return Light(judged, "Coverage", f"The largest gap between neighbouring views is {gap:.0f} deg.", do)
+
+
+def _surface(scan: "Scan") -> Light:
+    shape, dropped = scan.facts.shape, 1 - scan.evidence.kept_share
+    worse = max(level(shape.open_share, OPEN_SHARE), level(dropped, DROPPED_SHARE), key=LEVELS.index)
+    said = f"The surface is {'closed' if shape.openings() == 'closed' else 'open: ' + shape.openings()}"
+    said += f"; {shape.open_share:.0%} of it is missing" if worse != "ok" and shape.open_share > OPEN_SHARE[0] else ""
+    said += f"; {dropped:.0%} lay in small loose pieces and was dropped" if dropped > DROPPED_SHARE[0] else ""
+    do = "Black, shiny and hidden parts give no depth: dull them, or scan again from another height."
+    return Light(worse, "Surface", said + ".", do if worse != "ok" else "")

@@ -1,0 +1,102 @@
+"""Whether what is printed on the object agrees between frames that the motion lays on each other.
+
+Planes and round things slip in shape alone, and a box looks alike from both sides; print does not. Which frames are
+compared is chosen by the motion alone: those that it says look at the same surface.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from fusion.scan.judging.print_pairs import compared, printed
+from fusion.turntable.all_views.loop import choose_edges
+from fusion.turntable.all_views.together import WIDEST
+from fusion.turntable.views import Region
+from fusion.volume.prepared import Prepared
+
+Array = NDArray[np.float64]
+CHANCES = 3.0  # standard deviations: one pair of a thousand by chance
+LEAST = 0.2  # correlation of a print with itself a little beside, from which there is print: noise leaves 0.1
+
+
+@dataclass(frozen=True)
+class PrintAgreement:
+    """What m pairs of n frames say.
+
+    Attributes:
+        edges: (m, 2) of the n.
+        alike, own, chance: (m,) see `Compared`; NaN where a pair shares too little.
+        count: n.
+    """
+
+    edges: NDArray[np.intp]
+    alike: Array
+    own: Array
+    chance: Array
+    count: int
+
+    @property
+    def agree(self) -> NDArray[np.bool_]:
+        """(m,) pairs that show the same print beyond chance."""
+        return np.asarray(self.alike > CHANCES * self._doubt)
+
+    @property
+    def differ(self) -> NDArray[np.bool_]:
+        """(m,) pairs that do not, though print that lies a little off would show so."""
+        return np.asarray(self._print & (self.own > CHANCES * self._doubt) & ~self.agree)
+
+    @property
+    def against(self) -> float:
+        """Share of the pairs that differ, of those that say anything; NaN where none does."""
+        telling = int((self.agree | self.differ).sum())
+        return float(self.differ.sum() / telling) if telling else float("nan")
+
+    @property
+    def loose(self) -> float:
+        """Share of the frames with print that no chain of agreeing pairs holds together with most; NaN: no print."""
+        shown = np.unique(self.edges[self._print])
+        if not len(shown):
+            return float("nan")
+        i, j = self.edges[self.agree & self._print].T
+        graph = coo_array((np.ones(len(i)), (i, j)), (self.count, self.count))
+        group = connected_components(graph, directed=False)[1][shown]
+        return float(1 - np.bincount(group).max() / len(shown))
+
+    @property
+    def _print(self) -> NDArray[np.bool_]:
+        return np.asarray(self.own > LEAST)
+
+    @property
+    def _doubt(self) -> Array:
+        """(m,) standard deviation of a correlation by chance: a pair asks few places, so at least what is usual."""
+        known = self.chance[np.isfinite(self.chance)]
+        return np.maximum(self.chance, np.median(known)) if len(known) else self.chance
+
+
+def print_agreement(
+    frames: list[Prepared | None], region: Region, T_object_camera: Array, angles: Array
+) -> PrintAgreement | None:
+    """Compare frames that look at the same surface; None where nothing shows colours.
+
+    Args:
+        frames: (n) cut to the window of the region.
+        region: where the object is; its images cut to the same window.
+        T_object_camera: (n, 4, 4), NaN where a frame has no place.
+        angles: (n,) turn of each frame [rad], NaN likewise.
+    """
+    views = {
+        k: view
+        for k, frame in enumerate(frames)
+        if frame is not None and np.isfinite(T_object_camera[k]).all()
+        if (view := printed(frame, region, T_object_camera[k])) is not None
+    }
+    placed = list(views)
+    edges = choose_edges(angles[placed], WIDEST)
+    if not edges:
+        return None
+    found = [compared(views[placed[i]], views[placed[j]]) for i, j in edges]
+    alike, own, chance = np.array([(f.alike, f.own, f.chance) for f in found]).T
+    return PrintAgreement(np.array(edges, np.intp), alike, own, chance, len(placed))

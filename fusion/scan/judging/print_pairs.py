@@ -1,0 +1,114 @@
+"""What two frames show of the same places, by print: as much alike as by chance, or as one print is?
+
+What counts is told by the images themselves: moved by a few pixels over itself a print agrees with itself so much, and
+moved by many it agrees by chance only.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.geometry import pose
+from fusion.scan.judging.seen import facing
+from fusion.turntable.pairs.edges import NOISES
+from fusion.turntable.tones import AROUND, contrast
+from fusion.turntable.views import Region, usable
+from fusion.volume.prepared import Prepared
+
+Array = NDArray[np.float64]
+Image = NDArray[np.float32]
+SLANT = np.deg2rad(60)  # flatter surfaces are drawn out more than twice in the image, and their print with them
+NEAR = 0.005  # [m] beside noise: what a motion may be wrong by (guess)
+SOME = 3000  # places of a frame: print hangs together over more than lies between them
+FEWEST = 40  # places that tell a correlation (guess)
+OFF = 3  # [px] beyond what smoothing makes of the noise of single pixels; print that lies off by less still agrees
+CLOSE = ((0, OFF), (OFF, 0))  # rows, columns
+FAR = round(2 * AROUND)  # [px] beyond what contrast keeps of the surroundings
+ELSEWHERE = tuple((FAR * v, FAR * u) for v in (-1, 0, 1) for u in (-1, 0, 1) if v or u)
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A frame with its print, and some places of it in the object's frame.
+
+    Attributes:
+        frame, T: it, and (4, 4) where its camera stood.
+        print: (h, w) see `tones.contrast`, NaN where it does not count.
+        rows, columns: (m,) of the places.
+        points, normals, near: (m, 3), (m, 3), (m,) [m]; `near`: of a place seen there by others.
+    """
+
+    frame: Prepared
+    T: Array
+    print: Image
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    points: Array
+    normals: Array
+    near: Array
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What a pair of frames says.
+
+    Attributes:
+        alike: correlation of the prints of the same places, -1 to 1; NaN where they share too few.
+        own: of a print with itself, `OFF` pixels beside; of the two prints the one that has less of it.
+        chance: root mean square of the correlations with other places.
+    """
+
+    alike: float
+    own: float
+    chance: float
+
+
+def printed(frame: Prepared, region: Region, T: Array) -> Printed | None:
+    """The print of a frame (cut to the window of the region); None where it has no colours or shows nothing."""
+    surface = frame.surface
+    assert surface.incidence is not None
+    shown = usable(surface, region) & np.isfinite(frame.depth) & (surface.incidence < SLANT)
+    if frame.color is None or not shown.any():
+        return None
+    grid = np.zeros_like(shown)
+    step = max(1, round(np.sqrt(shown.sum() / SOME)))
+    grid[step // 2 :: step, step // 2 :: step] = True
+    v, u = np.nonzero(shown & grid)
+    points = pose.transform(T, surface.points[v, u].astype(float))
+    near = NEAR + NOISES * np.nan_to_num(surface.sigma[v, u].astype(float))
+    normals = surface.normals[v, u] @ T[:3, :3].T
+    return Printed(frame, T, contrast(frame.color, shown), v, u, points, normals, near)
+
+
+def compared(one: Printed, other: Printed) -> Compared:
+    """What two frames say where their motion puts them."""
+    which, (v, u), z = facing(one.points, one.normals, other.frame, other.T)
+    same = np.abs(other.frame.depth[v, u] - z) < one.near[which]  # of NaN it is not true
+    which, there = which[same], (v[same], u[same])
+    here = one.rows[which], one.columns[which]
+    mine, its = _at(one.print, here), _at(other.print, there)
+    alike = _correlation(mine, its)
+    sides = ((one.print, here, mine), (other.print, there, its))
+    own = [float(np.mean([_correlation(known, _at(image, at, by)) for by in CLOSE])) for image, at, known in sides]
+    chances = np.array([_correlation(mine, _at(other.print, there, by)) for by in ELSEWHERE])
+    chances = chances[np.isfinite(chances)]
+    chance = float(np.sqrt(np.mean(chances**2))) if len(chances) else float("nan")
+    return Compared(alike, min(own), chance)
+
+
+def _at(image: Image, at: tuple[NDArray, NDArray], by: tuple[int, int] = (0, 0)) -> Array:
+    """(m,) of an image (h, w) at pixels (rows, columns) that are moved by some; NaN beside it."""
+    v, u = at[0] + by[0], at[1] + by[1]
+    h, w = image.shape
+    inside = (v >= 0) & (u >= 0) & (v < h) & (u < w)
+    return np.asarray(np.where(inside, image[np.clip(v, 0, h - 1), np.clip(u, 0, w - 1)], np.nan), float)
+
+
+def _correlation(a: Array, b: Array) -> float:
+    """Of what both know; contrasts are about 0 of themselves. NaN of too few."""
+    known = np.isfinite(a) & np.isfinite(b)
+    if known.sum() < FEWEST:
+        return float("nan")
+    a, b = a[known], b[known]
+    return float(a @ b) / float(np.sqrt(max(float(a @ a) * float(b @ b), 1e-12)))

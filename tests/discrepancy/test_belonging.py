@@ -1,0 +1,57 @@
+"""A recording of another scene, or poses of another recording, are told and not explained by laws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fusion
+from fusion.discrepancy.belonging import refuse_strangers
+from fusion.errors import RecordingError
+from fusion.sensor.view import LIGHT_SPEED
+from fusion.simulation.scenes.wall import wall
+
+CAMERA = replace(fusion.find_camera("kinect-v1"), width=80, height=60, fx=73.0, fy=73.0, cx=39.5, cy=29.5)
+
+
+class Look:
+    """As much of a block of frames as is asked for."""
+
+    def __init__(self, mean, depth):
+        self.mean, self.view = mean, type("View", (), {"depth": depth})
+        self.stage = type("Stage", (), {"recording": type("Recording", (), {"path": "rec"})})
+
+
+def look(off):
+    depth = np.linspace(1.0, 3.0, 400).reshape(20, 20)
+    return Look(depth + off, depth)
+
+
+@pytest.mark.parametrize("off", [-0.9, 1.3])
+@pytest.mark.parametrize("principle", ["itof", "structured_light"])
+def test_depth_far_from_its_scene_is_refused(off, principle):
+    with pytest.raises(RecordingError, match="do not belong together"):
+        refuse_strangers([look(off)], fusion.Sensor(principle=principle))
+
+
+def test_a_lost_phase_is_an_effect():
+    period = LIGHT_SPEED / 2 / 100e6
+    sensor = fusion.Sensor(principle="itof", frequencies=(100e6,))
+    refuse_strangers([look(-period + 0.01)], sensor)
+    with pytest.raises(RecordingError):
+        refuse_strangers([look(-period + 0.3)], sensor)
+
+
+def test_errors_of_sensors_are_none():
+    refuse_strangers([look(0.1), Look(np.full((4, 4), np.nan), np.ones((4, 4)))], fusion.Sensor(principle="itof"))
+
+
+def test_a_wall_elsewhere_than_its_poses_say_is_told_by_the_command(tmp_path):
+    sensor = fusion.read_sensor("kinect-v1")
+    fusion.write_simulation(tmp_path / "near", fusion.simulate(replace(wall(frames=4), camera=CAMERA), sensor, 1))
+    poses = tmp_path / "near" / "groundtruth.txt"
+    rows = np.loadtxt(poses)
+    rows[:, 1] += 2.0  # farther from the wall
+    np.savetxt(poses, rows)
+    with pytest.raises(RecordingError, match=r"2\.00 m"):
+        fusion.explain([fusion.open_recording(tmp_path / "near")], sensor)
