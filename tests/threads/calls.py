@@ -1,15 +1,14 @@
 """A call of every public entry point: what it is made with, and what it gives."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from inputs import CAMERA, POINTS, Inputs
 
 import fusion
-from fusion.sensor.view import View
 
 Call = Callable[[Inputs, Path], Any]  # with a place of its own for what it writes
 BAGS = Path(__file__).resolve().parents[1] / "recording" / "bags"  # by RealSense's own recorders
@@ -89,7 +88,7 @@ def alignments(given: Inputs, out: Path) -> Any:
 def sensors(given: Inputs, out: Path) -> Any:
     sensor = fusion.read_sensor(given.folder / "sensor.json")
     fusion.write_sensor(out / "sensor.json", sensor)
-    view, rng = View(CAMERA, given.depth), np.random.default_rng(given.seed)
+    view, rng = fusion.View(CAMERA, given.depth), np.random.default_rng(given.seed)
     effect = sensor.effects[0]
     values = [sensor.predict(given.depth, view), sensor.sample(given.depth, view, None, rng)]
     values += [sensor.sigma(given.depth, None, CAMERA), sensor.weight(given.depth, None, CAMERA)]
@@ -97,6 +96,36 @@ def sensors(given: Inputs, out: Path) -> Any:
     values += [sensor.repeated(given.depth, view), sensor.dropout(given.depth, view), sensor.amplitude(view)]
     others = [sensor.effect(effect.name), sensor.having(effect)]
     return values, others, sensor.true_camera(CAMERA), sensor.seen(view), out
+
+
+@dataclass(frozen=True)
+class BentGlass(fusion.Effect):
+    """An effect that no catalogue has."""
+
+    name: ClassVar[str] = "bent_glass"
+    variables: ClassVar[tuple[str, ...]] = ("radius",)
+
+    sag: float = fusion.parameter("m", (0, 0.02), "depth that is missing in the middle", "a test", typical=0.004)
+
+    def bias(self, depth: Any, view: fusion.View) -> Any:
+        return (-self.sag / (1 + view.radius / 40)).astype(depth.dtype)
+
+    def noise(self, depth: Any, view: fusion.View) -> Any:
+        return np.full_like(depth, self.sag / 4)
+
+
+def effects(given: Inputs, out: Path) -> Any:
+    """One of one's own, and those of a sensor."""
+    view, depth = fusion.View(CAMERA, given.depth, ir=np.full(CAMERA.shape, 900.0)), given.depth
+    sigma, found = np.full_like(depth, 0.001), []
+    for one in (BentGlass(sag=0.002 * given.seed), *given.sensor.effects):
+        rng = np.random.default_rng(given.seed)
+        found.append([one.bias(depth, view), one.change(depth, view), one.undone(depth, view), one.noise(depth, view)])
+        found.append([one.dropout(depth, view), one.loses_with(depth, view), one.spread(sigma, depth, view)])
+        found.append([one.light(view.ir, depth, view), one.draw(depth, view, rng), one.sampled(depth, view, rng)])
+        found.append([one.repeated(depth, sigma, view), one.follows(), one.window(view), one.left()])
+        found.append([one.summary(0.001), one.changes("bias")])
+    return found
 
 
 def sensing(given: Inputs, out: Path) -> Any:
@@ -191,7 +220,7 @@ def explanations(given: Inputs, out: Path) -> Any:
 
 # the light ones are made several times each in the quick tests, the heavy ones once
 LIGHT: list[Call] = [
-    camera, poses, recordings, bags, sources, meshes, sensors, scenes, sensing, rooms, volumes, evaluations,
+    camera, poses, recordings, bags, sources, meshes, sensors, effects, scenes, sensing, rooms, volumes, evaluations,
     reconstructions, noises,
 ]  # fmt: skip
 HEAVY: list[Call] = [alignments, scans, merges, depths, lenses, explanations]

@@ -93,9 +93,15 @@ def _possible(name: str, column: NDArray[np.float64], path: Path, notes: list[st
         return column
     notes.append(
         f"{int(wrong.sum())} of {len(column)} values of {name} in {path.name} are left out: "
-        f"{column[wrong][0]:.4g} lies outside {low:g} to {high:g}"
+        f"{column[wrong][0]:.4g} lies outside {low:g} to {high:g}{_unit_meant(name, column, high)}"
     )
     return np.where(wrong, np.nan, column)
+
+
+def _unit_meant(name: str, column: NDArray[np.float64], high: float) -> str:
+    """Metres that are all a thousand times too large are millimetres."""
+    known = column[np.isfinite(column)]
+    return " (metres: these look like millimetres)" if name == "distance_m" and (known > high).all() else ""
 
 
 def telemetry_text(telemetry: Mapping[str, ArrayLike]) -> str:

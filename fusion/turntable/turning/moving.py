@@ -23,7 +23,9 @@ NEAREST = 0.006  # [m] least difference that shows a motion (guess)
 FILLED = 0.05
 FLAT = 0.02  # [m] before the background: shadows of stereo and filters bend that by less (guess)
 MOSTLY = 0.6  # share of an object that stands so far before the background, unless it is flat (guess)
-HOLLOW = 0.5  # share of an outline that stands still in depth: 0.6 and more of balls, 0.05 to 0.25 of other things
+# share of an outline that stands still in depth: 0.57 and 0.93 of two balls near the axis, 0.04 to 0.25 of five other
+# things and of a ball that stood off it (a guess, by scans of one seed)
+HOLLOW = 0.5
 LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
