@@ -153,7 +153,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     accuracy = DistanceStatistics.of(there)
     if settings.align and not left_out:
         with stage("aligning"):
-            notes += mirrored_note(mesh, reference, surfaces[1], float(np.sqrt(np.mean(there**2))))
+            notes += mirrored_note(mesh, reference, surfaces[1], accuracy.rms)
     with stage("measuring"):
         back, unseen = _back(reference, surfaces[0], pose, settings, seen)
     if seen is None:

@@ -85,8 +85,9 @@ def _features(found: Repeat) -> str:
     for quantity in found.features.quantities:
         mean, std, unit = scaled(quantity)
         error = "-" if quantity.error is None else f"{1e3 * quantity.error:+.3f}"
+        spread = f"{std:.3f}" if np.isfinite(std) else "-"  # one scan shows it
         count = f"{int(np.isfinite(quantity.values).sum())}"
-        rows.append([f"{quantity.name}, {quantity.term} [{unit}]", f"{mean:.3f}", f"{std:.3f}", error, count])
+        rows.append([f"{quantity.name}, {quantity.term} [{unit}]", f"{mean:.3f}", spread, error, count])
     return numbers_table(["what", "mean", "std", "error", "scans"], rows)
 
 
