@@ -15,6 +15,7 @@ Matrix = NDArray[np.float64]
 
 FAINT = 1e-2  # of the largest direction of a part: what is left out tells next to nothing of its size
 STARTS = np.geomspace(1e-3, 1e3, 25)  # variances over that of the noise, where a part shows, that are tried
+NOTHING = float(np.log(1e-9))  # share of the sum of squares, as a logarithm: less noise than that is none
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,12 @@ def _sized(white: Vector, parts: Sequence[Matrix], known: tuple[float, int], sta
     if start is None:
         power = np.diag(normal)  # the columns of one part are independent directions
         each, alone = moment**2 / power, total / freedom
+        floor = np.log(max(alone, 1e-300)) + NOTHING  # where these explain all, no noise would be the likeliest
 
         def quick(logarithms: Vector) -> float:
-            noise, size = np.exp(logarithms)
+            noise, size = np.exp(np.maximum(logarithms, floor))
             both = noise + size * power
-            rest = (freedom - len(power)) * logarithms[0] + (total - float(each.sum())) / noise
+            rest = (freedom - len(power)) * np.log(noise) + max(total - float(each.sum()), 0.0) / noise
             return float(rest + (np.log(both) + each / both).sum())
 
         begins = [np.log([alone / (1 + t), alone * t / (1 + t) / float(np.median(power))]) for t in STARTS]
