@@ -143,7 +143,7 @@ def _with_focal_length_of(found: Attempt, sensor: Sensor, settings: ScanSettings
     before = found.recording.camera
     camera = found.motion.focal_check.only("focal").camera(before)
     lost = [i for i in found.motion.rejected if found.frames[i] is not None]  # the other camera may place them
-    known = found.told is None and not lost
+    known = found.told is None and not lost and not found.motion.held  # what print or a hand holds is sought again
     start = replace(found.motion, axis=_seen_by(found.motion.axis, before.fx / camera.fx)) if known else None
     try:
         return attempt(replace(found.recording, camera=camera), sensor, settings, start)
