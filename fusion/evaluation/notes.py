@@ -89,8 +89,7 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
         most = f"the most frame {int(np.nanargmax(off))}, by {np.nanmax(off) * 1e3:.1f} mm"
         count = "1 frame jumps" if len(jumps) == 1 else f"{len(jumps)} frames jump"
         notes.append(("warning", f"{count} as a whole, {most}."))
-    sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
-    one = float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
+    one = _noise_of_a_pixel(look)
     if changes(look):
         text = (
             f"the depth of the whole centre changes by {look.common * 1e3:.1f} mm from frame to frame, a pixel beside "
@@ -105,9 +104,13 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
 
 def changes(look: "StretchLook") -> bool:
     """Whether the whole centre goes up and down by far more than its pixels do by themselves: nothing stands still."""
+    return bool(look.common > max(CHANGES * _noise_of_a_pixel(look), JUMP_M))
+
+
+def _noise_of_a_pixel(look: "StretchLook") -> float:
+    """Median standard deviation of the centre's pixels [m]; NaN where none is known."""
     sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
-    one = float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
-    return bool(look.common > max(CHANGES * one, JUMP_M))
+    return float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
 
 
 def _movement(look: "StretchLook") -> str:

@@ -5,11 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import synthetic
 
 from fusion.geometry.camera import Camera
 from fusion.recording.checks.depth_values import check_depth_values
 from fusion.recording.looking.sample import draw
+from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(40, 30, 35.0, 35.0, 19.5, 14.5, depth_scale=1000.0, principle="structured_light")
 SCENE = np.tile(np.linspace(0.7, 2.1, 40, dtype=np.float32), (30, 1))  # what stands on a table, and the wall behind
@@ -39,3 +42,11 @@ def test_a_fifth_is_nearer_than_a_projector_lets_see():
 @pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
 def test_what_cameras_measure_passes(times):
     assert errors(times) == []
+
+
+@pytest.mark.parametrize(("value", "told"), [(750.0, True), (0.75, False)])
+def test_distances_in_millimetres_are_told_as_such(tmp_path, value, told):
+    log = {"timestamp": [0.0, 1.0], "distance_m": [value, value]}
+    write_recording(tmp_path / "wall", synthetic.CAMERA, synthetic.frames(2), telemetry=log)
+    warnings = open_recording(tmp_path / "wall").warnings
+    assert any("these look like millimetres" in text for text in warnings) == told
