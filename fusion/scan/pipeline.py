@@ -20,12 +20,12 @@ from fusion.scan.finding.frames import load
 from fusion.scan.finding.object import choose_volume, clean, typical_noise
 from fusion.scan.finding.poses import constrained, track_freely, wobble
 from fusion.scan.finding.relieved import relieved
+from fusion.scan.finding.seen import looked_through, seen_by_any
 from fusion.scan.judging.agreement import agreement
 from fusion.scan.judging.doctor import ask_doctor, notes_of
 from fusion.scan.judging.evidence import Evidence
 from fusion.scan.judging.missed import closing_gaps, confirmed
 from fusion.scan.judging.print_agreement import print_agreement
-from fusion.scan.judging.seen import looked_through, seen_by_any
 from fusion.scan.judging.sure import scan_sigma
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings

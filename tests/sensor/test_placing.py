@@ -9,9 +9,9 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import exp, inverse, transform
 from fusion.mesh.mesh import Mesh
-from fusion.sensor.correction.placing import found_again
 from fusion.sensor.effects.optics.focal_length import FocalLength
 from fusion.sensor.effects.optics.principal_point import PrincipalPoint
+from fusion.sensor.laws.placing import found_again
 from fusion.sensor.view import View
 from fusion.simulation.rendering.render import Channels, RayCaster
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.scan.finding.frames import masked
-from fusion.scan.judging.seen import ASKED, facing
+from fusion.scan.finding.seen import ASKED, facing
 from fusion.turntable.pairs.edges import NOISES
 from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared

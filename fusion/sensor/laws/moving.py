@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.placing import found_again
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.placing import found_again
 from fusion.sensor.laws.surface import moved_rigidly, seen_along
 from fusion.sensor.moment import Moment
 from fusion.sensor.view import Image, View, stretch
