@@ -13,9 +13,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.likeness import Likeness, likeness
-from fusion.discrepancy.observe.look import looks_of, wanted_channels
+from fusion.discrepancy.observe.frame_block import blocks_of, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import stage_of
 from fusion.recording.open import open_recording
@@ -37,12 +37,12 @@ def main() -> None:
         extended = options.extended or _explained(options, Path(scratch))
         given = read_sensor(str(options.sensor))
         recorded = _observed(options.recordings, given)
-        gauge = gauge_of(recorded)
+        covariance = covariance_of(recorded)
         print(f"{len(options.recordings)} recordings, {len(recorded.residual)} tiles")
         for when, sensor in (("as given", options.sensor), ("extended", extended)):
             folder = Path(scratch) / when
             simulated = [_simulated(rec, sensor, folder, options.seed + k) for k, rec in enumerate(options.recordings)]
-            found = likeness(recorded, _observed(simulated, given), gauge, options.seed)
+            found = likeness(recorded, _observed(simulated, given), covariance, options.seed)
             print(f"model {when}: {said(found)}", flush=True)
 
 
@@ -77,7 +77,7 @@ def _observed(folders: list[Path], sensor: Sensor) -> Observations:
     baseline = None if sensor.principle == "itof" else sensor.baseline
     channels = wanted_channels(baseline, sensor.principle == "itof")
     stages = [stage_of(open_recording(folder), place) for place, folder in enumerate(folders)]
-    return observe(sensor, [look for stage in stages for look in looks_of(stage, channels)])
+    return observe(sensor, [block for stage in stages for block in blocks_of(stage, channels)])
 
 
 if __name__ == "__main__":

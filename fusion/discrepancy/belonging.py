@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.errors import RecordingError
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ
@@ -13,25 +13,25 @@ FAR_OFF = 0.25  # of the depth, over half of the image: no effect of a sensor bu
 NEAR = 0.03  # [m] to whole periods: how far depth that lost its phase is off for other reasons
 
 
-def refuse_strangers(looks: Sequence[FrameBlock], sensor: Sensor) -> None:
+def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
     """Another scene, another pose or another unit is told as such: every law would be bent to make up for it.
 
     Raises:
         RecordingError: half of what is seen lies elsewhere by more than any effect moves it.
     """
-    for look in looks:
-        if look.view.depth is None:
+    for block in blocks:
+        if block.view.depth is None:
             continue
-        apart = look.mean - look.view.depth
+        apart = block.mean - block.view.depth
         seen = np.isfinite(apart)
-        if not seen.any() or np.median(np.abs(apart[seen]) / look.view.depth[seen]) < FAR_OFF:
+        if not seen.any() or np.median(np.abs(apart[seen]) / block.view.depth[seen]) < FAR_OFF:
             continue
         off = float(np.median(apart[seen]))
         if sensor.principle == "itof" and _lost_phase(off, sensor.frequencies or MODULATIONS_HZ):
             continue
         raise RecordingError(
             "recording and scene do not belong together",
-            look.stage.recording.path,
+            block.stage.recording.path,
             f"depth that is {abs(off):.2f} m {'farther' if off > 0 else 'nearer'} than scene and poses say (median)",
             f"less than {FAR_OFF:.0%} of the depth",
             "check scene.json, the mesh and its unit, the poses (camera to world) and depth_scale",

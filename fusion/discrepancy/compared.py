@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from fusion.discrepancy.decisions import NOISE_ALONE
-from fusion.discrepancy.inference.gauge import Gauge, gauge_of
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
 from fusion.discrepancy.observe.observations import Observations, observe
 
 if TYPE_CHECKING:
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 
-def cleaned(gauge: Gauge, white: Vector) -> Vector:
+def cleaned(covariance: TileCovariance, white: Vector) -> Vector:
     """(n,) native units: what stays of whitened tiles when the likeliest pose and known-parameter errors are undone."""
-    inverse = solve_triangular(gauge.root, white, lower=True, trans="T", check_finite=False)
-    return np.asarray(gauge.bare @ (gauge.bare.T @ inverse))
+    inverse = solve_triangular(covariance.root, white, lower=True, trans="T", check_finite=False)
+    return np.asarray(covariance.bare @ (covariance.bare.T @ inverse))
 
 
 def beyond_noise(white: Vector, metres: Vector) -> float:
@@ -36,24 +36,24 @@ class Compared:
 
     Attributes:
         before, after: tiles under both models.
-        gauge: how far tiles may be off for known reasons.
+        covariance: how far tiles may be off for known reasons.
         held_out: True when the frames took no part in any fit.
     """
 
     before: Observations
     after: Observations
-    gauge: Gauge
+    covariance: TileCovariance
     held_out: bool
 
     @cached_property
     def white(self) -> tuple[Vector, Vector]:
         """(n,) residuals before and after as independent numbers of unit spread."""
-        return self.gauge.whiten(self.before.residual), self.gauge.whiten(self.after.residual)
+        return self.covariance.whiten(self.before.residual), self.covariance.whiten(self.after.residual)
 
     @cached_property
     def clean(self) -> tuple[Vector, Vector]:
         """(n,) residuals before and after in native units, without likely pose errors."""
-        return cleaned(self.gauge, self.white[0]), cleaned(self.gauge, self.white[1])
+        return cleaned(self.covariance, self.white[0]), cleaned(self.covariance, self.white[1])
 
     @cached_property
     def metres(self) -> tuple[Vector, Vector]:
@@ -92,24 +92,24 @@ def compared(found: "Explanation") -> Compared:
 
     Where the noise itself was wrong, both are measured by the noise that was found.
     """
-    held = [look.held for look in found.looks if look.held is not None]
-    if {look.place for look in held} == {look.place for look in found.looks}:
+    held = [block.held for block in found.blocks if block.held is not None]
+    if {block.place for block in held} == {block.place for block in found.blocks}:
         before = observe(found.before.sensor, held).as_loose_as(found.before)
         changed = found.named.steps or found.spread or found.unknown
         after = observe(found.channels.sensor, held).as_loose_as(found.before) if changed else before
         if len(before.residual) == len(after.residual):
-            return Compared(before, after, gauge_of(after if found.spread else before), True)
-    after = observe(found.mean_sensor, found.looks) if found.unknown else found.named.observations
+            return Compared(before, after, covariance_of(after if found.spread else before), True)
+    after = observe(found.mean_sensor, found.blocks) if found.unknown else found.named.observations
     if len(after.residual) != len(found.before.residual):
         after = found.named.observations
-    return Compared(found.before, after, found.gauge, False)
+    return Compared(found.before, after, found.covariance, False)
 
 
 def recording_names(observations: Observations) -> dict[int, str]:
     """Folder name of each recording by its number; of a placement that was recorded again all of them."""
     names: dict[int, dict[str, None]] = {}
     for patch in observations.patches:
-        names.setdefault(patch.look.place, {})[patch.look.stage.recording.path.name] = None
+        names.setdefault(patch.block.place, {})[patch.block.stage.recording.path.name] = None
     return {place: " + ".join(own) for place, own in names.items()}
 
 

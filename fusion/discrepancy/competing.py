@@ -22,7 +22,7 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     """
     if not mean.foresees:
         mean = mean.unconfirmed
-    laws = with_laws(mean.seen.observations, mean.seen.gauge, mean.gain if mean.claims else 0.0)
+    laws = with_laws(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0)
     setting = min(_settings(mean, stated), key=lambda one: one.cost)
     sure = posterior(laws, setting)
     if sure >= CONFIDENCE:
@@ -30,23 +30,25 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     if sure > 1.0 - CONFIDENCE:
         return replace(mean.unconfirmed, posterior=sure)
     before = replace(stated.observations, loose=setting.observations.loose)
-    before = before.seen_again(at_likely_poses(mean.seen.looks, before, setting.gauge))
-    again = explained_mean(MeasuredForms.of([patch.look for patch in before.patches], before, setting.gauge), sensor)
+    before = before.seen_again(at_likely_poses(mean.seen.blocks, before, setting.covariance))
+    again = explained_mean(
+        MeasuredForms.of([patch.block for patch in before.patches], before, setting.covariance), sensor
+    )
     if not again.claims or not again.foresees:
         return replace(again.unconfirmed, posterior=sure)
-    both = posterior(with_laws(before, setting.gauge, again.gain), with_laws(before, setting.gauge, 0.0))
+    both = posterior(with_laws(before, setting.covariance, again.gain), with_laws(before, setting.covariance, 0.0))
     return replace(again if both >= CONFIDENCE else again.unconfirmed, posterior=both)
 
 
 def _settings(mean: MeanFindings, stated: MeasuredForms) -> Iterator[Explained]:
     """The likeliest setting without any law, and without each of several, at the price of the others."""
-    yield without_laws(stated.observations, stated.gauge)
+    yield without_laws(stated.observations, stated.covariance)
     names = {step.effect.name for step in mean.named.steps}
     beyond = mean.beyond.law.score if mean.beyond is not None and mean.beyond.law.replicated else 0.0
     for name in sorted(names) if len(names) > 1 or beyond else ():
         rest = stated.observations.under(_without(mean.named.sensor, name, stated.observations.sensor))
         price = sum(step.price for step in mean.named.steps if step.effect.name != name)
-        setting = without_laws(rest, stated.gauge)
+        setting = without_laws(rest, stated.covariance)
         yield replace(setting, cost=setting.cost + price - beyond)
 
 

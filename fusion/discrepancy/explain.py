@@ -15,16 +15,16 @@ from fusion.discrepancy.channels.grain import with_grain
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
 from fusion.discrepancy.held_out import before_and_after
-from fusion.discrepancy.inference.gauge import Gauge, gauge_of
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.scatter import loose_of
 from fusion.discrepancy.inference.shaking import SHAKES, Shaking, shaking_of, steadied
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
 from fusion.discrepancy.mean import MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.observe.frame_block import FrameBlock, blocks_of, wanted_channels
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
-from fusion.discrepancy.observe.look import FrameBlock, looks_of, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.placements import joined
 from fusion.discrepancy.observe.stage import simulated_stage, stage_of
@@ -47,10 +47,10 @@ class Explanation:
     """All that was found.
 
     Attributes:
-        looks: what was measured.
+        blocks: what was measured.
         before: observations under the given model.
-        gauge: how far tiles may be off for known reasons.
-        white: (n,) residual before, in units of the gauge.
+        covariance: how far tiles may be off for known reasons.
+        white: (n,) residual before, in units of the covariance.
         named: effects that were added for the mean depth, and the model with them.
         channels: what was found beside the mean, and the model with that too.
         possible: what smooth functions of all variables could explain before.
@@ -61,9 +61,9 @@ class Explanation:
         posterior: probability that laws are missing in the mean, and not only poses or targets worse than stated.
     """
 
-    looks: tuple[FrameBlock, ...]
+    blocks: tuple[FrameBlock, ...]
     before: Observations
-    gauge: Gauge
+    covariance: TileCovariance
     white: Vector
     named: Named
     channels: ChannelFindings
@@ -78,7 +78,7 @@ class Explanation:
         found = dict.fromkeys(step.effect.name for step in self.named.steps)
         found |= dict.fromkeys(step.effect.name for step in self.channels.steps if step.established and step.effect)
         found |= {"something unknown": None} if self.unknown else {}
-        return f"<Explanation of {len(self.looks)} looks: {', '.join(found) or 'nothing'} missing from the model>"
+        return f"<Explanation of {len(self.blocks)} blocks of frames: {', '.join(found) or 'nothing'} missing>"
 
     @property
     def sensor(self) -> Sensor:
@@ -129,26 +129,26 @@ def explain(
     """
     _same_cameras(recordings, sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
-    looks: list[FrameBlock] = []
+    blocks: list[FrameBlock] = []
     prints: list[tuple[Path, Prints]] = []
     matches = matched(recordings, simulated) if simulated else []
     for place, recording in enumerate(each(recordings, "looking")):
         set_up = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
-        seen = looks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
-        prints.append((recording.path, frozenset().union(*(look.prints for look in seen))))
+        seen = blocks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
+        prints.append((recording.path, frozenset().union(*(block.prints for block in seen))))
         refuse_copies(prints)
         refuse_strangers(seen, sensor)
-        looks += seen
-    return explained_looks(joined(looks), sensor)
+        blocks += seen
+    return explained_looks(joined(blocks), sensor)
 
 
-def explained_looks(looks: Sequence[FrameBlock], sensor: Sensor) -> Explanation:
-    """What looks at known scenes show beyond a sensor model; FusionError when too few tiles are left."""
+def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor) -> Explanation:
+    """What blocks of frames of known scenes show beyond a sensor model; FusionError when too few tiles are left."""
     # a model that holds shaking says itself how much of it there is
-    shaking = None if sensor.effect(SHAKES.name) else shaking_of(looks)
-    looks = looks if shaking is None else steadied(looks, shaking)
+    shaking = None if sensor.effect(SHAKES.name) else shaking_of(blocks)
+    blocks = blocks if shaking is None else steadied(blocks, shaking)
     with stage("predicting"):
-        before = observe(sensor, looks)
+        before = observe(sensor, blocks)
     if len(before.residual) < 20:
         raise FusionError(
             "too little of the scene is seen to compare anything",
@@ -160,38 +160,38 @@ def explained_looks(looks: Sequence[FrameBlock], sensor: Sensor) -> Explanation:
     if grain:
         before = before.under(sensor)
     with stage("trying every effect"):
-        gauge = gauge_of(before)  # whatever the likely poses are
-        looks = at_likely_poses(looks, before, gauge)
-        ways = _gauged(MeasuredForms.of(looks, before.seen_again(looks), gauge))
+        covariance = covariance_of(before)  # whatever the likely poses are
+        blocks = at_likely_poses(blocks, before, covariance)
+        ways = _with_covariance(MeasuredForms.of(blocks, before.seen_again(blocks), covariance))
     with stage("naming"):
         mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), ways[0], sensor)
     with stage("noise"):
         first = (*(() if shaking is None else (_shaken(shaking),)), *grain)
-        channels = _channels(mean.named, mean.beyond, mean.seen.looks, first)
+        channels = _channels(mean.named, mean.beyond, mean.seen.blocks, first)
     with stage("judging by frames held out"):
         held_out = before_and_after(mean.held, sensor, _extended(mean.named, mean.beyond))
     seen = mean.seen
     return Explanation(
-        seen.looks, seen.observations, seen.gauge, seen.white, mean.named, channels, mean.possible, mean.left,
+        seen.blocks, seen.observations, seen.covariance, seen.white, mean.named, channels, mean.possible, mean.left,
         seen.candidates, held_out, mean.beyond, mean.posterior
     )  # fmt: skip
 
 
-def _gauged(stated: MeasuredForms) -> list[MeasuredForms]:
+def _with_covariance(stated: MeasuredForms) -> list[MeasuredForms]:
     """The recordings with errors as stated; and, where they show others that no law follows, with these as well."""
     seen = stated
     for _ in range(TURNS):
         # what is rough hides what is smooth until it is known
-        loose = loose_of(seen.observations, seen.gauge, seen.candidates, seen.groups)
+        loose = loose_of(seen.observations, seen.covariance, seen.candidates, seen.groups)
         if loose == Loose():
             break
         before = replace(seen.observations, loose=seen.observations.loose.with_more(loose))
-        seen = MeasuredForms.of(seen.looks, before, gauge_of(before))
+        seen = MeasuredForms.of(seen.blocks, before, covariance_of(before))
     if seen is stated:
         return [stated]
     if seen.observations.loose.pose > 1.0:  # their errors are larger than was taken for likely
-        looks = tuple(at_likely_poses(seen.looks, seen.observations, seen.gauge))
-        seen = replace(seen, looks=looks, observations=seen.observations.seen_again(looks))
+        blocks = tuple(at_likely_poses(seen.blocks, seen.observations, seen.covariance))
+        seen = replace(seen, blocks=blocks, observations=seen.observations.seen_again(blocks))
     return [stated, seen]
 
 
@@ -204,10 +204,10 @@ def _extended(named: Named, beyond: Unknown | None) -> Sensor:
 
 
 def _channels(
-    named: Named, beyond: Unknown | None, looks: Sequence[FrameBlock], first: tuple[ChannelStep, ...]
+    named: Named, beyond: Unknown | None, blocks: Sequence[FrameBlock], first: tuple[ChannelStep, ...]
 ) -> ChannelFindings:
     """What is found beside the mean, under the model with all that was found for the mean and `first`."""
-    found = channels_of(named.observations, looks)
+    found = channels_of(named.observations, blocks)
     # the size of an effect that the mean has just been given is no number of the given model that is wrong
     given = {effect.name for effect in named.sensor.effects} - {step.effect.name for step in named.steps}
     kept = (s for s in found.steps if not s.corrected or s.effect is None or s.effect.name in given)

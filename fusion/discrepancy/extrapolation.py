@@ -51,7 +51,7 @@ def extrapolated(found: Explanation) -> list[Beyond]:
 
 
 def _columns(found: Explanation) -> tuple[Vector, NDArray[np.bool_]]:
-    """(n, k) all that the claims may change, in units of the gauge, and which (k,) are squares of a map."""
+    """(n, k) all that the claims may change, in units of the covariance, and which (k,) are squares of a map."""
     parts = [step.candidate.white for step in found.named.steps]
     maps = [np.full(step.candidate.white.shape[1], bool(step.candidate.form.map)) for step in found.named.steps]
     if found.unknown and found.beyond is not None:

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from fusion.discrepancy.decisions import REPLICATED
-from fusion.discrepancy.inference.gauge import Gauge, gauge_of
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.sensor.sensor import Sensor
 
@@ -26,17 +26,17 @@ class HeldOut:
     share: float = 0.0
 
     @cached_property
-    def gauge(self) -> Gauge:
+    def covariance(self) -> TileCovariance:
         assert self.observations is not None
-        return gauge_of(self.observations)
+        return covariance_of(self.observations)
 
     def misfit(self, sensor: Sensor) -> tuple[float, float]:
         """Chi2 per tile and rms [m] of what a model leaves; NaN without such frames."""
         if self.observations is None:
             return float("nan"), float("nan")
         seen = self.observations.under(sensor)
-        white = self.gauge.whiten(seen.residual)
-        metres = np.concatenate([p.tiles.mean(p.look.mean - p.predicted) for p in seen.patches])
+        white = self.covariance.whiten(seen.residual)
+        metres = np.concatenate([p.tiles.mean(p.block.mean - p.predicted) for p in seen.patches])
         return float(white @ white / len(white)), float(np.sqrt(np.mean(metres**2)))
 
     def contradicts(self, better: Sensor, gain: float, than: Sensor | None = None) -> bool:
@@ -54,11 +54,11 @@ class HeldOut:
         return (before - after) * len(self.observations.residual) <= max(0.0, REPLICATED * due - 2 * np.sqrt(due))
 
 
-def held_out_of(looks: Sequence[FrameBlock], sensor: Sensor, others: Observations | None = None) -> HeldOut:
-    """The frames held out of looks, under the given model; with the scatter and the drift of the others."""
-    held = [look.held for look in looks if look.held is not None]
+def held_out_of(blocks: Sequence[FrameBlock], sensor: Sensor, others: Observations | None = None) -> HeldOut:
+    """The frames held out of blocks, under the given model; with the scatter and the drift of the others."""
+    held = [block.held for block in blocks if block.held is not None]
     seen = observe(sensor, held) if held else None
-    share = sum(len(look.frames) for look in held) / max(sum(len(look.frames) for look in looks), 1)
+    share = sum(len(block.frames) for block in held) / max(sum(len(block.frames) for block in blocks), 1)
     if seen is None or not len(seen.residual):
         return HeldOut(None, share)
     return HeldOut(seen if others is None else seen.as_loose_as(others), share)

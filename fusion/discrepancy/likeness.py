@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge
 from fusion.discrepancy.inference.scatter import MUCH
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.families import shapes_of
@@ -26,7 +26,7 @@ class Likeness:
 
     Attributes:
         probability: that two sets of one sensor differ as much or more.
-        chi2_per_dof: of their difference; 1 when both are of one sensor and the gauge is right.
+        chi2_per_dof: of their difference; 1 when both are of one sensor and the covariance is right.
         inflation: of the bulk of their difference, over the variance that is known to be there.
         differs: variables along which they differ most, where they do.
     """
@@ -41,26 +41,26 @@ class Likeness:
         return self.probability > NEVER and self.inflation < MUCH
 
 
-def likeness(recorded: Observations, simulated: Observations, gauge: Gauge, seed: int = 0) -> Likeness:
+def likeness(recorded: Observations, simulated: Observations, covariance: TileCovariance, seed: int = 0) -> Likeness:
     """Compare recordings with simulations of them, tile by tile, under one sensor model.
 
     The sign of a difference is turned for whole recordings at once: what all recordings share stands out, the error of
     one pose does not. Smooth functions and waves of all variables are what is looked at.
 
     Args:
-        gauge: of the recordings.
+        covariance: of the recordings.
     Raises:
         FusionError: they do not show the same.
     """
-    places = [[patch.look.place for patch in one.patches] for one in (recorded, simulated)]
+    places = [[patch.block.place for patch in one.patches] for one in (recorded, simulated)]
     if places[0] != places[1]:
         raise FusionError(
             "recordings and simulations do not show the same",
-            found=f"{len(places[0])} and {len(places[1])} looks",
+            found=f"{len(places[0])} and {len(places[1])} blocks of frames",
             do="simulate the scenes of the recordings with their cameras and poses",
         )
-    difference = gauge.whiten(_difference(recorded, simulated)) / np.sqrt(2)
-    groups = [*groups_of(recorded, gauge), *_waves(recorded, gauge)]
+    difference = covariance.whiten(_difference(recorded, simulated)) / np.sqrt(2)
+    groups = [*groups_of(recorded, covariance), *_waves(recorded, covariance)]
     signs = _signs(recorded.place, seed)
     power = np.stack([_power(group.basis, difference, recorded.place, signs) for group in groups], axis=1)
     # each group in units of its own usual size, so that none drowns the others; the largest counts
@@ -85,7 +85,7 @@ def _difference(recorded: Observations, simulated: Observations) -> Vector:
     return out
 
 
-def _waves(observations: Observations, gauge: Gauge) -> list[Group]:
+def _waves(observations: Observations, covariance: TileCovariance) -> list[Group]:
     """What swings along a variable faster than smooth functions of it can: each wave for itself.
 
     All together could follow any turning of signs, so that nothing would stand out.
@@ -94,7 +94,7 @@ def _waves(observations: Observations, gauge: Gauge) -> list[Group]:
     for name, values in law_variables(observations).items():
         waves = [shape.columns(values) for shape in shapes_of(name, values) if "wave" in shape.kind]
         if waves:
-            white = gauge.whiten(np.concatenate(waves, axis=1))
+            white = covariance.whiten(np.concatenate(waves, axis=1))
             ends = np.cumsum([wave.shape[1] for wave in waves])
             out += [Group((name,), np.linalg.qr(part)[0]) for part in np.split(white, ends[:-1], axis=1)]
     return out

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.held_out import HeldOut, held_out_of
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.naming.search.candidates import Candidate, candidates_of
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.setting import with_laws
 from fusion.discrepancy.unknown.in_place import explains_more, is_asked
@@ -30,24 +30,26 @@ UNKNOWN_SHARE = 0.3
 
 @dataclass(frozen=True)
 class MeasuredForms:
-    """What was measured, and all forms it is asked for, in the units of one gauge."""
+    """What was measured, and all forms it is asked for, in the units of one covariance."""
 
-    looks: tuple[FrameBlock, ...]
+    blocks: tuple[FrameBlock, ...]
     observations: Observations
-    gauge: Gauge
+    covariance: TileCovariance
     groups: tuple[Group, ...]
     candidates: tuple[Candidate, ...]
 
     @classmethod
-    def of(cls, looks: Sequence[FrameBlock], observations: Observations, gauge: Gauge) -> "MeasuredForms":
-        """All forms in the units of a gauge."""
-        groups, candidates = groups_of(observations, gauge), candidates_of(observations, gauge)
-        return cls(tuple(looks), observations, gauge, tuple(groups), tuple(candidates))
+    def of(
+        cls, blocks: Sequence[FrameBlock], observations: Observations, covariance: TileCovariance
+    ) -> "MeasuredForms":
+        """All forms in the units of a covariance."""
+        groups, candidates = groups_of(observations, covariance), candidates_of(observations, covariance)
+        return cls(tuple(blocks), observations, covariance, tuple(groups), tuple(candidates))
 
     @cached_property
     def white(self) -> Vector:
-        """(n,) residual before, in units of the gauge."""
-        return self.gauge.whiten(self.observations.residual)
+        """(n,) residual before, in units of the covariance."""
+        return self.covariance.whiten(self.observations.residual)
 
 
 @dataclass(frozen=True)
@@ -94,15 +96,15 @@ class MeanFindings:
 
 
 def explained_mean(seen: MeasuredForms, sensor: Sensor) -> MeanFindings:
-    """Names and laws of the mean depth that the recordings establish in the units of one gauge."""
-    before, gauge, white = seen.observations, seen.gauge, seen.white
+    """Names and laws of the mean depth that the recordings establish in the units of one covariance."""
+    before, covariance, white = seen.observations, seen.covariance, seen.white
     groups, candidates = list(seen.groups), list(seen.candidates)
     possible = explained(white, groups, np.zeros((len(white), 0)))
-    named = name_effects(seen.looks, before, gauge, candidates)
-    held = held_out_of(seen.looks, sensor, before)
+    named = name_effects(seen.blocks, before, covariance, candidates)
+    held = held_out_of(seen.blocks, sensor, before)
     if named.steps and held.contradicts(named.sensor, _due(named, white)):
         named = unconfirmed(named, before, white)
-    named, beyond, left = _completed(named, (before, gauge, white), possible, candidates, groups)
+    named, beyond, left = _completed(named, (before, covariance, white), possible, candidates, groups)
     if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
         beyond = beyond.unconfirmed
     return MeanFindings(seen, named, beyond, possible, left, held)
@@ -112,14 +114,14 @@ def likeliest(ways: Sequence[MeanFindings]) -> MeanFindings:
     """Of the same recordings with errors of several sizes the one that laws and errors together explain best."""
     if len(ways) == 1:
         return ways[0]
-    seen = [(mean.seen.observations, mean.seen.gauge, mean.gain if mean.claims else 0.0) for mean in ways]
+    seen = [(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0) for mean in ways]
     costs = [with_laws(*one).cost for one in seen]
     return ways[int(np.argmin(costs))]
 
 
 def _completed(
     named: Named,
-    seen: tuple[Observations, Gauge, Vector],
+    seen: tuple[Observations, TileCovariance, Vector],
     possible: UnrestrictedGain,
     candidates: list[Candidate],
     groups: list[Group],
@@ -128,22 +130,22 @@ def _completed(
 
     Args:
         named: effects that were added.
-        seen: observations, gauge, and the white residual before.
+        seen: observations, covariance, and the white residual before.
         possible: what could be explained at all.
         candidates, groups: all forms.
     """
-    before, gauge, white = seen
+    before, covariance, white = seen
     beyond = None
     left = explained(named.white, groups, np.zeros((len(white), 0)))
     if is_asked(named):  # whether one formula stands behind the names
-        formula = unknown_of(white, (before, gauge), possible, candidates, groups)
+        formula = unknown_of(white, (before, covariance), possible, candidates, groups)
         if explains_more(formula.law, named, white):
             named, beyond, left = unconfirmed(named, before, white), formula, possible
     if named.steps and _is_much(left, named, possible):
         # the names explain too little of what could be explained: they are the nearest, not the right ones
         named, left = unconfirmed(named, before, white), possible
     if beyond is None and _is_much(left, named, possible):
-        beyond = unknown_of(named.white, (named.observations, gauge), left, candidates, groups)
+        beyond = unknown_of(named.white, (named.observations, covariance), left, candidates, groups)
     return named, beyond, left
 
 

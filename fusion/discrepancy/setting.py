@@ -6,10 +6,10 @@ import numpy as np
 
 from fusion.discrepancy.inference.camera_file import camera_columns
 from fusion.discrepancy.inference.covariance import BENDS_M
-from fusion.discrepancy.inference.gauge import Gauge, gauge_of, pose_columns
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import mesh_columns, room_columns, shape_columns
 from fusion.discrepancy.inference.sizes import sizes_of
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of, pose_columns
 from fusion.discrepancy.observe.observations import Observations
 
 USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plasterboard bows by 1 to 3 mm over 2 m
@@ -20,35 +20,37 @@ class Explained:
     """One way to explain the recordings.
 
     Attributes:
-        observations, gauge: with the sizes of errors that go with it.
+        observations, covariance: with the sizes of errors that go with it.
         cost: -2 log of the marginal likelihood: misfit, volume of what could have been, and price of its laws.
     """
 
     observations: Observations
-    gauge: Gauge
+    covariance: TileCovariance
     cost: float
 
 
-def with_laws(observations: Observations, gauge: Gauge, gain: float) -> Explained:
+def with_laws(observations: Observations, covariance: TileCovariance, gain: float) -> Explained:
     """The recordings as laws explain them: `gain` is their drop of the chi2 less what their freedom costs."""
-    return Explained(observations, gauge, _cost(observations, gauge) - gain)
+    return Explained(observations, covariance, _cost(observations, covariance) - gain)
 
 
-def without_laws(observations: Observations, gauge: Gauge) -> Explained:
+def without_laws(observations: Observations, covariance: TileCovariance) -> Explained:
     """The likeliest setting in which nothing is missing: sizes of errors of poses and of shapes as all tiles say.
 
     Drifts are no part of it: they are what nobody understands, and would follow any law.
     """
-    white, poses = gauge.whiten(observations.residual), np.column_stack(pose_columns(observations))
+    white, poses = covariance.whiten(observations.residual), np.column_stack(pose_columns(observations))
     bends = (*shape_columns(observations), *room_columns(observations))
-    parts = [gauge.whiten(part) for part in (poses, mesh_columns(observations), camera_columns(observations), *bends)]
+    parts = [
+        covariance.whiten(part) for part in (poses, mesh_columns(observations), camera_columns(observations), *bends)
+    ]
     more, mesh, camera, *bent = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
     own, common = tuple(bent[: len(BENDS_M)]), tuple(bent[len(BENDS_M) :])
     loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh, camera=camera)
     if loose == Loose():
-        return Explained(observations, gauge, _cost(observations, gauge))
+        return Explained(observations, covariance, _cost(observations, covariance))
     looser = replace(observations, loose=observations.loose.with_more(loose))
-    wider = gauge_of(looser)
+    wider = covariance_of(looser)
     return Explained(looser, wider, _cost(looser, wider))
 
 
@@ -57,8 +59,8 @@ def posterior(laws: Explained, setting: Explained) -> float:
     return float(1.0 / (1.0 + np.exp(np.clip(0.5 * (laws.cost - setting.cost), -700, 700))))
 
 
-def _cost(observations: Observations, gauge: Gauge) -> float:
-    white, loose = gauge.whiten(observations.residual), observations.loose
+def _cost(observations: Observations, covariance: TileCovariance) -> float:
+    white, loose = covariance.whiten(observations.residual), observations.loose
     # what was stated, and what is usual where nothing was, is likelier: a factor of e, a millimetre, a percent
     before = float(np.log(loose.pose)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2 + loose.mesh**2 + loose.camera**2
-    return float(white @ white) + 2 * float(np.log(np.diag(gauge.root)).sum()) + before
+    return float(white @ white) + 2 * float(np.log(np.diag(covariance.root)).sum()) + before

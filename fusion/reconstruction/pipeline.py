@@ -26,7 +26,7 @@ from fusion.results.course import Course
 from fusion.results.light import Light, note
 from fusion.results.off_course import off_course
 from fusion.sensor.correction.corrected_recording import corrected_recording
-from fusion.sensor.correction.summary import Told
+from fusion.sensor.correction.summary import CorrectionSummary
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.tracking.tracker import Tracked
@@ -102,7 +102,7 @@ def _check_enough(results: list[Tracked], recording: Recording, settings: Recons
 
 def _result(
     recording: Recording, results: list[Tracked], made: tuple[Mesh, Volume, Plan],
-    how: tuple[ReconstructSettings, Sensor, list[Light], Told, Course | None], band: float,
+    how: tuple[ReconstructSettings, Sensor, list[Light], CorrectionSummary, Course | None], band: float,
 ) -> Reconstruction:  # fmt: skip
     (mesh, volume, chosen), (settings, sensor, notes, told_of, course) = made, how
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))

@@ -30,7 +30,7 @@ from fusion.scan.judging.sure import scan_sigma
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording
-from fusion.sensor.correction.summary import Told
+from fusion.sensor.correction.summary import CorrectionSummary
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.circle import fit_circle, onto_circle
@@ -67,7 +67,9 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     return _finish(found, settings, (sensor, told, stated, focal, asked))
 
 
-def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Camera, FocalCheck, list[Light]]) -> Scan:
+def _finish(
+    found: Attempt, settings: ScanSettings, how: tuple[Sensor, CorrectionSummary, Camera, FocalCheck, list[Light]]
+) -> Scan:
     """Volumes, trajectories and closure from a known motion."""
     recording, frames, region, motion, commanded = found.recording, found.frames, found.region, found.motion, found.told
     sensor, told, stated, focal, asked = how
@@ -136,7 +138,9 @@ def _finish(found: Attempt, settings: ScanSettings, how: tuple[Sensor, Told, Cam
     )
 
 
-def _chosen(settings: ScanSettings, found: Attempt, how: tuple[Sensor, Told], volume: Volume) -> dict[str, Any]:
+def _chosen(
+    settings: ScanSettings, found: Attempt, how: tuple[Sensor, CorrectionSummary], volume: Volume
+) -> dict[str, Any]:
     """What was asked for and what was chosen, as plain values."""
     (sensor, told), camera, region = how, found.recording.camera, found.region
     asked = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}

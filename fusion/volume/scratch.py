@@ -4,7 +4,7 @@ from threading import RLock
 
 from fusion.compute.spare import Spare
 from fusion.volume.integration.frame import work
-from fusion.volume.raycasting.canvas import Canvases
+from fusion.volume.raycasting.image_pool import ImagePool
 
 
 class Scratch:
@@ -19,7 +19,7 @@ class Scratch:
     def __init__(self) -> None:
         self.turn = RLock()
         self.frames = Spare(work, most=2)  # a depth camera, and one of another size
-        self.canvases = Canvases()
+        self.pool = ImagePool()
 
     def __reduce__(self) -> tuple[type, tuple[()]]:
         """A copy of a volume has scratch of its own."""

@@ -96,9 +96,9 @@ class Volume:
         """
         _check_pose(T_world_camera)
         with self._scratch.turn:
-            canvas = self._scratch.canvases.take(*camera.shape)
-            seen = raycast(self.blocks, camera, np.asarray(T_world_camera, float), (near, far), canvas)
-            self._scratch.canvases.give_back(canvas)
+            images = self._scratch.pool.take(*camera.shape)
+            seen = raycast(self.blocks, camera, np.asarray(T_world_camera, float), (near, far), images)
+            self._scratch.pool.give_back(images)
         return seen
 
     def sample(self, points: Array) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:

@@ -1,4 +1,4 @@
-"""Looks at made-up walls, without files: tilted planes with patches, seen by a sensor with something to hide."""
+"""Blocks at made-up walls, without files: tilted planes with patches, seen by a sensor with something to hide."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,10 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.inference.scatter import Loose, loose_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import groups_of
 from fusion.geometry.camera import Camera
@@ -62,11 +62,13 @@ def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: 
     return FrameBlock(stage, tuple(range(FRAMES)), stated, frames.mean(axis=0), frames.std(axis=0, ddof=1), count)
 
 
-def loose_in(looks: Sequence[FrameBlock]) -> Loose:
+def loose_in(blocks: Sequence[FrameBlock]) -> Loose:
     """What follows no law, as the engine tells it."""
-    observations = observe(sensor_of("itof"), looks)
-    gauge = gauge_of(observations)
-    return loose_of(observations, gauge, candidates_of(observations, gauge), groups_of(observations, gauge))
+    observations = observe(sensor_of("itof"), blocks)
+    covariance = covariance_of(observations)
+    return loose_of(
+        observations, covariance, candidates_of(observations, covariance), groups_of(observations, covariance)
+    )
 
 
 def view_of(principle: str, wall: tuple[float, ...], place: int) -> View:

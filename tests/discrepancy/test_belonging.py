@@ -22,7 +22,7 @@ class Look:
         self.stage = type("Stage", (), {"recording": type("Recording", (), {"path": "rec"})})
 
 
-def look(off):
+def block(off):
     depth = np.linspace(1.0, 3.0, 400).reshape(20, 20)
     return Look(depth + off, depth)
 
@@ -31,19 +31,19 @@ def look(off):
 @pytest.mark.parametrize("principle", ["itof", "structured_light"])
 def test_depth_far_from_its_scene_is_refused(off, principle):
     with pytest.raises(RecordingError, match="do not belong together"):
-        refuse_strangers([look(off)], fusion.Sensor(principle=principle))
+        refuse_strangers([block(off)], fusion.Sensor(principle=principle))
 
 
 def test_a_lost_phase_is_an_effect():
     period = LIGHT_SPEED / 2 / 100e6
     sensor = fusion.Sensor(principle="itof", frequencies=(100e6,))
-    refuse_strangers([look(-period + 0.01)], sensor)
+    refuse_strangers([block(-period + 0.01)], sensor)
     with pytest.raises(RecordingError):
-        refuse_strangers([look(-period + 0.3)], sensor)
+        refuse_strangers([block(-period + 0.3)], sensor)
 
 
 def test_errors_of_sensors_are_none():
-    refuse_strangers([look(0.1), Look(np.full((4, 4), np.nan), np.ones((4, 4)))], fusion.Sensor(principle="itof"))
+    refuse_strangers([block(0.1), Look(np.full((4, 4), np.nan), np.ones((4, 4)))], fusion.Sensor(principle="itof"))
 
 
 def test_a_wall_elsewhere_than_its_poses_say_is_told_by_the_command(tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset

@@ -8,7 +8,7 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.validity import FLOOR, validity_of
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.table import joined
 from fusion.sensor.effects.light.ambient_light import AmbientLight
@@ -20,23 +20,23 @@ from fusion.sensor.sensor import Sensor
 BAD = 400.0
 
 
-def looks_of(*hidden, seed=1) -> list[FrameBlock]:
+def blocks_of(*hidden, seed=1) -> list[FrameBlock]:
     return looks_at(Sensor("made up", "itof", (*sensor_of("itof").effects, *hidden)), seed)
 
 
-def found_in(given, looks):
-    return dropout_steps(observe(given, looks))[1]
+def found_in(given, blocks):
+    return dropout_steps(observe(given, blocks))[1]
 
 
 def test_values_that_are_missing_as_predicted_are_nothing():
     given = Sensor("made up", "itof", (*sensor_of("itof").effects, AmplitudeDropout(ir_threshold=BAD)))
     for seed in range(3):
-        assert found_in(given, looks_of(AmplitudeDropout(ir_threshold=BAD), seed=seed)) == ()
+        assert found_in(given, blocks_of(AmplitudeDropout(ir_threshold=BAD), seed=seed)) == ()
 
 
 @pytest.mark.parametrize("hidden", [AmplitudeDropout(ir_threshold=BAD), Saturation(ir_threshold=1500.0)])
 def test_what_takes_values_is_named(hidden):
-    (step,) = found_in(sensor_of("itof"), looks_of(hidden))
+    (step,) = found_in(sensor_of("itof"), blocks_of(hidden))
     assert step.effect is not None and step.effect.name == hidden.name and step.channel == "dropout"
     # a twentieth: few pixels have just this amplitude
     assert step.effect.ir_threshold == pytest.approx(hidden.ir_threshold, rel=0.05)
@@ -44,15 +44,17 @@ def test_what_takes_values_is_named(hidden):
 
 def test_a_wrong_threshold_is_corrected_and_one_that_is_uncertain_is_left():
     given = Sensor("made up", "itof", (*sensor_of("itof").effects, AmplitudeDropout(ir_threshold=250.0)))
-    looks = looks_of(AmplitudeDropout(ir_threshold=BAD))
-    (step,) = found_in(replace(given, std={("amplitude_dropout", "ir_threshold"): 10.0}), looks)
+    blocks = blocks_of(AmplitudeDropout(ir_threshold=BAD))
+    (step,) = found_in(replace(given, std={("amplitude_dropout", "ir_threshold"): 10.0}), blocks)
     assert step.corrected and step.effect.ir_threshold == pytest.approx(BAD, rel=0.05)
-    assert found_in(replace(given, std={("amplitude_dropout", "ir_threshold"): 100.0}), looks) == ()
+    assert found_in(replace(given, std={("amplitude_dropout", "ir_threshold"): 100.0}), blocks) == ()
 
 
 def test_without_recorded_amplitude_a_threshold_has_its_name_and_no_size():
-    looks = [replace(look, view=replace(look.view, ir=None)) for look in looks_of(AmplitudeDropout(ir_threshold=BAD))]
-    for step in found_in(sensor_of("itof"), looks):
+    blocks = [
+        replace(block, view=replace(block.view, ir=None)) for block in blocks_of(AmplitudeDropout(ir_threshold=BAD))
+    ]
+    for step in found_in(sensor_of("itof"), blocks):
         assert step.effect == AmplitudeDropout() and not step.std
 
 
@@ -62,7 +64,7 @@ def lost(
     """What is seen of walls by a sensor that loses values, and does not tell its light."""
     table = Tabulated((variable,), (nodes,), missing=np.array(share))
     seen = looks_at(Sensor("made up", principle, (*sensor_of(principle).effects, table)), seed=3)
-    return [replace(look, view=replace(look.view, ir=None)) for look in seen]
+    return [replace(block, view=replace(block.view, ir=None)) for block in seen]
 
 
 FAR = ("depth", (0.5, 1.5, 3.0), (0.0, 0.08, 0.3))
@@ -75,9 +77,9 @@ def test_values_lost_with_distance_have_the_names_that_lose_them_so():
 
 
 def test_the_model_then_loses_as_many():
-    given, looks = sensor_of("structured_light"), lost(*FAR)
-    (step,) = found_in(given, looks)
-    seen = validity_of(step.added_to(given), observe(given, looks).patches)
+    given, blocks = sensor_of("structured_light"), lost(*FAR)
+    (step,) = found_in(given, blocks)
+    seen = validity_of(step.added_to(given), observe(given, blocks).patches)
     # FLOOR is what a model of validity leaves open; the law is straight between five quantiles
     assert seen is not None and np.mean(np.abs(seen.missing - seen.share())) < FLOOR
 
@@ -105,7 +107,7 @@ def test_tables_of_errors_and_of_missing_values_join():
 
 
 def test_holes_in_one_recording_alone_are_no_law():
-    first, *others = looks_of()
+    first, *others = blocks_of()
     count = first.count.copy()
     count[:40, :60] = 0
     torn = replace(first, count=count, mean=np.where(count > 0, first.mean, np.nan))

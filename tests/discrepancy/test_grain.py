@@ -20,7 +20,7 @@ from fusion.sensor.sensor import Sensor
 
 def grainy(given: Sensor, effect, seed=1, off=1.0):
     """Walls whose frames, fitted and held out, have one effect more in common."""
-    looks = []
+    blocks = []
     for place, wall in enumerate(WALLS):
         one, other = (look_at(given, place, wall, seed + 50 * k, off=0.0) for k in (0, 1))
         stage = one.stage
@@ -28,16 +28,16 @@ def grainy(given: Sensor, effect, seed=1, off=1.0):
         view = replace(one.view, moment=replace(one.view.moment, unit=seed, placement=100 * seed + place))
         more = 0.0 if effect is None else effect.bias(one.view.depth, view)
         held = replace(other, stage=stage, mean=other.mean + more)
-        looks.append(replace(one, mean=one.mean + more, held=held))
-    return looks
+        blocks.append(replace(one, mean=one.mean + more, held=held))
+    return blocks
 
 
 @pytest.mark.parametrize("window", [3.0, 5.0])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_speckle_is_found_with_its_size_and_its_window(window, seed):
     given = sensor_of("structured_light")
-    looks = grainy(given, SpeckleNoise(sigma_px=0.05, correlation_px=window), seed)
-    (step,) = with_grain(observe(given, looks))[1]
+    blocks = grainy(given, SpeckleNoise(sigma_px=0.05, correlation_px=window), seed)
+    (step,) = with_grain(observe(given, blocks))[1]
     assert step.effect.name == "speckle_noise"
     assert step.effect.sigma_px == pytest.approx(0.05, rel=0.08)  # a tenth as many independent pixels as tiles have
     assert step.effect.correlation_px == pytest.approx(window, rel=0.25)
@@ -61,8 +61,8 @@ def test_noise_has_no_grain(principle, seed):
 def test_what_is_stated_is_not_missing():
     speckle = SpeckleNoise(sigma_px=0.05, correlation_px=5.0)
     given = replace(sensor_of("structured_light", speckle), std={("speckle_noise", "sigma_px"): 0.005})
-    looks = grainy(sensor_of("structured_light"), replace(speckle, sigma_px=0.054))
-    assert not with_grain(observe(given, looks))[1]
+    blocks = grainy(sensor_of("structured_light"), replace(speckle, sigma_px=0.054))
+    assert not with_grain(observe(given, blocks))[1]
     (step,) = with_grain(observe(given, grainy(sensor_of("structured_light"), replace(speckle, sigma_px=0.1))))[1]
     assert step.corrected and step.effect.sigma_px == pytest.approx(0.1, rel=0.08)
 
@@ -80,8 +80,8 @@ def test_steps_that_no_noise_hides_are_no_grain():
     coarse = Sensor(
         "coarse", "structured_light", (*sensor_of("structured_light").effects, DepthQuantization(step_px=0.25))
     )
-    looks = grainy(coarse, None)
-    assert not with_grain(observe(coarse, looks))[1]
+    blocks = grainy(coarse, None)
+    assert not with_grain(observe(coarse, blocks))[1]
 
 
 def test_a_square_takes_its_mean_and_its_slopes_out_of_what_a_window_makes():
@@ -97,6 +97,6 @@ def test_speckle_that_nobody_stated_leaves_nothing_unexplained():
     given = sensor_of("structured_light")
     found = explained_looks(grainy(given, SpeckleNoise(sigma_px=0.05, correlation_px=5.0)), given)
     assert not found.named.steps and not found.unknown
-    # squares with an edge of print in them hold fewer pixels than the gauge takes speckle to be averaged over
+    # squares with an edge of print in them hold fewer pixels than the covariance takes speckle to be averaged over
     assert float(found.white @ found.white) / len(found.white) < 1.5
     assert [step.effect.name for step in found.channels.steps if step.established] == ["speckle_noise"]

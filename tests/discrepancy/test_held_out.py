@@ -17,11 +17,11 @@ from fusion.sensor.where import Bound
 def test_a_model_that_held_out_frames_hardly_confirm_is_contradicted(share):
     given, better = sensor_of("itof"), sensor_of("itof", DepthScale(scale=0.01))
     true = sensor_of("itof", DepthScale(scale=0.01 * share))
-    looks = [replace(look, held=held) for look, held in zip(looks_at(better, 3), looks_at(true, 4), strict=True)]
-    held = held_out_of(looks, given)
+    blocks = [replace(block, held=held) for block, held in zip(looks_at(better, 3), looks_at(true, 4), strict=True)]
+    held = held_out_of(blocks, given)
     assert held.share == 1.0  # as many frames as the others
     # what the fit gained, from frames that show all of it
-    whole = held_out_of([replace(look, held=look) for look in looks], given)
+    whole = held_out_of([replace(block, held=block) for block in blocks], given)
     gain = len(whole.observations.residual) * (whole.misfit(given)[0] - whole.misfit(better)[0])
     assert gain > 100
     assert held.contradicts(better, gain) == (share < 0.4)
@@ -30,7 +30,7 @@ def test_a_model_that_held_out_frames_hardly_confirm_is_contradicted(share):
 
 @pytest.mark.parametrize(("where", "due"), [((), 300.0), ((Bound("temperature", 33.0),), 0.0)])
 def test_of_a_region_frames_between_looks_need_not_show_a_share(where, due):
-    """Its edge lies anywhere between two looks, and held-out frames between them with it."""
+    """Its edge lies anywhere between two blocks, and held-out frames between them with it."""
     step = SimpleNamespace(candidate=SimpleNamespace(where=where))
     named = SimpleNamespace(steps=(step,), white=np.full(100, 1.0))
     assert _due(named, np.full(100, 2.0)) == due

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.inference.identifiability import unseen, visibilities
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.readout.depth_scale import DepthScale
@@ -40,34 +40,34 @@ def test_scale_offset_and_tilt_of_a_triangulating_sensor_vanish_on_walls_with_fr
     assert survival(observations, observations.columns([PixelLocking(amplitude=0.01)])[:, 0]) > 0.3
 
 
-def table_of(sensor, looks):
+def table_of(sensor, blocks):
     """What the engine says of every effect, by name."""
-    observations = observe(sensor, looks)
-    gauge = gauge_of(observations)
-    return {entry.effect: entry for entry in visibilities(candidates_of(observations, gauge), gauge)}
+    observations = observe(sensor, blocks)
+    covariance = covariance_of(observations)
+    return {entry.effect: entry for entry in visibilities(candidates_of(observations, covariance), covariance)}
 
 
 def test_the_table_says_what_nearly_free_poses_swallow():
     sensor = sensor_of("structured_light")
-    looks = [free_pose(look) for look in looks_at(sensor, 0)]
-    table = table_of(sensor, looks)
+    blocks = [free_pose(block) for block in looks_at(sensor, 0)]
+    table = table_of(sensor, blocks)
     for name in ("depth_scale", "disparity_offset"):
         assert not table[name].visible and name in unseen(list(table.values()), "structured_light")
     assert table["pixel_locking"].share > 0.3
 
 
-def free_pose(look):
-    """A look whose pose is known to a few metres and half a radian."""
-    stage = SimpleNamespace(**{**vars(look.stage), "sigma_m": 3.0, "sigma_rad": 0.5})
-    return replace(look, stage=stage)
+def free_pose(block):
+    """A block whose pose is known to a few metres and half a radian."""
+    stage = SimpleNamespace(**{**vars(block.stage), "sigma_m": 3.0, "sigma_rad": 0.5})
+    return replace(block, stage=stage)
 
 
 def test_the_smallest_detectable_size_stands_out_by_five_sigma():
     sensor = sensor_of("itof")
-    looks = looks_at(sensor, 0)
-    entry = table_of(sensor, looks)["depth_scale"]
-    observations = observe(sensor, looks)
-    white = gauge_of(observations).whiten(observations.columns([DepthScale(scale=entry.detectable)])[:, 0])
+    blocks = looks_at(sensor, 0)
+    entry = table_of(sensor, blocks)["depth_scale"]
+    observations = observe(sensor, blocks)
+    white = covariance_of(observations).whiten(observations.columns([DepthScale(scale=entry.detectable)])[:, 0])
     # the footprint is linear to first order; its size here is a part in ten thousand
     assert abs(np.linalg.norm(white) - 5) < 0.05
 
@@ -83,9 +83,9 @@ def test_what_only_an_impossible_size_would_show_is_not_visible():
     """A table can move by what noise hides if only the size is beyond every bound: that shows nothing."""
     sensor = sensor_of("itof")
     observations = observe(sensor, looks_at(sensor, 0))
-    gauge = gauge_of(observations)
-    offset = next(c for c in candidates_of(observations, gauge) if c.name == "depth_offset" and not c.where)
+    covariance = covariance_of(observations)
+    offset = next(c for c in candidates_of(observations, covariance) if c.name == "depth_offset" and not c.where)
     for faint, seen in ((1.0, True), (1e-6, False)):
         weak = replace(offset, columns=offset.columns * faint, white=offset.white * faint)
-        (entry,) = visibilities([weak], gauge)
+        (entry,) = visibilities([weak], covariance)
         assert entry.visible == seen and (entry.detectable is not None) == seen

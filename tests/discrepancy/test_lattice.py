@@ -24,21 +24,21 @@ STEP_PX = 0.05  # 6.7 mm at 1 m with the base of the made-up sensor
 
 def observed(folder, step_px, *known):
     """Five tilted walls, stored in millimetres after their disparity was rounded."""
-    looks = []
+    blocks = []
     sensor = sensor_of("structured_light")
     rng = np.random.default_rng(0)
-    for place, look in enumerate(looks_at(sensor, 1)[:5]):
+    for place, block in enumerate(looks_at(sensor, 1)[:5]):
         fb = CAMERA.fx * sensor.baseline
         rows = np.linspace(0.7 + 0.1 * place, 1.6 + 0.2 * place, CAMERA.height)[:, None]
         depth = np.broadcast_to(rows, CAMERA.shape) + rng.normal(0, 0.003, CAMERA.shape)
         stored = fb / (np.round(fb / depth / step_px) * step_px) if step_px else depth
         write_recording(folder / str(place), CAMERA, iter([Frame(0, 0.0, stored.astype(np.float32))]), None)
-        stage = SimpleNamespace(**vars(look.stage), recording=open_recording(folder / str(place)))
-        looks.append(replace(look, stage=stage, view=replace(look.view, camera=CAMERA)))
+        stage = SimpleNamespace(**vars(block.stage), recording=open_recording(folder / str(place)))
+        blocks.append(replace(block, stage=stage, view=replace(block.view, camera=CAMERA)))
     better = sensor
     for effect in known:
         better = better.having(effect)
-    return observe(better, looks)
+    return observe(better, blocks)
 
 
 def test_steps_of_disparity_are_found(tmp_path):

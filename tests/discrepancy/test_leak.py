@@ -7,7 +7,7 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.in_place import is_asked
 from fusion.discrepancy.unknown.law import law_of
@@ -26,18 +26,18 @@ LEAK = ((0.6, 0.4), (1.25, 1.87))  # shares, and half a wavelength of 120 and of
 
 def hiding_a_leak(turns):
     sensor = sensor_of("itof")
-    looks = looks_at(sensor, 11)
-    for look in looks:
-        look.mean[...] = look.mean + leak(look.view, turns)
-    return sensor, looks
+    blocks = looks_at(sensor, 11)
+    for block in blocks:
+        block.mean[...] = block.mean + leak(block.view, turns)
+    return sensor, blocks
 
 
 def test_a_wave_that_the_brightness_hides_is_found_with_it():
     before = observe(*hiding_a_leak((3.5, 0.3)))
-    gauge = gauge_of(before)
-    white = gauge.whiten(before.residual)
-    left = explained(white, groups_of(before, gauge), np.zeros((len(white), 0)))
-    law = law_of(white, before, gauge, left)
+    covariance = covariance_of(before)
+    white = covariance.whiten(before.residual)
+    left = explained(white, groups_of(before, covariance), np.zeros((len(white), 0)))
+    law = law_of(white, before, covariance, left)
     # on a wall depth and range say the same
     assert {"range", "amplitude"} <= {name.replace("depth", "range") for name in law.variables}
     assert law.simple and law.replicated and law.gain > left.gain  # which no sum of functions of each alone reaches
@@ -45,8 +45,8 @@ def test_a_wave_that_the_brightness_hides_is_found_with_it():
 
 @pytest.mark.slow
 def test_a_wave_of_the_range_that_grows_with_the_darkness_is_one_unknown_law_of_both_and_not_two_names():
-    sensor, looks = hiding_a_leak((0.4, 2.0))
-    found = explained_looks(looks, sensor)
+    sensor, blocks = hiding_a_leak((0.4, 2.0))
+    found = explained_looks(blocks, sensor)
     assert not found.named.steps and found.unknown
     assert {"range", "amplitude"} <= {name.replace("depth", "range") for name in found.beyond.law.variables}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made_up_walls import WALLS, looks_at, sensor_of
 
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.likeness import likeness
 from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.naming.search.candidates import candidates_of
@@ -24,11 +24,11 @@ def seen(sensor, model, seed):
 def test_recordings_and_simulations_of_one_sensor_are_alike():
     sensor = sensor_of("itof")
     recorded = seen(sensor, sensor, 1)
-    gauge = gauge_of(recorded)
-    found = [likeness(recorded, seen(sensor, sensor, seed), gauge) for seed in range(2, 8)]
+    covariance = covariance_of(recorded)
+    found = [likeness(recorded, seen(sensor, sensor, seed), covariance) for seed in range(2, 8)]
     # six draws at 2 %: one refusal in eight such tests
     assert sum(not one.alike for one in found) <= 1
-    # some 280 tiles a set; the floor of the gauge leaves room below
+    # some 280 tiles a set; the floor of the covariance leaves room below
     assert all(0.5 < one.chi2_per_dof < 1.3 for one in found)
 
 
@@ -36,12 +36,12 @@ def test_recordings_and_simulations_of_one_sensor_are_alike():
 def test_the_extended_model_simulates_what_was_recorded():
     hidden = CyclicError(amplitude=0.001, period=0.6, phase=0.4)
     known = sensor_of("itof")
-    looks = looks_at(sensor_of("itof", hidden), 1, MANY)
-    recorded = observe(known, looks)
-    gauge = gauge_of(recorded)
-    extended = name_effects(looks, recorded, gauge, candidates_of(recorded, gauge)).sensor
-    before = likeness(recorded, seen(known, known, 2), gauge)
-    after = likeness(recorded, seen(extended, known, 2), gauge)
+    blocks = looks_at(sensor_of("itof", hidden), 1, MANY)
+    recorded = observe(known, blocks)
+    covariance = covariance_of(recorded)
+    extended = name_effects(blocks, recorded, covariance, candidates_of(recorded, covariance)).sensor
+    before = likeness(recorded, seen(known, known, 2), covariance)
+    after = likeness(recorded, seen(extended, known, 2), covariance)
     assert not before.alike and before.differs
     assert after.alike and after.chi2_per_dof < 1.3 < before.chi2_per_dof
 
@@ -50,5 +50,5 @@ def test_other_scenes_are_refused():
     sensor = sensor_of("itof")
     recorded = seen(sensor, sensor, 1)
     with pytest.raises(FusionError, match="do not show the same"):
-        likeness(recorded, observe(sensor, looks_at(sensor, 2, MANY[:5])), gauge_of(recorded))
+        likeness(recorded, observe(sensor, looks_at(sensor, 2, MANY[:5])), covariance_of(recorded))
     assert np.isfinite(recorded.residual).all()

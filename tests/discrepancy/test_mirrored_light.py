@@ -16,19 +16,19 @@ FAR_OFF = 5.0  # times the usual scatter
 
 
 def mirrored(sensor, seed: int, high: float = HIGH, rough: float = ROUGH, shape_m: float = 0.0, far_off: int = -1):
-    """Looks of which one in three has two patches of mirrored light, and whose tiles scatter."""
+    """Blocks of which one in three has two patches of mirrored light, and whose tiles scatter."""
     rng = np.random.default_rng([seed, 77])
     out = []
-    for k, look in enumerate(looks_at(sensor, seed)):
-        h, w = look.mean.shape
+    for k, block in enumerate(looks_at(sensor, seed)):
+        h, w = block.mean.shape
         v, u = np.mgrid[0:h, 0:w]
         off = rng.normal(0, rough * (FAR_OFF if k == far_off else 1.0), (-(-h // 16), -(-w // 16)))
         off = np.kron(off, np.ones((16, 16)))[:h, :w]
         for _ in range(2 if k % 3 == 0 else 0):
             away = (u - rng.uniform(0, w)) ** 2 + (v - rng.uniform(0, h)) ** 2
             off += high * rng.uniform(0.5, 1.5) * np.exp(-away / (2 * WIDE**2))
-        stage = SimpleNamespace(**{**vars(look.stage), "mesh_sigma_m": shape_m, "shape": "wall"})
-        out.append(replace(look, mean=look.mean + off, stage=stage))
+        stage = SimpleNamespace(**{**vars(block.stage), "mesh_sigma_m": shape_m, "shape": "wall"})
+        out.append(replace(block, mean=block.mean + off, stage=stage))
     return out
 
 

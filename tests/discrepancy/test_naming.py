@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.inference.gauge import gauge_of
-from fusion.discrepancy.naming import standing
-from fusion.discrepancy.naming.judged import _parted
+from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.naming import established
+from fusion.discrepancy.naming.assessment import _parted
+from fusion.discrepancy.naming.effect_part import EffectPart
+from fusion.discrepancy.naming.established import is_faint, weak_of
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
-from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.search.bounds import _beside_best
 from fusion.discrepancy.naming.search.candidates import candidate_of, candidates_of
 from fusion.discrepancy.naming.search.space import Space
 from fusion.discrepancy.naming.search.step import _prior, best_part
-from fusion.discrepancy.naming.standing import is_faint, weak_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import covariates, explained, groups_of
 from fusion.sensor.effect import Effect
@@ -38,10 +38,14 @@ TOF, LIGHT = "itof", "structured_light"
 
 
 def named(principle: str, *hidden: Effect, seed: int = 1):
-    looks = looks_at(sensor_of(principle, *hidden), seed)
-    observations = observe(sensor_of(principle), looks)
-    gauge = gauge_of(observations)
-    return name_effects(looks, observations, gauge, candidates_of(observations, gauge)), observations, gauge
+    blocks = looks_at(sensor_of(principle, *hidden), seed)
+    observations = observe(sensor_of(principle), blocks)
+    covariance = covariance_of(observations)
+    return (
+        name_effects(blocks, observations, covariance, candidates_of(observations, covariance)),
+        observations,
+        covariance,
+    )
 
 
 @pytest.mark.parametrize(
@@ -65,7 +69,7 @@ def test_a_hidden_effect_is_named_with_its_size(principle, hidden, parameter):
     assert found.steps
     first = found.steps[0]
     assert hidden.name in (first.effect.name, *first.alike)
-    # what is left is noise: the variance of some 280 tiles is known to 9 %; the gauge's floor leaves room below
+    # what is left is noise: the variance of some 280 tiles is known to 9 %; the covariance's floor leaves room below
     assert 0.3 < found.white @ found.white / len(found.white) < 1.3
     if parameter and hidden.name == first.effect.name and hidden.name != "vertical_banding":
         fitted = getattr(found.sensor.effect(hidden.name), parameter)
@@ -75,26 +79,26 @@ def test_a_hidden_effect_is_named_with_its_size(principle, hidden, parameter):
 @pytest.mark.parametrize("principle", [pytest.param(TOF, marks=pytest.mark.slow), LIGHT])
 def test_nothing_is_named_where_nothing_is(principle):
     for seed in range(2):
-        found, observations, gauge = named(principle, seed=seed)
+        found, observations, covariance = named(principle, seed=seed)
         assert not found.steps
-        white = gauge.whiten(observations.residual)
-        assert explained(white, groups_of(observations, gauge), np.zeros((len(white), 0))).gain < 40
+        white = covariance.whiten(observations.residual)
+        assert explained(white, groups_of(observations, covariance), np.zeros((len(white), 0))).gain < 40
 
 
 def test_a_wall_that_is_faced_squarely_has_one_depth_and_is_explained_all_the_same():
-    looks = looks_at(sensor_of(TOF), 1, [(1.0, 0, 0)])
-    observations = observe(sensor_of(TOF), looks)
+    blocks = looks_at(sensor_of(TOF), 1, [(1.0, 0, 0)])
+    observations = observe(sensor_of(TOF), blocks)
     assert "depth" not in covariates(observations)
-    assert ("u",) in [group.variables for group in groups_of(observations, gauge_of(observations))]
+    assert ("u",) in [group.variables for group in groups_of(observations, covariance_of(observations))]
 
 
 @pytest.mark.slow
 def test_an_effect_that_pixels_alone_would_find_in_nulls_is_not_claimed():
-    """Tiles drawn from the gauge itself, poses as uncertain as stated: what a naive count takes for discoveries."""
-    looks = looks_at(sensor_of(LIGHT), 5)
-    observations = observe(sensor_of(LIGHT), looks)
-    gauge = gauge_of(observations)
-    candidates = candidates_of(observations, gauge)
+    """Tiles drawn from the covariance itself: what a naive count takes for discoveries."""
+    blocks = looks_at(sensor_of(LIGHT), 5)
+    observations = observe(sensor_of(LIGHT), blocks)
+    covariance = covariance_of(observations)
+    candidates = candidates_of(observations, covariance)
     pixels = np.concatenate([patch.tiles.pixels for patch in observations.patches])
     sigma = np.concatenate([np.sqrt(p.tiles.mean((p.sigma * p.native) ** 2) / 6) for p in observations.patches])
     rng = np.random.default_rng(0)
@@ -102,9 +106,9 @@ def test_an_effect_that_pixels_alone_would_find_in_nulls_is_not_claimed():
     nothing_named = Space(np.zeros((len(pixels), 0)), np.zeros(0))
     for _ in range(12):
         white = rng.standard_normal(len(observations.residual))
-        step = best_part(candidates, observations, gauge, nothing_named, white)
+        step = best_part(candidates, observations, covariance, nothing_named, white)
         claimed += step is not None and step.established
-        drawn = gauge.root @ white
+        drawn = covariance.root @ white
         naive += any(_pixel_bic(drawn, c.columns, sigma, pixels) for c in candidates if c.columns.shape[1] == 1)
     assert claimed == 0 and naive >= 7  # section 4 of the design basis: 60 % and more
 
@@ -129,13 +133,13 @@ class RowWave(Effect):
 @pytest.mark.slow
 def test_a_law_of_no_catalogue_is_left_over_with_its_variables():
     sensor = sensor_of(TOF)
-    looks = looks_at(sensor, 3)
-    for look in looks:
-        look.mean[...] = look.mean + RowWave().bias(look.view.depth, look.view)
-    observations = observe(sensor, looks)
-    gauge = gauge_of(observations)
-    found = name_effects(looks, observations, gauge, candidates_of(observations, gauge))
-    left = explained(found.white, groups_of(observations, gauge), np.zeros((len(found.white), 0)))
+    blocks = looks_at(sensor, 3)
+    for block in blocks:
+        block.mean[...] = block.mean + RowWave().bias(block.view.depth, block.view)
+    observations = observe(sensor, blocks)
+    covariance = covariance_of(observations)
+    found = name_effects(blocks, observations, covariance, candidates_of(observations, covariance))
+    left = explained(found.white, groups_of(observations, covariance), np.zeros((len(found.white), 0)))
     assert left.gain > 40 and left.variables[0] == "v" and set(left.variables) <= {"v", "depth"}
 
 
@@ -165,10 +169,10 @@ def test_an_effect_that_acts_in_a_part_only_is_named_and_located(principle, hidd
 def test_a_known_effect_of_a_wrong_size_is_corrected_and_not_renamed():
     true, stated = DepthOffset(offset=0.014), DepthOffset(offset=0.010)
     sensor = replace(sensor_of(TOF, stated), std={("depth_offset", "offset"): 0.0005})
-    looks = looks_at(sensor_of(TOF, true), 4)
-    observations = observe(sensor, looks)
-    gauge = gauge_of(observations)
-    found = name_effects(looks, observations, gauge, candidates_of(observations, gauge))
+    blocks = looks_at(sensor_of(TOF, true), 4)
+    observations = observe(sensor, blocks)
+    covariance = covariance_of(observations)
+    found = name_effects(blocks, observations, covariance, candidates_of(observations, covariance))
     assert [step.effect.name for step in found.steps] == ["depth_offset"]
     # poses are known to 1 mm each, eight of them
     assert found.sensor.effect("depth_offset").offset == pytest.approx(true.offset, abs=0.0015)
@@ -176,10 +180,10 @@ def test_a_known_effect_of_a_wrong_size_is_corrected_and_not_renamed():
 
 def test_a_known_effect_off_within_its_std_is_no_claim():
     sensor = replace(sensor_of(TOF, DepthOffset(offset=0.010)), std={("depth_offset", "offset"): 0.0005})
-    looks = looks_at(sensor_of(TOF, DepthOffset(offset=0.0108)), 4)
-    observations = observe(sensor, looks)
-    gauge = gauge_of(observations)
-    assert not name_effects(looks, observations, gauge, candidates_of(observations, gauge)).steps
+    blocks = looks_at(sensor_of(TOF, DepthOffset(offset=0.0108)), 4)
+    observations = observe(sensor, blocks)
+    covariance = covariance_of(observations)
+    assert not name_effects(blocks, observations, covariance, candidates_of(observations, covariance)).steps
 
 
 def test_covariates_are_those_of_the_verdict():
@@ -211,10 +215,10 @@ def test_waves_of_one_effect_share_one_region():
     """An effect has one region for all its waves: what is to act here and elsewhere acts everywhere."""
     sensor = sensor_of(TOF)
     observations = observe(sensor, looks_at(sensor, 0))
-    gauge = gauge_of(observations)
-    wave = next(c for c in candidates_of(observations, gauge) if c.name == "cyclic_error")
-    far = candidate_of(observations, gauge, wave.form, (Bound("depth", 1.5),))
-    fit = refitted((), observations, gauge)
+    covariance = covariance_of(observations)
+    wave = next(c for c in candidates_of(observations, covariance) if c.name == "cyclic_error")
+    far = candidate_of(observations, covariance, wave.form, (Bound("depth", 1.5),))
+    fit = refitted((), observations, covariance)
     parts = [EffectPart(far, np.ones(2)), EffectPart(wave, np.ones(2))]
     assert [part.candidate.where for part in _of_one_region(parts, fit)] == [(), ()]
     assert [part.candidate.where for part in _of_one_region(parts[:1], fit)] == [far.where]

@@ -45,9 +45,9 @@ def test_another_sensor_is_not_taken_for_light():
 @pytest.mark.slow
 def test_noise_that_grows_with_the_tilt_is_not_taken_for_light():
     given = sensor_of("structured_light")
-    looks = looks_at(given, 5)
+    blocks = looks_at(given, 5)
     # of a form that no entry has
-    steep = [replace(look, std=look.std * (2 / np.cos(look.view.incidence) ** 2 - 1)) for look in looks]
+    steep = [replace(block, std=block.std * (2 / np.cos(block.view.incidence) ** 2 - 1)) for block in blocks]
     sensor, steps = noise_steps(observe(given, steep))
     assert {step.effect.name for step in steps} == {"axial_noise"}
     # a disparity's noise grows with the square of the depth, so its angle term grows with a high power of it too
@@ -57,11 +57,11 @@ def test_noise_that_grows_with_the_tilt_is_not_taken_for_light():
 @pytest.mark.slow
 def test_noise_that_neighbours_do_not_share_is_no_jitter():
     given, free, jitter = sensor_of("itof"), np.array([[1.0] + [0.0] * 8] * 2), PoseJitter(sigma_rad=0.001)
-    looks = []
-    for look in looks_at(given, 6):
-        more = jitter.noise(look.view.depth, look.view) / KNOWN["itof"].noise(look.view.depth, look.view)
-        looks.append(replace(look, std=look.std * np.hypot(1.0, more), alike=free))
-    assert all(step.effect.name != "pose_jitter" for step in noise_steps(observe(given, looks))[1])
+    blocks = []
+    for block in looks_at(given, 6):
+        more = jitter.noise(block.view.depth, block.view) / KNOWN["itof"].noise(block.view.depth, block.view)
+        blocks.append(replace(block, std=block.std * np.hypot(1.0, more), alike=free))
+    assert all(step.effect.name != "pose_jitter" for step in noise_steps(observe(given, blocks))[1])
 
 
 @pytest.mark.slow
@@ -84,14 +84,14 @@ def test_a_number_that_is_as_well_known_as_stated_is_left():
 @pytest.mark.slow
 def test_frames_that_hold_the_one_before_are_told_from_less_noise():
     rng = np.random.default_rng(5)
-    looks, memory = [], 0.4
-    for look in looks_at(sensor_of("itof"), 6):
-        frames = look.mean + 0.002 * rng.standard_normal((6, *look.mean.shape))
+    blocks, memory = [], 0.4
+    for block in looks_at(sensor_of("itof"), 6):
+        frames = block.mean + 0.002 * rng.standard_normal((6, *block.mean.shape))
         for t in range(1, len(frames)):
             frames[t] = (1 - memory) * frames[t] + memory * frames[t - 1]
         changes = 0.5 * (np.diff(frames, axis=0) ** 2).mean(axis=0)
-        looks.append(replace(look, std=frames.std(axis=0, ddof=1), succession=changes))
-    _, (step, *more) = noise_steps(observe(sensor_of("itof"), looks))
+        blocks.append(replace(block, std=frames.std(axis=0, ddof=1), succession=changes))
+    _, (step, *more) = noise_steps(observe(sensor_of("itof"), blocks))
     assert isinstance(step.effect, TemporalFiltering) and not more
     # three standard deviations and what the made-up noise leaves open
     assert step.effect.memory == pytest.approx(memory, abs=3 * step.std["memory"] + 0.01)

@@ -40,10 +40,10 @@ def test_errors_of_a_sensor_are_not_foreign():
 
 
 def test_tiles_of_a_thing_are_left_out():
-    looks = looks_at(sensor_of("itof", DepthScale(scale=0.02)), 1)
-    covered = looks[3].mean.copy()
+    blocks = looks_at(sensor_of("itof", DepthScale(scale=0.02)), 1)
+    covered = blocks[3].mean.copy()
     covered[20:44, 30:62] -= 0.35
-    before = observe(sensor_of("itof"), looks)
-    after = observe(sensor_of("itof"), [*looks[:3], replace(looks[3], mean=covered), *looks[4:]])
+    before = observe(sensor_of("itof"), blocks)
+    after = observe(sensor_of("itof"), [*blocks[:3], replace(blocks[3], mean=covered), *blocks[4:]])
     assert 0 < len(before.residual) - len(after.residual) < 20
     assert np.abs(after.residual).max() < 0.1

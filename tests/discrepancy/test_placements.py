@@ -27,12 +27,12 @@ class Stage:
 
 
 def recorded(place: int, frozen, seed: int):
-    """A look at one wall, whose surface as it was seen has an error that stands still."""
+    """A block at one wall, whose surface as it was seen has an error that stands still."""
     rng = np.random.default_rng([seed, place])
-    look = look_at(sensor_of("itof"), place, WALL, seed)
-    frames = look.view.depth + frozen + rng.normal(0, NOISE_M, (FRAMES, *look.mean.shape))
+    block = look_at(sensor_of("itof"), place, WALL, seed)
+    frames = block.view.depth + frozen + rng.normal(0, NOISE_M, (FRAMES, *block.mean.shape))
     stage = Stage(place, f"wall {place}", SimpleNamespace(path=Path(f"rec_{place:02d}")))
-    return replace(look, stage=stage, mean=frames.mean(axis=0), std=frames.std(axis=0, ddof=1))
+    return replace(block, stage=stage, mean=frames.mean(axis=0), std=frames.std(axis=0, ddof=1))
 
 
 def speckle(seed: int, size: float = 0.003):
@@ -40,25 +40,25 @@ def speckle(seed: int, size: float = 0.003):
 
 
 def test_a_scene_recorded_again_is_one_placement():
-    looks = joined([recorded(0, speckle(1), 5), recorded(1, speckle(2), 5), recorded(2, speckle(1), 6)])
-    assert [look.place for look in looks] == [0, 1, 0]
-    assert looks[2].stage.shape == "wall 0"
-    assert repeats_of(looks) == [["rec_00", "rec_02"]]
+    blocks = joined([recorded(0, speckle(1), 5), recorded(1, speckle(2), 5), recorded(2, speckle(1), 6)])
+    assert [block.place for block in blocks] == [0, 1, 0]
+    assert blocks[2].stage.shape == "wall 0"
+    assert repeats_of(blocks) == [["rec_00", "rec_02"]]
 
 
 @pytest.mark.parametrize("moved", [0.0005, -0.001])
 def test_a_camera_put_up_again_is_another_placement(moved):
-    looks = [recorded(0, speckle(1), 5), recorded(1, speckle(1) + moved, 6)]
-    assert joined(looks) == looks and not repeats_of(looks)
+    blocks = [recorded(0, speckle(1), 5), recorded(1, speckle(1) + moved, 6)]
+    assert joined(blocks) == blocks and not repeats_of(blocks)
 
 
 def test_another_stated_pose_is_another_placement():
     T = np.eye(4)
     T[0, 3] = 1e-4
-    looks = [recorded(0, speckle(1), 5), replace(recorded(1, speckle(1), 6), T_world_camera=T)]
-    assert [look.place for look in joined(looks)] == [0, 1]
+    blocks = [recorded(0, speckle(1), 5), replace(recorded(1, speckle(1), 6), T_world_camera=T)]
+    assert [block.place for block in joined(blocks)] == [0, 1]
 
 
 def test_series_are_left_alone():
-    looks = [recorded(0, speckle(1), 5), recorded(0, speckle(1), 6), recorded(1, speckle(1), 7)]
-    assert [look.place for look in joined(looks)] == [0, 0, 1]
+    blocks = [recorded(0, speckle(1), 5), recorded(0, speckle(1), 6), recorded(1, speckle(1), 7)]
+    assert [block.place for block in joined(blocks)] == [0, 0, 1]

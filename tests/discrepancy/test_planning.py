@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from made_up_walls import look_at, looks_at, sensor_of
 
-from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.inference.identifiability import visibilities
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.planning.menu import MENU
@@ -23,19 +23,19 @@ ORDERED = [(0.7 + 0.25 * k, 0.0, 0.0) for k in range(8)]
 
 @cache
 def known(principle):
-    """The menu, observations of walls in their order, their gauge, and all candidates."""
+    """The menu, observations of walls in their order, their covariance, and all candidates."""
     sensor = sensor_of(principle)
-    looks = [look_at(sensor, place, wall, 1) for place, wall in enumerate(ORDERED)]
-    observations = observe(sensor, looks)
-    gauge = gauge_of(observations)
-    return Plans(sensor, looks), observations, gauge, candidates_of(observations, gauge)
+    blocks = [look_at(sensor, place, wall, 1) for place, wall in enumerate(ORDERED)]
+    observations = observe(sensor, blocks)
+    covariance = covariance_of(observations)
+    return Plans(sensor, blocks), observations, covariance, candidates_of(observations, covariance)
 
 
 def test_time_and_distance_that_went_together_are_parted_by_warming_up_alone():
     """Drift with the time since switching on looks like an offset in walls whose order is their distance."""
-    plans, observations, gauge, candidates = known("structured_light")
+    plans, observations, covariance, candidates = known("structured_light")
     drift = TemperatureDrift(coefficient_px=0.01)
-    white = gauge.whiten(observations.columns([drift])[:, 0])
+    white = covariance.whiten(observations.columns([drift])[:, 0])
     found = plans.to_part(Claimed(drift, white), rivals_of(["disparity_offset"], candidates))
     assert found.proposal is not None and found.proposal.choice.name == "time" and found.proposal.choice.switch
     assert found.parted == ("disparity_offset",) and found.proposal.sigma > 5
@@ -43,28 +43,30 @@ def test_time_and_distance_that_went_together_are_parted_by_warming_up_alone():
 
 @pytest.mark.slow
 def test_brightness_is_parted_from_distance_by_what_changes_the_light():
-    plans, observations, gauge, candidates = known("itof")
+    plans, observations, covariance, candidates = known("itof")
     effect = AmplitudeError(coefficient=0.002, exponent=1.0)
-    white = gauge.whiten(observations.columns([effect])[:, 0])
+    white = covariance.whiten(observations.columns([effect])[:, 0])
     found = plans.to_part(Claimed(effect, white), rivals_of(["depth_scale"], candidates))
     assert found.proposal is not None and found.proposal.choice.name in ("light", "patches", "card")
 
 
 def test_twins_that_nothing_parts_are_said_to_stay_twins():
     """An offset of all lengths and a path inside all materials are one formula."""
-    plans, observations, gauge, candidates = known("itof")
+    plans, observations, covariance, candidates = known("itof")
     offset = DepthOffset(offset=0.002)
-    white = gauge.whiten(observations.columns([offset])[:, 0])
+    white = covariance.whiten(observations.columns([offset])[:, 0])
     found = plans.to_part(Claimed(offset, white), rivals_of(["subsurface_scattering"], candidates))
     assert found.proposal is None and found.left == ("subsurface_scattering",)
 
 
 def test_what_does_not_show_here_is_given_a_recording_that_shows_it():
     sensor = sensor_of("itof")
-    looks = looks_at(sensor, 0)
-    observations = observe(sensor, looks)
-    gauge = gauge_of(observations)
-    seen = {entry.effect for entry in visibilities(candidates_of(observations, gauge), gauge) if entry.visible}
+    blocks = looks_at(sensor, 0)
+    observations = observe(sensor, blocks)
+    covariance = covariance_of(observations)
+    seen = {
+        entry.effect for entry in visibilities(candidates_of(observations, covariance), covariance) if entry.visible
+    }
     assert "multipath" not in seen  # single walls send no light to each other
     shows = {entry.effect: entry for entry in known("itof")[0].to_show(["multipath", "mixed_pixels"])}
     assert shows["multipath"].recording == "cloth" and shows["multipath"].sigma > 5
@@ -93,9 +95,9 @@ def test_every_recording_of_the_menu_can_be_seen():
 
 def test_whichever_of_three_is_true_the_proposal_parts_them():
     """An offset, a scale and a drift of the disparity: what parts the drift alone would leave the other two."""
-    plans, observations, gauge, candidates = known("structured_light")
+    plans, observations, covariance, candidates = known("structured_light")
     drift = TemperatureDrift(coefficient_px=0.01)
-    white = gauge.whiten(observations.columns([drift])[:, 0])
+    white = covariance.whiten(observations.columns([drift])[:, 0])
     rivals = rivals_of(["disparity_offset", "depth_scale"], candidates)
     own = rivals_of(["temperature_drift"], candidates)["temperature_drift"]
     found = plans.to_part(Claimed(drift, white), rivals, own)

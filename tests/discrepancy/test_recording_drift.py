@@ -17,12 +17,12 @@ DRIFT = 0.001  # [m] five times the mean of the frames of a pixel, ten times tha
 
 
 def drifted(sensor, seed: int):
-    """Looks of which each has a smooth error of its own, some 20 px wide."""
+    """Blocks of which each has a smooth error of its own, some 20 px wide."""
     rng = np.random.default_rng(seed)
     out = []
-    for look in looks_at(sensor, seed):
-        field = gaussian_filter(rng.standard_normal(look.mean.shape), 20.0, mode="wrap")
-        out.append(replace(look, mean=look.mean + DRIFT * field / field.std()))
+    for block in looks_at(sensor, seed):
+        field = gaussian_filter(rng.standard_normal(block.mean.shape), 20.0, mode="wrap")
+        out.append(replace(block, mean=block.mean + DRIFT * field / field.std()))
     return out
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.observe.stage import RECONSTRUCTED_M, KnownScene, stage_of
@@ -22,15 +22,15 @@ from fusion.recording.recording import Recording
 def observed(reconstructed):
     sensor = sensor_of("itof")
     sigma = RECONSTRUCTED_M if reconstructed else 0.0
-    looks = [
+    blocks = [
         replace(
-            look, stage=KnownScene(None, look.place, None, 0.001, 0.001, sigma, "wall", reconstructed=reconstructed)
+            block, stage=KnownScene(None, block.place, None, 0.001, 0.001, sigma, "wall", reconstructed=reconstructed)
         )
-        for look in looks_at(sensor, 1)[:4]
+        for block in looks_at(sensor, 1)[:4]
     ]
-    observations = observe(sensor, looks)
-    gauge = gauge_of(observations)
-    return observations, gauge, candidates_of(observations, gauge)
+    observations = observe(sensor, blocks)
+    covariance = covariance_of(observations)
+    return observations, covariance, candidates_of(observations, covariance)
 
 
 def test_what_is_wrong_from_every_side_is_hidden_and_a_short_wave_is_not():

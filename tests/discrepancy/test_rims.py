@@ -8,7 +8,7 @@ import pytest
 from made_up_walls import FRAMES, sensor_of, view_of
 
 from fusion.discrepancy.channels.dropout import dropout_steps
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.light.projector_shadow import ProjectorShadow, shadowed
 from fusion.sensor.view import Edges

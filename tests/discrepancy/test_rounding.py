@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at
 
-from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.inference.rounding import _products, rounding_covariance
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
@@ -24,7 +24,7 @@ def test_residuals_are_as_large_as_steps_elsewhere_make_them(sensor):
     calm = []
     for seed in range(4):
         observations = observe(sensor, looks_at(sensor, seed))
-        white = gauge_of(observations).whiten(observations.residual)
+        white = covariance_of(observations).whiten(observations.residual)
         calm.append(float(white @ white) / len(white))
     assert np.mean(calm) < 1.5, calm  # without these columns: far above
 

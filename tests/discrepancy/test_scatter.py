@@ -7,8 +7,8 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.inference.scatter import loose_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import groups_of
@@ -18,20 +18,22 @@ SCATTER = 0.004  # [m] far above the tiles' own noise of 0.1 mm
 
 
 def scattered(sensor, seed: int):
-    """Looks whose squares of 16 px are each off by an amount of their own."""
+    """Blocks whose squares of 16 px are each off by an amount of their own."""
     rng = np.random.default_rng(seed)
     out = []
-    for look in looks_at(sensor, seed):
-        h, w = look.mean.shape
+    for block in looks_at(sensor, seed):
+        h, w = block.mean.shape
         off = rng.normal(0, SCATTER, (-(-h // 16), -(-w // 16)))
-        out.append(replace(look, mean=look.mean + np.kron(off, np.ones((16, 16)))[:h, :w]))
+        out.append(replace(block, mean=block.mean + np.kron(off, np.ones((16, 16)))[:h, :w]))
     return out
 
 
-def scatter_in(looks) -> float:
-    observations = observe(sensor_of("itof"), looks)
-    gauge = gauge_of(observations)
-    return loose_of(observations, gauge, candidates_of(observations, gauge), groups_of(observations, gauge)).scatter
+def scatter_in(blocks) -> float:
+    observations = observe(sensor_of("itof"), blocks)
+    covariance = covariance_of(observations)
+    return loose_of(
+        observations, covariance, candidates_of(observations, covariance), groups_of(observations, covariance)
+    ).scatter
 
 
 @pytest.mark.slow

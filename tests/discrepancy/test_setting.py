@@ -11,9 +11,9 @@ from scipy.ndimage import gaussian_filter
 from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.inference.camera_file import file_error
-from fusion.discrepancy.inference.gauge import gauge_of
 from fusion.discrepancy.inference.shapes import bent_m, mesh_off, room_columns, shape_columns
 from fusion.discrepancy.inference.sizes import sizes_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.setting import posterior, with_laws, without_laws
 from fusion.sensor.effects.readout.depth_scale import DepthScale
@@ -24,18 +24,20 @@ BOW_M = 0.0012
 
 
 def worse_posed(sensor, seed):
-    """Looks whose poses are off by `WORSE` times what is stated of them."""
-    looks = looks_at(sensor, seed, off=WORSE)
-    return [replace(k, stage=SimpleNamespace(**{**vars(k.stage), "sigma_m": 0.001, "sigma_rad": 0.001})) for k in looks]
+    """Blocks whose poses are off by `WORSE` times what is stated of them."""
+    blocks = looks_at(sensor, seed, off=WORSE)
+    return [
+        replace(k, stage=SimpleNamespace(**{**vars(k.stage), "sigma_m": 0.001, "sigma_rad": 0.001})) for k in blocks
+    ]
 
 
 def bowed(seed, said=None):
-    """Looks at walls that are each bowed in its own way, of which nothing is said."""
+    """Blocks at walls that are each bowed in its own way, of which nothing is said."""
     rng, out = np.random.default_rng([seed, 5]), []
-    for k, look in enumerate(looks_at(sensor_of("itof"), seed)):
-        field = gaussian_filter(rng.standard_normal(look.mean.shape), 30.0, mode="nearest")
-        stage = SimpleNamespace(**{**vars(look.stage), "mesh_sigma_m": said, "shape": f"wall {k}"})
-        out.append(replace(look, mean=look.mean + BOW_M * field / field.std(), stage=stage))
+    for k, block in enumerate(looks_at(sensor_of("itof"), seed)):
+        field = gaussian_filter(rng.standard_normal(block.mean.shape), 30.0, mode="nearest")
+        stage = SimpleNamespace(**{**vars(block.stage), "mesh_sigma_m": said, "shape": f"wall {k}"})
+        out.append(replace(block, mean=block.mean + BOW_M * field / field.std(), stage=stage))
     return out
 
 
@@ -63,18 +65,18 @@ def test_bows_of_which_nothing_is_said_are_no_law(seed):
 
 @pytest.mark.slow
 def test_a_law_is_named_though_poses_are_worse_than_stated():
-    looks = worse_posed(sensor_of("itof", DepthScale(scale=0.05)), 1)
-    found = explained_looks(looks, sensor_of("itof"))
+    blocks = worse_posed(sensor_of("itof", DepthScale(scale=0.05)), 1)
+    found = explained_looks(blocks, sensor_of("itof"))
     assert [step.effect.name for step in found.named.steps] == ["depth_scale"]
     assert found.posterior >= CONFIDENCE
 
 
 def test_a_setting_competes_with_laws():
     observations = observe(sensor_of("itof"), worse_posed(sensor_of("itof"), 2))
-    gauge = gauge_of(observations)
-    setting = without_laws(observations, gauge)
+    covariance = covariance_of(observations)
+    setting = without_laws(observations, covariance)
     assert setting.observations.loose.pose > WORSE / 2
-    assert posterior(with_laws(observations, gauge, 50.0), setting) < 1e-6
+    assert posterior(with_laws(observations, covariance, 50.0), setting) < 1e-6
     assert posterior(setting, setting) == pytest.approx(0.5)
 
 
@@ -94,40 +96,42 @@ def test_one_room_bends_alike_in_every_mesh():
 
 
 def larger(seed, by, off):
-    """Looks at walls of a mesh that is too small by a share about the camera, and stands off by a shift [m]."""
+    """Blocks at walls of a mesh that is too small by a share about the camera, and stands off by a shift [m]."""
     out = []
-    for look in looks_at(sensor_of("itof"), seed):
-        stage = SimpleNamespace(**{**vars(look.stage), "caster": "a mesh"})
-        depth = look.view.depth
-        change = by * depth + moved_rigidly(depth, np.array([0, 0, 0, *off]), look.view)
-        out.append(replace(look, mean=look.mean + change, stage=stage))
+    for block in looks_at(sensor_of("itof"), seed):
+        stage = SimpleNamespace(**{**vars(block.stage), "caster": "a mesh"})
+        depth = block.view.depth
+        change = by * depth + moved_rigidly(depth, np.array([0, 0, 0, *off]), block.view)
+        out.append(replace(block, mean=block.mean + change, stage=stage))
     return out
 
 
 def test_a_mesh_of_another_size_is_found():
     observations = observe(sensor_of("itof"), larger(1, 0.0, (0.002, 0.0, -0.03)))
-    setting = without_laws(observations, gauge_of(observations))
-    white = setting.gauge.whiten(setting.observations.residual)
+    setting = without_laws(observations, covariance_of(observations))
+    white = setting.covariance.whiten(setting.observations.residual)
     assert float(white @ white) / len(white) < 1.3
-    scale, off = mesh_off(setting.observations, setting.gauge.pulled(white))
+    scale, off = mesh_off(setting.observations, setting.covariance.pulled(white))
     assert abs(scale) < 0.004
     assert off == pytest.approx(0.026, rel=0.15)  # 30 mm along the axis, seen along the normals
     right = observe(sensor_of("itof"), larger(1, 0.0, (0.0, 0.0, 0.0)))
-    assert without_laws(right, gauge_of(right)).observations.loose.mesh == 0.0
+    assert without_laws(right, covariance_of(right)).observations.loose.mesh == 0.0
 
 
 def test_a_camera_file_that_is_wrong_is_found():
     # depth that the device made with its own camera, read with another
-    looks = []
-    for look in looks_at(sensor_of("itof"), 1):
-        depth, stated = look.view.depth, look.view.camera
+    blocks = []
+    for block in looks_at(sensor_of("itof"), 1):
+        depth, stated = block.view.depth, block.view.camera
         device = replace(stated, cx=stated.cx - 3.0, fx=stated.fx / 1.01, fy=stated.fy / 1.01)
-        change = seen_along(depth, device.rays(), look.view) - depth
-        stage = SimpleNamespace(**{**vars(look.stage), "caster": "a mesh"})
-        looks.append(replace(look, mean=look.mean + change, stage=stage))
-    observations = observe(sensor_of("itof"), looks)
-    setting = without_laws(observations, gauge_of(observations))
-    found = file_error(setting.observations, setting.gauge.pulled(setting.gauge.whiten(setting.observations.residual)))
+        change = seen_along(depth, device.rays(), block.view) - depth
+        stage = SimpleNamespace(**{**vars(block.stage), "caster": "a mesh"})
+        blocks.append(replace(block, mean=block.mean + change, stage=stage))
+    observations = observe(sensor_of("itof"), blocks)
+    setting = without_laws(observations, covariance_of(observations))
+    found = file_error(
+        setting.observations, setting.covariance.pulled(setting.covariance.whiten(setting.observations.residual))
+    )
     assert found.cx == pytest.approx(3.0, abs=0.5)
     assert found.cy == pytest.approx(0.0, abs=0.5)
     assert found.focal == pytest.approx(0.01, abs=0.003)
@@ -135,9 +139,9 @@ def test_a_camera_file_that_is_wrong_is_found():
 
 def test_the_size_of_bows_is_told():
     observations = observe(sensor_of("itof"), bowed(1))
-    setting = without_laws(observations, gauge_of(observations))
-    white = setting.gauge.whiten(setting.observations.residual)
-    assert 0.5 * BOW_M < bent_m(setting.observations, setting.gauge.pulled(white)) < 2 * BOW_M
+    setting = without_laws(observations, covariance_of(observations))
+    white = setting.covariance.whiten(setting.observations.residual)
+    assert 0.5 * BOW_M < bent_m(setting.observations, setting.covariance.pulled(white)) < 2 * BOW_M
 
 
 def test_sizes_are_found_together():

@@ -8,9 +8,9 @@ from made_up_walls import WALLS, look_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.inference.shaking import shaking_of, steadied
+from fusion.discrepancy.observe.frame_block import TileCourse
 from fusion.discrepancy.observe.frames import FrameSeries
 from fusion.discrepancy.observe.interior import interior
-from fusion.discrepancy.observe.look import TileCourse
 from fusion.discrepancy.observe.tiles import tiling
 from fusion.geometry.pose import exp
 from fusion.sensor.laws.surface import seen_along
@@ -62,12 +62,12 @@ def test_an_offset_of_whole_frames_is_no_shaking():
 
 
 def test_what_is_steadied_scatters_by_its_noise_alone():
-    looks = series(3)
-    steady = steadied(looks, shaking_of(looks))
-    before, after = (np.sqrt(np.mean([np.nanmean(k.std**2) for k in some])) for some in (looks, steady))
+    blocks = series(3)
+    steady = steadied(blocks, shaking_of(blocks))
+    before, after = (np.sqrt(np.mean([np.nanmean(k.std**2) for k in some])) for some in (blocks, steady))
     assert before > 1.3 * 0.002
     assert after == pytest.approx(0.002, rel=0.1)
-    assert np.abs(steady[0].alike[:, 1:]).max() < 0.1 < looks[0].alike[:, 1:].max()
+    assert np.abs(steady[0].alike[:, 1:]).max() < 0.1 < blocks[0].alike[:, 1:].max()
 
 
 @pytest.mark.slow

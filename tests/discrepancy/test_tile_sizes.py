@@ -10,13 +10,13 @@ from fusion.discrepancy.observe.tiles import SIDE_PX
 
 def test_with_too_many_tiles_they_are_no_larger_than_they_must_be(monkeypatch):
     sensor = sensor_of("itof")
-    looks = looks_at(sensor, 0)
-    usual = observe(sensor, looks)
+    blocks = looks_at(sensor, 0)
+    usual = observe(sensor, blocks)
     count = len(usual.residual)
     assert {patch.tiles.side for patch in usual.patches} == {SIDE_PX}
     for share in (0.9, 0.4):
         monkeypatch.setattr(observations, "MOST_TILES", share * count)
-        fewer = observe(sensor, looks)
+        fewer = observe(sensor, blocks)
         side = fewer.patches[0].tiles.side
         # the image is some ten tiles wide: those at its border come and go by a tenth, in both directions
         assert 0.7 * share * count < len(fewer.residual) <= share * count

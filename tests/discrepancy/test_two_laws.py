@@ -3,12 +3,12 @@
 import numpy as np
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.inference.gauge import gauge_of
-from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.naming.effect_part import EffectPart
+from fusion.discrepancy.naming.partial_residual import beside
+from fusion.discrepancy.naming.plain_pairs import as_two, like_two
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
-from fusion.discrepancy.naming.two import as_two, like_two
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
@@ -20,10 +20,10 @@ from fusion.sensor.forms import forms_of
 def wave_of(period: float, *hidden: Effect) -> tuple[PartsFit, list[Candidate]]:
     """A wave that is named for what is hidden, and all candidates."""
     observations = observe(sensor_of("itof"), looks_at(sensor_of("itof", *hidden), 2))
-    gauge = gauge_of(observations)
+    covariance = covariance_of(observations)
     form = next(f for f in forms_of(CyclicError, (80, 112)))
-    wave = candidate_of(observations, gauge, type(form)(form.kind, {"period": period}, form.atoms, join=form.join))
-    return refitted([EffectPart(wave, np.ones(2))], observations, gauge), candidates_of(observations, gauge)
+    wave = candidate_of(observations, covariance, type(form)(form.kind, {"period": period}, form.atoms, join=form.join))
+    return refitted([EffectPart(wave, np.ones(2))], observations, covariance), candidates_of(observations, covariance)
 
 
 def rivals(fit: PartsFit, candidates: list[Candidate]) -> tuple[str, ...]:

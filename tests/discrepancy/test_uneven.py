@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.naming.effect_part import EffectPart
+from fusion.discrepancy.naming.heterogeneity import unevenness
 from fusion.discrepancy.naming.intervals import spreads_of
-from fusion.discrepancy.naming.part import EffectPart
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.search.candidates import candidate_of
-from fusion.discrepancy.naming.uneven import unevenness
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.forms import Form
@@ -24,14 +24,14 @@ LAW = AmplitudeError(coefficient=SIZE)
 
 def fit_to(growth, seed):
     """The plain law, fitted to one whose size grows from the left border to the right by a share of it."""
-    looks = []
-    for look in looks_at(sensor_of("itof", LAW), seed):
-        across = look.view.u / look.view.camera.width - 0.5
-        looks.append(replace(look, mean=look.mean + growth * across * LAW.bias(look.view.depth, look.view)))
-    seen = observe(sensor_of("itof"), looks)
-    gauge = gauge_of(seen)
-    candidate = candidate_of(seen, gauge, Form(AmplitudeError, {}, ({"coefficient": 0.001},)))
-    return refitted([EffectPart(candidate, np.ones(1))], seen, gauge)
+    blocks = []
+    for block in looks_at(sensor_of("itof", LAW), seed):
+        across = block.view.u / block.view.camera.width - 0.5
+        blocks.append(replace(block, mean=block.mean + growth * across * LAW.bias(block.view.depth, block.view)))
+    seen = observe(sensor_of("itof"), blocks)
+    covariance = covariance_of(seen)
+    candidate = candidate_of(seen, covariance, Form(AmplitudeError, {}, ({"coefficient": 0.001},)))
+    return refitted([EffectPart(candidate, np.ones(1))], seen, covariance)
 
 
 def test_a_size_that_grows_over_the_image_is_known_no_better():

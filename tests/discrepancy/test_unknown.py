@@ -9,7 +9,7 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.observe.observations import observe
@@ -50,24 +50,26 @@ def found():
 def beyond_of(effect):
     """What is found where this is at work."""
     sensor = sensor_of("itof")
-    looks = looks_at(sensor, 3)
-    for look in looks:
-        look.mean[...] = look.mean + effect.bias(look.view.depth, look.view)
-    before = observe(sensor, looks)
-    gauge = gauge_of(before)
-    white, groups = gauge.whiten(before.residual), groups_of(before, gauge)
+    blocks = looks_at(sensor, 3)
+    for block in blocks:
+        block.mean[...] = block.mean + effect.bias(block.view.depth, block.view)
+    before = observe(sensor, blocks)
+    covariance = covariance_of(before)
+    white, groups = covariance.whiten(before.residual), groups_of(before, covariance)
     left = explained(white, groups, np.zeros((len(white), 0)))
-    beyond = unknown_of(white, (before, gauge), left, candidates_of(before, gauge), groups)
-    return SimpleNamespace(looks=looks, before=before, gauge=gauge, white=white, beyond=beyond, posterior=1.0)
+    beyond = unknown_of(white, (before, covariance), left, candidates_of(before, covariance), groups)
+    return SimpleNamespace(
+        blocks=blocks, before=before, covariance=covariance, white=white, beyond=beyond, posterior=1.0
+    )
 
 
 def test_one_recording_alone_establishes_no_unknown_law(found):
     # however clear it is there: the target itself may have that shape
-    alone = observe(sensor_of("itof"), found.looks[3:4])
-    gauge = gauge_of(alone)
-    white = gauge.whiten(alone.residual)
-    left = explained(white, groups_of(alone, gauge), np.zeros((len(white), 0)))
-    law = law_of(white, alone, gauge, left)
+    alone = observe(sensor_of("itof"), found.blocks[3:4])
+    covariance = covariance_of(alone)
+    white = covariance.whiten(alone.residual)
+    left = explained(white, groups_of(alone, covariance), np.zeros((len(white), 0)))
+    law = law_of(white, alone, covariance, left)
     assert law.gain > 100 and not law.replicated
 
 
@@ -82,15 +84,15 @@ def test_the_form_of_a_law_without_a_name_is_found(found):
 
 def test_the_table_corrects_and_survives_its_file(found, tmp_path):
     extended = found.beyond.added_to(found.before.sensor)
-    after = found.gauge.whiten(observe(extended, found.looks).residual)
+    after = found.covariance.whiten(observe(extended, found.blocks).residual)
     assert (after**2).mean() < 1.5 < (found.white**2).mean()  # 1 is noise alone
     write_sensor(tmp_path / "sensor.json", extended)
     again = read_sensor(str(tmp_path / "sensor.json"))
-    look = found.looks[0]
-    depth = look.view.depth
-    np.testing.assert_allclose(again.predict(depth, look.view), extended.predict(depth, look.view), atol=1e-7)
+    block = found.blocks[0]
+    depth = block.view.depth
+    np.testing.assert_allclose(again.predict(depth, block.view), extended.predict(depth, block.view), atol=1e-7)
     # half a millimetre of wave at a metre: undone to a twentieth of it
-    true = extended.correct(extended.predict(depth, look.view), look.view)
+    true = extended.correct(extended.predict(depth, block.view), block.view)
     np.testing.assert_allclose(true, depth, atol=5e-5)
 
 
@@ -104,10 +106,10 @@ def test_the_verdict_says_form_frame_and_why_it_has_no_name(found):
 
 def test_an_unknown_law_that_frames_without_a_part_in_it_contradict_is_told_of_and_not_established():
     sensor = sensor_of("itof")
-    looks = [replace(look, held=held) for look, held in zip(looks_at(sensor, 3), looks_at(sensor, 4), strict=True)]
-    for look in looks:
-        look.mean[...] = look.mean + RowWave().bias(look.view.depth, look.view)
-    explained = explained_looks(looks, sensor)
+    blocks = [replace(block, held=held) for block, held in zip(looks_at(sensor, 3), looks_at(sensor, 4), strict=True)]
+    for block in blocks:
+        block.mean[...] = block.mean + RowWave().bias(block.view.depth, block.view)
+    explained = explained_looks(blocks, sensor)
     assert explained.beyond is not None and explained.beyond.law.variables[0] == "v"
     assert not explained.unknown and explained.sensor.effect("tabulated") is None
 
@@ -123,9 +125,9 @@ def test_two_tables_act_as_their_sum():
     rng = np.random.default_rng(0)
     one = Tabulated(("depth",), ((0.5, 1.0, 3.0),), values=rng.normal(0, 0.01, 3))
     two = Tabulated(("u", "depth"), ((0.0, 60.0, 111.0), (0.5, 1.5, 3.0)), values=rng.normal(0, 0.01, (3, 3)))
-    look = looks_at(sensor_of("itof"), 0)[1]
-    both = joined(one, two).bias(look.view.depth, look.view)
-    apart = one.bias(look.view.depth, look.view) + two.bias(look.view.depth, look.view)
+    block = looks_at(sensor_of("itof"), 0)[1]
+    both = joined(one, two).bias(block.view.depth, block.view)
+    apart = one.bias(block.view.depth, block.view) + two.bias(block.view.depth, block.view)
     # float32
     np.testing.assert_allclose(both, apart, atol=2e-6)
 
@@ -141,18 +143,18 @@ def test_a_further_variable_must_bring_much():
 
 def test_rings_finer_than_two_tiles_are_found_and_score_more_than_a_map(found):
     """Rings of 26 px cross squares of 16 px at all angles: a formula costs less than a free number per square."""
-    looks = looks_at(sensor_of("itof"), 3)
-    for look in looks:
-        view = look.view
-        look.mean[...] = look.mean + 0.0008 * np.sin(2 * np.pi * view.radius / 26.0) / view.stretch
-    before = observe(found.before.sensor, looks)
-    white = found.gauge.whiten(before.residual)
-    left = explained(white, groups_of(before, found.gauge), np.zeros((len(white), 0)))
-    law = law_of(white, before, found.gauge, left)
+    blocks = looks_at(sensor_of("itof"), 3)
+    for block in blocks:
+        view = block.view
+        block.mean[...] = block.mean + 0.0008 * np.sin(2 * np.pi * view.radius / 26.0) / view.stretch
+    before = observe(found.before.sensor, blocks)
+    white = found.covariance.whiten(before.residual)
+    left = explained(white, groups_of(before, found.covariance), np.zeros((len(white), 0)))
+    law = law_of(white, before, found.covariance, left)
     assert law.variables == ("radius",) and law.simple
     # two weights, a period and the choice: some tens of the gain
     assert law.gain - 60 < law.score < law.gain
-    field = next(c for c in candidates_of(before, found.gauge) if c.name == "fixed_pattern")
+    field = next(c for c in candidates_of(before, found.covariance) if c.name == "fixed_pattern")
     assert law.score > scored(field, field.white, white).score
 
 

@@ -13,7 +13,7 @@ from made_up_walls import WALLS, looks_at, sensor_of
 
 from fusion.discrepancy.channels.channels import channels_of
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
@@ -24,22 +24,22 @@ from fusion.sensor.effect import Effect
 def explanation_of(principle: str, *hidden: Effect, names: Sequence[str] = ()) -> Explanation:
     """What is found about a sensor that hides effects, with held-out frames; recordings may have names."""
     known = sensor_of(principle)
-    looks = []
+    blocks = []
     pair = (looks_at(sensor_of(principle, *hidden), seed, WALLS[:4]) for seed in (1, 2))
-    for look, held in zip(*pair, strict=True):
-        name = names[look.place] if names else f"wall_{look.place}"
-        stage = SimpleNamespace(**vars(look.stage), recording=SimpleNamespace(path=Path(name)))
-        looks.append(replace(look, stage=stage, held=replace(held, stage=stage)))
-    before = observe(known, looks)
-    gauge = gauge_of(before)
-    white = gauge.whiten(before.residual)
-    groups, nothing = groups_of(before, gauge), np.zeros((len(white), 0))
+    for block, held in zip(*pair, strict=True):
+        name = names[block.place] if names else f"wall_{block.place}"
+        stage = SimpleNamespace(**vars(block.stage), recording=SimpleNamespace(path=Path(name)))
+        blocks.append(replace(block, stage=stage, held=replace(held, stage=stage)))
+    before = observe(known, blocks)
+    covariance = covariance_of(before)
+    white = covariance.whiten(before.residual)
+    groups, nothing = groups_of(before, covariance), np.zeros((len(white), 0))
     possible = explained(white, groups, nothing)
-    candidates = candidates_of(before, gauge)
-    named = name_effects(looks, before, gauge, candidates)
+    candidates = candidates_of(before, covariance)
+    named = name_effects(blocks, before, covariance, candidates)
     left = explained(named.white, groups, nothing)
     keys = ("chi2_per_dof_before", "chi2_per_dof_after", "rms_before_m", "rms_after_m")
     return Explanation(
-        tuple(looks), before, gauge, white, named, channels_of(named.observations, looks), possible, left,
+        tuple(blocks), before, covariance, white, named, channels_of(named.observations, blocks), possible, left,
         tuple(candidates), dict.fromkeys(keys, 0.001),
     )  # fmt: skip

@@ -59,7 +59,7 @@ def test_a_claim_gets_a_page_and_a_mask_of_the_image_size(waved, verdict, tmp_pa
     assert verdict.missing and json_values(verdict) == before  # what is written is final before the page is
     for entry in verdict.missing:
         mask = cv2.imread(str(tmp_path / entry.where.mask), cv2.IMREAD_UNCHANGED)
-        assert mask.dtype == np.uint8 and mask.shape == waved.looks[0].view.camera.shape
+        assert mask.dtype == np.uint8 and mask.shape == waved.blocks[0].view.camera.shape
         assert mask.max() == 255
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     titles = re.findall("<h2>(.*?)</h2>", page)
@@ -123,11 +123,11 @@ def test_nothing_missing_says_so_and_shows_noise(nothing, tmp_path):
 
 
 def test_pose_errors_are_taken_out_and_claims_stay(waved, verdict):
-    gauge, n = waved.gauge, len(waved.white)
+    covariance, n = waved.covariance, len(waved.white)
     own = np.random.default_rng(0).normal(size=n)
-    noise = gauge.bare @ own
+    noise = covariance.bare @ own
     # noise that poses cannot make is left nearly as it was: 4 walls x 6 pose directions of some hundred tiles
-    assert np.linalg.norm(cleaned(gauge, gauge.whiten(noise)) - noise) < 0.5 * np.linalg.norm(noise)
+    assert np.linalg.norm(cleaned(covariance, covariance.whiten(noise)) - noise) < 0.5 * np.linalg.norm(noise)
     seen = compared(waved)
     assert seen.held_out and seen.changed
     assert seen.misfit[1] < 0.1 * seen.misfit[0]
@@ -140,11 +140,11 @@ def test_pose_errors_are_taken_out_and_claims_stay(waved, verdict):
 def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
     u = np.concatenate([p.tiles.mean(np.broadcast_to(p.view.u, p.depth.shape)) for p in nothing.before.patches])
     # half a tenth of a pixel along the columns: some ten times what a tile may be off
-    white = nothing.white + nothing.gauge.whiten(0.05 * np.sin(2 * np.pi * u / 40))
-    groups = groups_of(nothing.before, nothing.gauge)
+    white = nothing.white + nothing.covariance.whiten(0.05 * np.sin(2 * np.pi * u / 40))
+    groups = groups_of(nothing.before, nothing.covariance)
     left = explained(white, groups, np.zeros((len(white), 0)))
     named = replace(nothing.named, white=white, observations=nothing.before)
-    beyond = unknown_of(white, (nothing.before, nothing.gauge), left, nothing.candidates, groups)
+    beyond = unknown_of(white, (nothing.before, nothing.covariance), left, nothing.candidates, groups)
     unknown = replace(nothing, white=white, left=left, named=named, beyond=beyond)
     assert unknown.unknown
     verdict = with_masks(tmp_path / "a", unknown, verdict_of(unknown))
@@ -159,7 +159,7 @@ def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
 
 
 def test_frames_that_were_fitted_serve_where_none_were_held_out(waved):
-    bare = replace(waved, looks=tuple(replace(look, held=None) for look in waved.looks))
+    bare = replace(waved, blocks=tuple(replace(block, held=None) for block in waved.blocks))
     assert not compared(bare).held_out
 
 

@@ -10,7 +10,7 @@ from fusion.simulation.rendering.render import RayCaster
 from fusion.simulation.scene.shapes import box, joined
 from fusion.turntable.axis import Axis
 from fusion.turntable.turning.moving import find_moving, find_wall
-from fusion.turntable.turning.standing import standing
+from fusion.turntable.turning.still_background import standing
 from fusion.turntable.views import Region
 
 CAMERA = Camera(320, 240, 300.0, 300.0, 159.5, 119.5)

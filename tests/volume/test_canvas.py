@@ -5,7 +5,7 @@ import pytest
 import scenes
 
 from fusion.geometry.camera import Camera
-from fusion.volume.raycasting.canvas import MOST, Canvases
+from fusion.volume.raycasting.image_pool import MOST, ImagePool
 from fusion.volume.volume import Volume, VolumeSettings
 
 CAMERA = Camera(117, 83, 100.0, 100.0, 58.0, 41.0)  # rows that are no whole pieces
@@ -55,7 +55,7 @@ def test_they_cannot_be_changed_where_the_next_raycast_would_show_it(volume):
 
 
 def test_memory_is_taken_again_and_bounded():
-    mine = Canvases()
+    mine = ImagePool()
     canvas = mine.take(7, 5)
     assert mine.take(7, 5) is not canvas  # while it is being written to
     depth = canvas.shown()[0][2:, 1]  # a view of a view
@@ -72,7 +72,7 @@ def test_memory_is_taken_again_and_bounded():
 
 @pytest.mark.parametrize("hold", [np.ravel, np.atleast_3d, memoryview, lambda image: image.T[1:], np.asarray])
 def test_whatever_refers_to_an_image_keeps_it(hold):
-    canvas = Canvases().take(6, 4)
+    canvas = ImagePool().take(6, 4)
     for n in range(3):
         held = hold(canvas.shown()[n])
         assert canvas.held()

@@ -12,7 +12,7 @@ import numpy as np
 
 from fusion.discrepancy.explain import explain
 from fusion.discrepancy.naming.search import candidates
-from fusion.discrepancy.observe.look import looks_of, stage_of, wanted_channels
+from fusion.discrepancy.observe.frame_block import blocks_of, stage_of, wanted_channels
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.files.json_values import json_text
@@ -47,8 +47,8 @@ def predictions(paths: list[Path], sensors: list[Path]) -> np.ndarray:
     models = [read_sensor(path) for path in sensors]
     baseline = models[0].baseline if models[0].principle in ("structured_light", "active_stereo") else None
     channels = wanted_channels(baseline, models[0].principle == "itof")
-    looks = [looks_of(stage_of(open_recording(path), place), channels)[0] for place, path in enumerate(paths)]
-    return np.array([[patch.predicted for patch in observe(model, looks).patches] for model in models], np.float64)
+    blocks = [blocks_of(stage_of(open_recording(path), place), channels)[0] for place, path in enumerate(paths)]
+    return np.array([[patch.predicted for patch in observe(model, blocks).patches] for model in models], np.float64)
 
 
 if __name__ == "__main__":

@@ -8,9 +8,9 @@ import json
 import sys
 from pathlib import Path
 
-from fusion.discrepancy.inference.gauge import gauge_of
+from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
-from fusion.discrepancy.observe.look import looks_of, stage_of, wanted_channels
+from fusion.discrepancy.observe.frame_block import blocks_of, stage_of, wanted_channels
 from fusion.discrepancy.observe.observations import observe
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
@@ -31,11 +31,11 @@ def main() -> None:
     sensor = read_sensor(options.sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
     channels = wanted_channels(baseline, sensor.principle == "itof")
-    looks = []
+    blocks = []
     for place, path in enumerate(options.recordings):
-        looks += looks_of(stage_of(open_recording(path), place), channels)
-    observations = observe(sensor, looks)
-    data = pixelwise(observations, candidates_of(observations, gauge_of(observations)))
+        blocks += blocks_of(stage_of(open_recording(path), place), channels)
+    observations = observe(sensor, blocks)
+    data = pixelwise(observations, candidates_of(observations, covariance_of(observations)))
     options.output.write_text(json.dumps({name: method(data) for name, method in METHODS.items()}))
 
 

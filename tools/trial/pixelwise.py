@@ -43,7 +43,7 @@ def pixelwise(observations: Observations, candidates: Sequence[Candidate]) -> Pi
     weights, pixels = [], 0.0
     for _, patch in observations.rows():
         count = patch.tiles.pixels
-        variance = patch.tiles.mean((patch.sigma * patch.native) ** 2) / count / len(patch.look.frames)
+        variance = patch.tiles.mean((patch.sigma * patch.native) ** 2) / count / len(patch.block.frames)
         weights.append(1 / np.sqrt(variance))
         pixels += float(count.sum())
     weight = np.concatenate(weights)
@@ -139,8 +139,8 @@ def _poses(observations: Observations) -> NDArray[np.float64]:
         for axis in range(6):
             column = np.zeros(len(observations.residual))
             for rows, patch in observations.rows():
-                if patch.look.place == place:
-                    size = patch.look.stage.sigma_rad if axis < 3 else patch.look.stage.sigma_m
+                if patch.block.place == place:
+                    size = patch.block.stage.sigma_rad if axis < 3 else patch.block.stage.sigma_m
                     change = moved_rigidly(patch.depth, TWIST * np.eye(6)[axis], patch.view) * patch.native
                     column[rows] = patch.tiles.mean(change) * size / TWIST
             columns.append(column)

@@ -7,7 +7,7 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.channels.noise import noise_steps
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.sensor import Sensor
 
@@ -29,13 +29,13 @@ class ChannelFindings:
         return tuple(step for step in self.steps if step.channel == channel)
 
 
-def channels_of(observations: Observations, looks: Sequence[FrameBlock]) -> ChannelFindings:
+def channels_of(observations: Observations, blocks: Sequence[FrameBlock]) -> ChannelFindings:
     """What the channels beside the mean show of observations whose mean is explained.
 
     Args:
-        looks: with the frames that take no part in any fit.
+        blocks: with the frames that take no part in any fit.
     """
-    held = [look.held for look in looks if look.held is not None]
+    held = [block.held for block in blocks if block.held is not None]
     stepped, lattice = lattice_steps(observations)
     sensor, noise = noise_steps(observations.under(stepped) if lattice else observations, held)
     # what adds noise may take values away too: the missing ones are asked about under the better noise

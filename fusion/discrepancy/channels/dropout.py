@@ -58,7 +58,7 @@ class Lost:
 def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, ...]]:
     """The model with what its validity lacks, and every step towards it."""
     sensor = observations.sensor
-    patches = [p for p in observations.patches if len(p.look.frames) >= LEAST_FRAMES]
+    patches = [p for p in observations.patches if len(p.block.frames) >= LEAST_FRAMES]
     steps: list[ChannelStep] = []
     seen, forms = validity_of_rims(sensor, patches), list(_forms_of_edges(sensor))
     found = None if seen is None or not forms else _step(sensor, seen, forms)
@@ -79,8 +79,8 @@ def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
 
 
 def recorded_light(seen: Validity) -> bool:
-    """True when every look has its amplitude recorded: without it no model knows where too little light comes back."""
-    return all(patch.look.view.ir is not None for patch in seen.patches)
+    """True when every block has its amplitude recorded: without it no model knows where too little light comes back."""
+    return all(patch.block.view.ir is not None for patch in seen.patches)
 
 
 def _step(sensor: Sensor, seen: Validity, forms: Sequence[LostForm]) -> tuple[Sensor, ChannelStep] | None:

@@ -15,7 +15,7 @@ from scipy.stats import t as student
 from scipy.stats import trim_mean
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.knobs import USUAL
+from fusion.discrepancy.channels.noise_parameters import USUAL
 from fusion.discrepancy.channels.scatter import frozen_rounding
 from fusion.discrepancy.decisions import FALSE_ALARM
 from fusion.discrepancy.inference.own_pattern import unknown_patterns
@@ -61,7 +61,7 @@ class Grain:
     @property
     def noise(self) -> float:
         """Variance of a pixel in one frame, in native units squared."""
-        return float(np.median(self.patch.tiles.mean((self.patch.look.std * self.patch.native) ** 2)))
+        return float(np.median(self.patch.tiles.mean((self.patch.block.std * self.patch.native) ** 2)))
 
     def common(self, other: "Grain | None" = None) -> float:
         """Covariance of the grain of two placements, in native units squared of the first, where an error of length
@@ -107,18 +107,18 @@ def _shared(one: Grain, seen: Sequence[Grain]) -> float:
 
 def _told_of(observations: Observations) -> list[Patch]:
     """Patches of placements seen once, with frames held out, and no simulation in the place of the prediction."""
-    places = [patch.look.place for patch in observations.patches]
+    places = [patch.block.place for patch in observations.patches]
     return [
         patch
         for patch in observations.patches
-        if patch.look.held is not None and patch.look.given is None and places.count(patch.look.place) == 1
-        and len(patch.tiles) >= FEWEST and np.isfinite(patch.look.std).any()
+        if patch.block.held is not None and patch.block.given is None and places.count(patch.block.place) == 1
+        and len(patch.tiles) >= FEWEST and np.isfinite(patch.block.std).any()
     ]  # fmt: skip
 
 
 def _grain(patch: Patch) -> Grain:
-    assert patch.look.held is not None
-    off = [np.nan_to_num((look.mean - patch.predicted) * patch.native) for look in (patch.look, patch.look.held)]
+    assert patch.block.held is not None
+    off = [np.nan_to_num((block.mean - patch.predicted) * patch.native) for block in (patch.block, patch.block.held)]
     whole = float(np.mean((off[0] * off[1])[patch.tiles.label >= 0]))
     fitted, others = (_upright(patch, image) for image in off)
     return Grain(patch, fitted, others, whole)

@@ -7,11 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from fusion.discrepancy.channels.knobs import Knob, known_knobs, new_knobs, own_knobs
+from fusion.discrepancy.channels.noise_parameters import (
+    NoiseParameter,
+    known_parameters,
+    new_parameters,
+    own_parameters,
+)
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
-from fusion.discrepancy.channels.turning import COMMON, Ruler, TunedKnobs, changes, turn
+from fusion.discrepancy.channels.turning import COMMON, TunedParameters, Whitener, changes, turn
 from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.sensor import Sensor
 
@@ -22,17 +27,17 @@ LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below
 EXPLAINED = 0.5  # of what is too much, by one effect: two of a size may be there
 APART = 3  # pixels from which on neighbours share no noise of a window as sensors have it
 HALF = 0.5  # of the correlation that is due must be seen: rounding and other noise take some
-UNLIKE = 0.01  # correlation that chance makes of the pixels of a look: its square is one over their number
+UNLIKE = 0.01  # correlation that chance makes of the pixels of a block: its square is one over their number
 SIMPLER = 6.0  # of the chi2: a value that is wrong needs no new physics
 
 
 @dataclass(frozen=True)
 class Tried:
-    """One explanation: which knobs became free, and where they stand then."""
+    """One explanation: which parameters became free, and where they stand then."""
 
     name: str
-    free: tuple[Knob, ...]
-    turned: TunedKnobs
+    free: tuple[NoiseParameter, ...]
+    turned: TunedParameters
     gain: float
     corrected: bool
 
@@ -51,13 +56,13 @@ def improbable(best: Tried, names: int) -> bool:
     return probability(best, names) <= (BEYOND if best.corrected else FALSE_ALARM)
 
 
-def large(best: Tried, before: TunedKnobs) -> bool:
+def large(best: Tried, before: TunedParameters) -> bool:
     excess = np.abs(best.turned.excess() - before.excess())
     difference = np.maximum(excess, np.abs(best.turned.renewal() - before.renewal()))
     return bool(np.quantile(difference, 0.9) > LEAST_CHANGE)
 
 
-def explains(best: Tried, before: TunedKnobs) -> bool:
+def explains(best: Tried, before: TunedParameters) -> bool:
     """True when it brings a good part of what is too much: less, and the name is not the right one."""
     excess = before.chi2 - 2 * len(before.excess())
     return before.chi2 - best.turned.chi2 > EXPLAINED * excess
@@ -65,29 +70,29 @@ def explains(best: Tried, before: TunedKnobs) -> bool:
 
 def contradicted(tried: Tried, scatter: Scatter) -> bool:
     """True for new noise that pixels would share, where the noise of neighbours is not as alike as that."""
-    for knob, value in zip(tried.turned.knobs, tried.turned.values, strict=True):
-        if any(knob is free for free in tried.free) and knob.new and _unlike(knob, float(value), scatter):
+    for param, value in zip(tried.turned.params, tried.turned.values, strict=True):
+        if any(param is free for free in tried.free) and param.new and _unlike(param, float(value), scatter):
             return True
     return False
 
 
-def _unlike(knob: Knob, value: float, scatter: Scatter) -> bool:
-    """True where neighbours are less alike than new noise makes them; looks tell of it that would have much of it."""
-    growth = np.maximum(knob.turned(value)[0], 0.0)
+def _unlike(param: NoiseParameter, value: float, scatter: Scatter) -> bool:
+    """True where neighbours are less alike than new noise makes them; blocks tell of it that would have much of it."""
+    growth = np.maximum(param.turned(value)[0], 0.0)
     ends = np.cumsum([len(patch.tiles) for patch in scatter.patches])[:-1]
     # what neighbours have in common is told as a mean over the image too
     shares = [float(np.mean(part / (1 + part))) for part in np.split(growth, ends)]
     lacking, weights = [], []
     for share, patch in zip(shares, scatter.patches, strict=True):
-        if patch.look.alike is not None and share > 0:
-            alike = np.mean(np.asarray(patch.look.alike), axis=0)
-            due = share * np.maximum(1 - np.arange(len(alike)) / knob.effect.window(patch.view), 0.0)
+        if patch.block.alike is not None and share > 0:
+            alike = np.mean(np.asarray(patch.block.alike), axis=0)
+            due = share * np.maximum(1 - np.arange(len(alike)) / param.effect.window(patch.view), 0.0)
             lacking.append(HALF * due - alike)
             weights.append(share)
     return bool(lacking and np.any(np.average(lacking, axis=0, weights=weights)[APART:] > UNLIKE))
 
 
-def replicated(best: Tried, before: TunedKnobs, scatter: Scatter, ruler: Ruler) -> bool:
+def replicated(best: Tried, before: TunedParameters, scatter: Scatter, whitener: Whitener) -> bool:
     """True when recordings that took no part in the fit show it too, and not one alone."""
     places = np.unique(scatter.place)
     if len(places) < 3:
@@ -95,34 +100,41 @@ def replicated(best: Tried, before: TunedKnobs, scatter: Scatter, ruler: Ruler) 
     gains = []
     for g in places:
         rest, part = scatter.place != g, scatter.place == g
-        few = [knob.only(rest) for knob in best.turned.knobs]
-        values = turn(scatter.only(rest), ruler, few, best.turned.values).values
-        fits = [(before.knobs, before.values), (best.turned.knobs, values)]
+        few = [param.only(rest) for param in best.turned.params]
+        values = turn(scatter.only(rest), whitener, few, best.turned.values).values
+        fits = [(before.params, before.values), (best.turned.params, values)]
         own = scatter.only(part)
-        whites = [_white(own, ruler, [knob.only(part) for knob in knobs], values) for knobs, values in fits]
+        whites = [_white(own, whitener, [param.only(part) for param in params], values) for params, values in fits]
         gains.append(float((np.clip(whites[0], -6, 6) ** 2).sum() - (np.clip(whites[1], -6, 6) ** 2).sum()))
     total = float(np.sum(gains))
     return total > REPLICATED * best.gain and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
 
 
-def confirmed(best: Tried, before: TunedKnobs, sensor: Sensor, held: Sequence[FrameBlock], ruler: Ruler) -> bool:
+def confirmed(
+    best: Tried, before: TunedParameters, sensor: Sensor, held: Sequence[FrameBlock], whitener: Whitener
+) -> bool:
     """True unless frames that took no part in the fit deny it."""
-    some = [look for look in held if len(look.frames) >= 2]
+    some = [block for block in held if len(block.frames) >= 2]
     if not some:
         return True
     scatter = scatter_of([p for p in observe(sensor, some).patches if len(p.tiles)])
-    wanted = frozenset(knob.key for knob in best.turned.knobs)
-    own = (knob for way in own_knobs(scatter) for knob in way)
-    again = {k.form: k for k in [*own, *known_knobs(sensor, scatter, frozenset()), *new_knobs(sensor, scatter, wanted)]}
+    wanted = frozenset(param.key for param in best.turned.params)
+    own = (param for way in own_parameters(scatter) for param in way)
+    again = {
+        k.form: k
+        for k in [*own, *known_parameters(sensor, scatter, frozenset()), *new_parameters(sensor, scatter, wanted)]
+    }
     whites = []
     for turned in (before, best.turned):
-        pairs = [(again[k.form], v) for k, v in zip(turned.knobs, turned.values, strict=True) if k.form in again]
-        whites.append(_white(scatter, ruler, [knob for knob, _ in pairs], [value for _, value in pairs]))
+        pairs = [(again[k.form], v) for k, v in zip(turned.params, turned.values, strict=True) if k.form in again]
+        whites.append(_white(scatter, whitener, [param for param, _ in pairs], [value for _, value in pairs]))
     expected = whites[0] - whites[1]
     return bool(expected @ whites[0] > REPLICATED * (expected @ expected))
 
 
-def _white(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], values: Sequence[float] | Vector) -> Vector:
-    """(2 n,) what knobs at some values leave, whitened."""
-    excess, renewal = changes(knobs, values)
-    return ruler.white(scatter, scatter.excess - excess, scatter.renewal - renewal)
+def _white(
+    scatter: Scatter, whitener: Whitener, params: Sequence[NoiseParameter], values: Sequence[float] | Vector
+) -> Vector:
+    """(2 n,) what parameters at some values leave, whitened."""
+    excess, renewal = changes(params, values)
+    return whitener.white(scatter, scatter.excess - excess, scatter.renewal - renewal)

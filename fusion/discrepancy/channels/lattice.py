@@ -68,7 +68,7 @@ def stored_of(observations: Observations) -> Stored:
 
 def _recordings(observations: Observations) -> list[Recording]:
     """One for each place; none of those that are planned or made up."""
-    found = {p.look.place: getattr(p.look.stage, "recording", None) for p in observations.patches}
+    found = {p.block.place: getattr(p.block.stage, "recording", None) for p in observations.patches}
     return [recording for recording in found.values() if isinstance(recording, Recording)]
 
 

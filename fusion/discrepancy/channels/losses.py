@@ -65,7 +65,7 @@ def _causes(seen: Validity) -> Iterator[tuple[type[Effect], Vector]]:
         parts = []
         for patch in seen.patches:
             with np.errstate(all="ignore"):
-                cause = kind().loses_with(patch.depth, patch.look.view)
+                cause = kind().loses_with(patch.depth, patch.block.view)
             if cause is None:
                 break
             parts.append(patch.tiles.mean(cause))

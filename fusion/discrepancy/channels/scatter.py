@@ -47,35 +47,35 @@ class Scatter:
 
 
 def scatter_of(patches: Sequence[Patch]) -> Scatter:
-    """The scatter of looks of two frames and more."""
+    """The scatter of blocks of two frames and more."""
     rows = [_scatter(patch) for patch in patches]
     excess, excess_sigma, renewal, renewal_sigma = (np.concatenate(parts) for parts in zip(*rows, strict=True))
-    place = np.concatenate([np.full(len(patch.tiles), patch.look.place) for patch in patches])
+    place = np.concatenate([np.full(len(patch.tiles), patch.block.place) for patch in patches])
     return Scatter(tuple(patches), excess, excess_sigma, renewal, renewal_sigma, place)
 
 
 def variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
     """(n,) mean square in native units of a spread (h, w) [m], over the pixels that have one and a measured one."""
-    sound = np.isfinite(patch.look.std) & np.isfinite(patch.sigma)
+    sound = np.isfinite(patch.block.std) & np.isfinite(patch.sigma)
     squares = np.where(sound, np.square(np.nan_to_num(spread * patch.native)), 0.0)
     return patch.tiles.mean(squares) / np.maximum(patch.tiles.mean(sound.astype(float)), 1e-9)
 
 
 def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
-    n, look = len(patch.look.frames), patch.look
-    measured, predicted = variance(patch, look.std), variance(patch, patch.sigma)
+    n, block = len(patch.block.frames), patch.block
+    measured, predicted = variance(patch, block.std), variance(patch, patch.sigma)
     pixels = patch.tiles.pixels / _sharing(patch)
     floor = FLOOR**2 + _undithered(patch) ** 2
     # where all frames round to one step nobody knows how near the next one is
     predicted = np.maximum(predicted, np.exp(-WANDERS) * _step(patch) ** 2 / 12)
     memory = max((effect.follows() for effect in patch.sensor.effects), default=0.0)
-    whole, renewed = succession_of(memory, n, started=look.frames[0] == 0)
+    whole, renewed = succession_of(memory, n, started=block.frames[0] == 0)
     settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
     excess = np.log(np.maximum(measured, LEAST_VARIANCE) / np.maximum(predicted, LEAST_VARIANCE)) - (whole - settled)
     excess_sigma = np.sqrt(2.0 / ((n - 1) * pixels) + floor)
-    if n < 3 or look.succession is None:
+    if n < 3 or block.succession is None:
         return excess, excess_sigma, np.zeros(len(excess)), np.full(len(excess), np.inf)
-    new = variance(patch, np.sqrt(look.succession))
+    new = variance(patch, np.sqrt(block.succession))
     renewal = np.log(np.maximum(new, LEAST_VARIANCE) / np.maximum(measured, LEAST_VARIANCE)) - renewed
     # von Neumann's ratio of normal noise, of which each pixel weighs with its own variance
     ratio = (n - 2) / ((n + 1) * (n - 1)) * (1 + 2 / (n - 1))
@@ -84,7 +84,7 @@ def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
 
 def _sharing(patch: Patch) -> float:
     """Pixels that share their noise, in effect: the sum of the squared correlations over all neighbours."""
-    alike = patch.look.alike
+    alike = patch.block.alike
     if alike is None:
         return 1.0
     return float(np.prod(1 + 2 * (np.square(alike[:, 1:])).sum(axis=1)))
@@ -94,7 +94,7 @@ def _undithered(patch: Patch) -> float:
     """How far a variance may wander (share of it) with the place between two steps of the rounding."""
     step = _step(patch)
     # as small as the model or the frames say: calmer noise than stated is dithered less
-    total = float(np.sqrt(min(variance(patch, spread).mean() for spread in (patch.sigma, patch.look.std))))
+    total = float(np.sqrt(min(variance(patch, spread).mean() for spread in (patch.sigma, patch.block.std))))
     before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
     # the first harmonic of the rounding's own error, which fades as the noise grows over a step
     return WANDERS * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
@@ -102,12 +102,12 @@ def _undithered(patch: Patch) -> float:
 
 def frozen_rounding(patch: Patch) -> float:
     """Mean square in native units that rounding, the model's or the file's, may leave in the mean of many frames."""
-    recording = getattr(patch.look.stage, "recording", None)
+    recording = getattr(patch.block.stage, "recording", None)
     counts = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
     step = max(_step(patch), counts)
     if not step:
         return 0.0
-    before = max(float(np.median(variance(patch, patch.look.std))) - step**2 / 12, 0.0)
+    before = max(float(np.median(variance(patch, patch.block.std))) - step**2 / 12, 0.0)
     return step**2 / 12 * float(np.exp(-4 * np.pi**2 * before / step**2))
 
 

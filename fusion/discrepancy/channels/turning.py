@@ -1,4 +1,4 @@
-"""Turning: the values of knobs that explain the scatter best, and how much better than others."""
+"""Turning: the values of parameters that explain the scatter best, and how much better than others."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from fusion.calibration.reach import reach
-from fusion.discrepancy.channels.knobs import Knob
+from fusion.discrepancy.channels.noise_parameters import NoiseParameter
 from fusion.discrepancy.channels.scatter import Scatter
 
 Vector = NDArray[np.float64]
@@ -21,30 +21,30 @@ LEAST_GROWTH = -0.95  # of a variance: noise does not vanish
 
 
 @dataclass(frozen=True)
-class TunedKnobs:
-    """Knobs at their best values.
+class TunedParameters:
+    """Noise parameters at their best values.
 
     Attributes:
-        knobs: all that were turned.
+        params: all that were turned.
         values, std: (k,) of them.
         chi2: of the tiles, with what the values cost that leave what is known of them.
     """
 
-    knobs: tuple[Knob, ...]
+    params: tuple[NoiseParameter, ...]
     values: Vector
     std: Vector
     chi2: float
 
     def excess(self) -> Vector:
         """(n,) change of the logarithm of the variance."""
-        return changes(self.knobs, self.values)[0]
+        return changes(self.params, self.values)[0]
 
     def renewal(self) -> Vector:
-        return changes(self.knobs, self.values)[1]
+        return changes(self.params, self.values)[1]
 
 
 @dataclass(frozen=True)
-class Ruler:
+class Whitener:
     """What residuals of the scatter are measured with.
 
     Attributes:
@@ -74,35 +74,39 @@ class Ruler:
         return out
 
 
-def changes(knobs: Sequence[Knob], values: Sequence[float] | Vector) -> tuple[Vector, Vector]:
+def changes(params: Sequence[NoiseParameter], values: Sequence[float] | Vector) -> tuple[Vector, Vector]:
     """(n,) changes of the logarithm of the variance, and of its new share."""
     growth, factor, renewal = np.zeros(1), np.zeros(1), np.zeros(1)
-    for knob, value in zip(knobs, values, strict=True):
-        parts = knob.turned(float(value))
+    for param, value in zip(params, values, strict=True):
+        parts = param.turned(float(value))
         growth, factor, renewal = growth + parts[0], factor + parts[1], renewal + parts[2]
     return np.log1p(np.maximum(growth, LEAST_GROWTH)) + factor, renewal
 
 
-def turn(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob], start: Sequence[float] | Vector) -> TunedKnobs:
-    """The best values of knobs; those that are known cost what they leave of it."""
-    if not knobs:
-        return TunedKnobs((), np.zeros(0), np.zeros(0), _chi2(ruler.white(scatter, scatter.excess, scatter.renewal)))
-    scale = np.array([_scale(k, s) for k, s in zip(knobs, start, strict=True)])
-    prior = np.array([0.0 if k.new else _scale(k, s) / k.sigma for k, s in zip(knobs, start, strict=True)])
-    centre = np.array([k.value for k in knobs]) / scale
+def turn(
+    scatter: Scatter, whitener: Whitener, params: Sequence[NoiseParameter], start: Sequence[float] | Vector
+) -> TunedParameters:
+    """The best values of parameters; those that are known cost what they leave of it."""
+    if not params:
+        return TunedParameters(
+            (), np.zeros(0), np.zeros(0), _chi2(whitener.white(scatter, scatter.excess, scatter.renewal))
+        )
+    scale = np.array([_scale(k, s) for k, s in zip(params, start, strict=True)])
+    prior = np.array([0.0 if k.new else _scale(k, s) / k.sigma for k, s in zip(params, start, strict=True)])
+    centre = np.array([k.value for k in params]) / scale
 
     def misfit(x: Vector) -> Vector:
-        excess, renewal = changes(knobs, x * scale)
-        white = ruler.white(scatter, scatter.excess - excess, scatter.renewal - renewal)
+        excess, renewal = changes(params, x * scale)
+        white = whitener.white(scatter, scatter.excess - excess, scatter.renewal - renewal)
         return np.concatenate([_tamed(white), (x - centre) * prior])
 
-    low = np.array([k.parameter.low for k in knobs]) / scale
-    high = np.array([k.parameter.high for k in knobs]) / scale
+    low = np.array([k.parameter.low for k in params]) / scale
+    high = np.array([k.parameter.high for k in params]) / scale
     inside = np.clip(np.array(start) / scale, low + 1e-9, high - 1e-9)
     found = least_squares(misfit, inside, bounds=(low, high), x_scale=1.0, max_nfev=40)
     room = np.maximum(high - found.x, 0.0)
     std = _deviations(misfit, found.x, found.jac, room) * scale
-    return TunedKnobs(tuple(knobs), found.x * scale, std, float(2 * found.cost))
+    return TunedParameters(tuple(params), found.x * scale, std, float(2 * found.cost))
 
 
 def _deviations(misfit: Callable[[Vector], Vector], at: Vector, jac: NDArray[np.float64], room: Vector) -> Vector:
@@ -124,19 +128,19 @@ def _deviations(misfit: Callable[[Vector], Vector], at: Vector, jac: NDArray[np.
     return out
 
 
-def as_stated(scatter: Scatter, ruler: Ruler, knobs: Sequence[Knob]) -> TunedKnobs:
-    """Knobs that nobody turned."""
-    return TunedKnobs(
-        tuple(knobs),
-        np.array([knob.value for knob in knobs]),
-        np.array([knob.sigma for knob in knobs]),
-        _chi2(ruler.white(scatter, scatter.excess, scatter.renewal)),
+def as_stated(scatter: Scatter, whitener: Whitener, params: Sequence[NoiseParameter]) -> TunedParameters:
+    """Noise parameters that nobody turned."""
+    return TunedParameters(
+        tuple(params),
+        np.array([param.value for param in params]),
+        np.array([param.sigma for param in params]),
+        _chi2(whitener.white(scatter, scatter.excess, scatter.renewal)),
     )
 
 
-def ruler_of(scatter: Scatter, best: TunedKnobs | None) -> Ruler:
-    """The ruler under which what the best explanation leaves is noise: whole recordings first, then tiles."""
-    excess = scatter.excess - (best.excess() if best and best.knobs else 0.0)
+def whitener_of(scatter: Scatter, best: TunedParameters | None) -> Whitener:
+    """The whitener under which what the best explanation leaves is noise: whole recordings first, then tiles."""
+    excess = scatter.excess - (best.excess() if best and best.params else 0.0)
     offsets, noise, spread = [], [], []
     for g in np.unique(scatter.place):
         rows = scatter.place == g
@@ -147,7 +151,7 @@ def ruler_of(scatter: Scatter, best: TunedKnobs | None) -> Ruler:
         spread.append((excess[rows] - offset) / scatter.excess_sigma[rows])
     between = float((np.median(np.abs(offsets)) / 0.6745) ** 2 - np.median(noise)) if len(offsets) > 2 else 0.0
     inflated = float(np.median(np.abs(np.concatenate(spread))) / 0.6745)
-    return Ruler(float(np.sqrt(max(between, COMMON**2))), max(1.0, inflated))
+    return Whitener(float(np.sqrt(max(between, COMMON**2))), max(1.0, inflated))
 
 
 def _tamed(white: Vector) -> Vector:
@@ -161,6 +165,6 @@ def _chi2(white: Vector) -> float:
     return float((_tamed(white) ** 2).sum())
 
 
-def _scale(knob: Knob, start: float) -> float:
-    size = max(abs(start), abs(knob.value))
-    return size if size > 0 else (knob.parameter.typical if knob.new else knob.sigma)
+def _scale(param: NoiseParameter, start: float) -> float:
+    size = max(abs(start), abs(param.value))
+    return size if size > 0 else (param.parameter.typical if param.new else param.sigma)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
-from fusion.discrepancy.observe.look import FrameBlock
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.observe.tiles import tiling
 from fusion.sensor.effect import Effect
@@ -62,13 +62,13 @@ class Validity:
 
 
 def validity_of(sensor: Sensor, patches: Sequence[Patch]) -> Validity | None:
-    """The validity of looks; None when no tile is left."""
+    """The validity of blocks; None when no tile is left."""
     used = []
     for patch in patches:
-        view, look = sensor.seen(patch.look.view), patch.look
+        view, block = sensor.seen(patch.block.view), patch.block
         usable = np.isfinite(patch.depth) & interior(view)
         # where no amplitude is recorded, no model knows what is too dark for good: only what comes and goes is judged
-        used.append((view, usable if look.view.ir is not None else usable & (look.count > 0)))
+        used.append((view, usable if block.view.ir is not None else usable & (block.count > 0)))
     return _validity(sensor, patches, used, 1)
 
 
@@ -76,7 +76,7 @@ def validity_of_rims(sensor: Sensor, patches: Sequence[Patch]) -> Validity | Non
     """The same of what lies beside depth edges, which no projector is taken to light yet."""
     used = []
     for patch in patches:
-        view = replace(sensor.seen(patch.look.view), lit=None)
+        view = replace(sensor.seen(patch.block.view), lit=None)
         near = np.zeros(patch.depth.shape, bool) if view.edges is None else view.edges.distance < RIM_PX
         used.append((view, np.isfinite(patch.depth) & near))
     return _validity(sensor, patches, used, FINER)
@@ -87,33 +87,33 @@ def _validity(
 ) -> Validity | None:
     kept, missing, predicted, place = [], [], [], []
     for patch, (view, usable) in zip(patches, used, strict=True):
-        look, tiles = patch.look, tiling(usable, patch.tiles.side // finer)
+        block, tiles = patch.block, tiling(usable, patch.tiles.side // finer)
         if len(tiles):
             kept.append(replace(patch, sensor=sensor, view=view, tiles=tiles))
-            missing.append(tiles.mean(_lost(look)))
-            lost = _predicted(sensor, look)
+            missing.append(tiles.mean(_lost(block)))
+            lost = _predicted(sensor, block)
             predicted.append(np.broadcast_to(lost, patch.depth.shape))
-            place.append(np.full(len(tiles), look.place))
+            place.append(np.full(len(tiles), block.place))
     if not kept:
         return None
     return Validity(tuple(kept), np.concatenate(missing), tuple(predicted), np.concatenate(place))
 
 
-def _predicted(sensor: Sensor, look: FrameBlock) -> Image:
+def _predicted(sensor: Sensor, block: FrameBlock) -> Image:
     """(h, w) chance that a value is missing; a simulation knows it for all that its own model holds."""
-    assert look.view.depth is not None
-    if look.given is None:
-        return sensor.dropout(look.view.depth, look.view)
-    added = tuple(effect for effect in sensor.effects if effect not in look.given.model.effects)
-    more = replace(sensor, effects=added).dropout(look.view.depth, look.view)
-    return 1.0 - (1.0 - look.given.lost) * (1.0 - more)
+    assert block.view.depth is not None
+    if block.given is None:
+        return sensor.dropout(block.view.depth, block.view)
+    added = tuple(effect for effect in sensor.effects if effect not in block.given.model.effects)
+    more = replace(sensor, effects=added).dropout(block.view.depth, block.view)
+    return 1.0 - (1.0 - block.given.lost) * (1.0 - more)
 
 
-def _lost(look: FrameBlock) -> Image:
-    return 1.0 - look.count / max(len(look.frames), 1)
+def _lost(block: FrameBlock) -> Image:
+    return 1.0 - block.count / max(len(block.frames), 1)
 
 
 def _others(patch: Patch, less: Effect) -> Image:
     """(h, w) chance that a pixel has a value, by all effects but one."""
     rest = replace(patch.sensor, effects=tuple(e for e in patch.sensor.effects if e.name != less.name))
-    return 1.0 - np.broadcast_to(rest.dropout(patch.depth, patch.look.view), patch.depth.shape)
+    return 1.0 - np.broadcast_to(rest.dropout(patch.depth, patch.block.view), patch.depth.shape)

@@ -35,7 +35,7 @@ def camera_columns(observations: Observations) -> Matrix:
     `USUAL_SHARE`; (n, 0) of sensors that do not measure time of flight."""
     n = len(observations.residual)
     if not observations.patches[0].view.time_of_flight or any(
-        patch.look.stage.caster is None for patch in observations.patches
+        patch.block.stage.caster is None for patch in observations.patches
     ):
         return np.zeros((n, 0))
     return np.concatenate([np.column_stack([_off(patch, k) for k in range(3)]) for patch in observations.patches])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from fusion.discrepancy.decisions import ALIKE, DETECTED
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate, unit_of
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import ANGLES
@@ -46,7 +46,7 @@ class EffectVisibility:
     visible: bool
 
 
-def visibilities(candidates: Sequence[Candidate], gauge: Gauge) -> list[EffectVisibility]:
+def visibilities(candidates: Sequence[Candidate], covariance: TileCovariance) -> list[EffectVisibility]:
     """One entry per effect of the catalogue that changes anything here, the best visible first."""
     chosen: dict[str, Candidate] = {}
     for candidate in candidates:
@@ -54,7 +54,7 @@ def visibilities(candidates: Sequence[Candidate], gauge: Gauge) -> list[EffectVi
             best = chosen.get(candidate.name)
             if best is None or _detectable(candidate) < _detectable(best):
                 chosen[candidate.name] = candidate
-    out = [_visibility(candidate, candidates, gauge) for candidate in chosen.values()]
+    out = [_visibility(candidate, candidates, covariance) for candidate in chosen.values()]
     return sorted(out, key=lambda entry: -entry.share)
 
 
@@ -70,8 +70,8 @@ def stands_out(candidate: Candidate) -> bool:
     return bool(_detectable(candidate) < parameters(candidate.form.kind)[_size_name(candidate)].typical)
 
 
-def _visibility(candidate: Candidate, candidates: Sequence[Candidate], gauge: Gauge) -> EffectVisibility:
-    free = solve_triangular(gauge.bare, candidate.columns, lower=True, check_finite=False)
+def _visibility(candidate: Candidate, candidates: Sequence[Candidate], covariance: TileCovariance) -> EffectVisibility:
+    free = solve_triangular(covariance.bare, candidate.columns, lower=True, check_finite=False)
     share = float(np.linalg.norm(candidate.white)) / max(float(np.linalg.norm(free)), 1e-300)
     about = parameters(candidate.form.kind)[_size_name(candidate)]
     shape = {name: float(value) for name, value in candidate.form.fixed.items() if np.ndim(value) == 0}

@@ -61,7 +61,7 @@ def _products(p: Phasors, phase: Matrix) -> Matrix:
 def _shows(patch: Patch, rounding: Effect) -> bool:
     """True where the noise of the frames, the model's or the measured, is small enough not to hide the steps."""
     with np.errstate(all="ignore"):
-        spread = np.fmin(patch.sigma, patch.look.std) / (STEP * rounding.noise(patch.predicted, patch.view))
+        spread = np.fmin(patch.sigma, patch.block.std) / (STEP * rounding.noise(patch.predicted, patch.view))
     return bool(len(patch.tiles) and np.nanmedian(spread) < HIDDEN)
 
 
@@ -76,10 +76,10 @@ def _phasors(patch: Patch, rounding: Effect) -> tuple[Vector, Phasors, Vector]:
     Waves of a slope cancel within a square, but for a part of one where the pattern of the unit jumps in it.
     """
     others = tuple(effect for effect in patch.sensor.effects if effect is not rounding)
-    mean, sigma = predicted(replace(patch.sensor, effects=others), patch.look)
+    mean, sigma = predicted(replace(patch.sensor, effects=others), patch.block)
     with np.errstate(all="ignore"):
         step = STEP * rounding.noise(mean, patch.view)  # [m] at this depth: constant, or growing with its square
-        calm = np.sqrt(np.maximum(patch.look.std**2 - step**2 / 12, 0.0))
+        calm = np.sqrt(np.maximum(patch.block.std**2 - step**2 / 12, 0.0))
         spread, native = np.fmin(sigma, calm) / step, step * np.abs(patch.native)
         waves, broken, jumps = [], np.zeros(len(patch.tiles)), any(unknown_patterns(patch.sensor))
         slope = np.hypot(*np.gradient(mean / step)) * patch.tiles.side  # steps over a square

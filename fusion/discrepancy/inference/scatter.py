@@ -9,27 +9,29 @@ from scipy.linalg import qr
 
 from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.inference.covariance import BENDS_M
-from fusion.discrepancy.inference.gauge import Gauge, drift_columns, pose_columns
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import room_columns, shape_columns
 from fusion.discrepancy.inference.sizes import sizes_of
 from fusion.discrepancy.inference.spreads import Left, Spreads, likeliest
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, drift_columns, pose_columns
+from fusion.discrepancy.naming.effect_part import FIELD
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.part import FIELD
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.unrestricted import Group
 
 Vector = NDArray[np.float64]
 
-MUCH = 4.0  # times the gauge's variance: real scenes (second bounces, bent boards, traced labels), not its own faults
+MUCH = (
+    4.0  # times the covariance's variance: real scenes (second bounces, bent boards, traced labels), not its own faults
+)
 MOST_COLUMNS = 0.7  # of the tiles: with more, what is left says nothing
 FAINT = 1e-8  # of the largest direction: rounding
 FAR = 4.0  # standard deviations beyond which a tile is told of otherwise, and not by the spread of all
 
 
 def loose_of(
-    observations: Observations, gauge: Gauge, candidates: Sequence[Candidate], groups: Sequence[Group]
+    observations: Observations, covariance: TileCovariance, candidates: Sequence[Candidate], groups: Sequence[Group]
 ) -> Loose:
     """The kinds of errors, told apart by how smooth they are and what they have in common.
 
@@ -39,14 +41,14 @@ def loose_of(
     basis = _spanned(candidates, groups)
     if basis is None:
         return Loose()
-    white = gauge.whiten(observations.residual)
+    white = covariance.whiten(observations.residual)
     white = white - basis @ (basis.T @ white)
     far = FAR * np.sqrt(inflation(white))
     white = np.clip(white, -far, far)
     alone = len(np.unique(observations.place)) < 2  # it may be off as a law has it
 
     def beside(columns: Vector) -> Vector:
-        seen = gauge.whiten(columns)
+        seen = covariance.whiten(columns)
         return np.asarray(seen - basis @ (basis.T @ seen))
 
     poses, drift = np.column_stack(pose_columns(observations)), drift_columns(observations)
@@ -59,14 +61,14 @@ def loose_of(
         return smooth
     if more or smooth.bent:
         return replace(smooth, drift=0.0)  # what is rough is looked at beside them
-    rough = _spreads(observations, gauge, basis, white)
+    rough = _spreads(observations, covariance, basis, white)
     return Loose(rough.scatter, 0.0 if alone else rough.drift, rough.uneven)
 
 
-def _spreads(observations: Observations, gauge: Gauge, basis: Vector, white: Vector) -> Spreads:
-    """How large errors beside the gauge are, and in which recordings, from what no law reaches of a residual (n,)."""
+def _spreads(observations: Observations, covariance: TileCovariance, basis: Vector, white: Vector) -> Spreads:
+    """Sizes of errors beside the covariance, and in which recordings, from what no law reaches of residuals (n,)."""
     beside = qr(basis)[0][:, basis.shape[1] :]
-    left = Left(beside.T @ white, gauge.pulled(beside), drift_columns(observations), observations.place)
+    left = Left(beside.T @ white, covariance.pulled(beside), drift_columns(observations), observations.place)
     more = max(float(left.white @ left.white) / len(left.white) - 1.0, 1.0)
     start = float(np.sqrt(more * len(left.white) / (left.rough**2).sum()))
     rough = likeliest(left, Spreads(start))

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from scipy.stats import f as variance_ratio
 
 from fusion.discrepancy.decisions import FALSE_ALARM
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.laws.surface import rigid_motions
@@ -64,7 +64,7 @@ class Shaking:
 
 @dataclass(frozen=True)
 class FrameMotion:
-    """What the frames of a look say of shaking.
+    """What the frames of a block say of shaking.
 
     Attributes:
         rigid: (frames, r) along independent motions that are seen, in one unit.
@@ -108,9 +108,9 @@ class FrameMotion:
         return np.asarray(scaled @ scaled.T + self.smooth * np.eye(len(scaled)))
 
 
-def shaking_of(looks: Sequence[FrameBlock]) -> Shaking | None:
-    """The shaking that the frames of looks show together; None where they show none."""
-    told_of = [(look, own) for look in looks if (own := motion_of(look)) is not None]
+def shaking_of(blocks: Sequence[FrameBlock]) -> Shaking | None:
+    """The shaking that the frames of blocks show together; None where they show none."""
+    told_of = [(block, own) for block in blocks if (own := motion_of(block)) is not None]
     seen = [own for _, own in told_of]
     if not seen:
         return None
@@ -127,7 +127,7 @@ def shaking_of(looks: Sequence[FrameBlock]) -> Shaking | None:
     still = sum(own.cost(np.zeros(2)) for own in seen)
     sizes = np.exp(best.x)
     if (
-        np.quantile(np.concatenate([_share_of_tiles(look, own, sizes) for look, own in told_of]), MOST_MOVED)
+        np.quantile(np.concatenate([_share_of_tiles(block, own, sizes) for block, own in told_of]), MOST_MOVED)
         < LEAST_SHARE
     ):
         return None
@@ -138,21 +138,21 @@ def shaking_of(looks: Sequence[FrameBlock]) -> Shaking | None:
     return Shaking(rad, m, std_rad, std_m, still - float(best.fun), max(explained, 0.0), probability)
 
 
-def steadied(looks: Sequence[FrameBlock], shaking: Shaking) -> list[FrameBlock]:
-    """The looks as if the camera had stood still: what all pixels of a frame shared is out of their scatter.
+def steadied(blocks: Sequence[FrameBlock], shaking: Shaking) -> list[FrameBlock]:
+    """The blocks as if the camera had stood still: what all pixels of a frame shared is out of their scatter.
 
     The mean over the frames stays off by the mean of their shakes: `shaken` says how much of it is to be expected.
     """
-    return [_steadied(look, shaking) for look in looks]
+    return [_steadied(block, shaking) for block in blocks]
 
 
-def motion_of(look: FrameBlock) -> FrameMotion | None:
-    """What the frames of a look say of shaking; None where too little is seen."""
-    course, view = look.course, look.view
+def motion_of(block: FrameBlock) -> FrameMotion | None:
+    """What the frames of a block say of shaking; None where too little is seen."""
+    course, view = block.course, block.view
     if course is None or view.normals is None or view.depth is None or len(course.tiles) < FEWEST_TILES:
         return None
     with np.errstate(all="ignore"):
-        noise = np.sqrt(course.tiles.mean(look.std**2))
+        noise = np.sqrt(course.tiles.mean(block.std**2))
     known = np.isfinite(noise) & (noise > 0)
     if np.count_nonzero(known) < FEWEST_TILES:
         return None
@@ -160,7 +160,7 @@ def motion_of(look: FrameBlock) -> FrameMotion | None:
     images = rigid_motions(view.depth, view)
     columns = np.column_stack([course.tiles.mean(image) for image in images]) * weight[:, None]
     rigid = _directions(_unit(columns), SEEN)
-    whole = np.column_stack([course.tiles.mean(image) for image in _offsets(look)]) * weight[:, None]
+    whole = np.column_stack([course.tiles.mean(image) for image in _offsets(block)]) * weight[:, None]
     whole = _directions(_unit(whole), SEEN)
     moving = _directions(rigid - whole @ (whole.T @ rigid), OWN)
     smooth = _smooth(course.tiles.cell.astype(float)) * weight[:, None]
@@ -187,11 +187,11 @@ def _unit(columns: Matrix) -> Matrix:
     return np.asarray(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))
 
 
-def _offsets(look: FrameBlock) -> list[Image]:
+def _offsets(block: FrameBlock) -> list[Image]:
     """Images (h, w) of what moves a whole frame and is no motion: of depth, of range, by a share, of disparity."""
-    depth = look.view.depth
+    depth = block.view.depth
     assert depth is not None
-    return [np.ones_like(depth), 1.0 / look.view.stretch, depth, depth**2]
+    return [np.ones_like(depth), 1.0 / block.view.stretch, depth, depth**2]
 
 
 def _smooth(cell: Matrix) -> Matrix:
@@ -200,39 +200,39 @@ def _smooth(cell: Matrix) -> Matrix:
     return np.column_stack([x**i * y**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)])
 
 
-def _steadied(look: FrameBlock, shaking: Shaking) -> FrameBlock:
-    motion = motion_of(look)
-    held = None if look.held is None else _steadied(look.held, shaking)
-    look = replace(look, shaken=(shaking.sigma_rad, shaking.sigma_m), held=held)
+def _steadied(block: FrameBlock, shaking: Shaking) -> FrameBlock:
+    motion = motion_of(block)
+    held = None if block.held is None else _steadied(block.held, shaking)
+    block = replace(block, shaken=(shaking.sigma_rad, shaking.sigma_m), held=held)
     if motion is None:
-        return look
+        return block
     covariance = motion.covariance(np.array([shaking.sigma_rad, shaking.sigma_m]))
     # of squares: a pixel's own scatter over a few frames is less than what is taken from it, now and then
-    known, shared = np.isfinite(look.std), _shared(look, covariance)
-    whole, taken = (cv2.blur(np.where(known, image, 0.0), (SQUARE_PX, SQUARE_PX)) for image in (look.std**2, shared))
+    known, shared = np.isfinite(block.std), _shared(block, covariance)
+    whole, taken = (cv2.blur(np.where(known, image, 0.0), (SQUARE_PX, SQUARE_PX)) for image in (block.std**2, shared))
     part = np.clip(taken / np.maximum(whole, 1e-300), 0.0, 0.99)
-    usual = float(np.median(part[np.isfinite(look.std)])) if np.isfinite(look.std).any() else 0.0
-    alike = look.alike
+    usual = float(np.median(part[np.isfinite(block.std)])) if np.isfinite(block.std).any() else 0.0
+    alike = block.alike
     if alike is not None:  # what all pixels share makes them alike at any distance
         alike = np.maximum(alike - usual, 0.0) / (1.0 - usual)
     # half the mean square of a change from one frame to the next is the variance of what is new in each
-    succession = None if look.succession is None else look.succession * (1.0 - part)
-    std = look.std * np.sqrt(1.0 - part)
-    return replace(look, std=std, succession=succession, alike=alike)
+    succession = None if block.succession is None else block.succession * (1.0 - part)
+    std = block.std * np.sqrt(1.0 - part)
+    return replace(block, std=std, succession=succession, alike=alike)
 
 
-def _share_of_tiles(look: FrameBlock, motion: FrameMotion, sizes: Vector) -> Vector:
+def _share_of_tiles(block: FrameBlock, motion: FrameMotion, sizes: Vector) -> Vector:
     """(n,) share of the variance of the pixels of a tile over the frames that motions of these sizes make."""
-    assert look.course is not None
-    tiles = look.course.tiles
-    whole = tiles.mean(look.std**2)
-    return np.asarray(tiles.mean(_shared(look, motion.covariance(sizes))) / np.maximum(whole, 1e-300))[whole > 0]
+    assert block.course is not None
+    tiles = block.course.tiles
+    whole = tiles.mean(block.std**2)
+    return np.asarray(tiles.mean(_shared(block, motion.covariance(sizes))) / np.maximum(whole, 1e-300))[whole > 0]
 
 
-def _shared(look: FrameBlock, covariance: Matrix) -> Image:
+def _shared(block: FrameBlock, covariance: Matrix) -> Image:
     """(h, w) variance [m^2] of pixels over frames that motions of a covariance (6, 6) make."""
-    assert look.view.depth is not None
-    images = np.stack(rigid_motions(look.view.depth, look.view))
+    assert block.view.depth is not None
+    images = np.stack(rigid_motions(block.view.depth, block.view))
     with np.errstate(all="ignore"):
         return np.asarray(np.einsum("ihw,ij,jhw->hw", images, covariance, images, optimize=True))
 

@@ -19,9 +19,9 @@ def shape_covariance(observations: Observations) -> Matrix:
     """(n, n) covariance in native units of targets that are not quite their mesh: one shape in all its recordings."""
     loose, known, total = observations.loose, [], np.zeros((len(observations.residual),) * 2)
     for rows, patch in observations.rows():
-        said = patch.look.stage.mesh_sigma_m
+        said = patch.block.stage.mesh_sigma_m
         if loose.bent if said is None else said:
-            known.append((rows, patch.look.stage, *_surface(patch)))
+            known.append((rows, patch.block.stage, *_surface(patch)))
     for rows, stage, points, lever in known:
         for others, other, other_points, other_lever in known:
             alike = _alike(stage, other, points, other_points, loose)
@@ -37,14 +37,14 @@ def mesh_columns(observations: Observations) -> Matrix:
     In native units. A mesh of another size about another place is the sum of both.
     """
     n = len(observations.residual)
-    if any(patch.look.stage.caster is None for patch in observations.patches):
+    if any(patch.block.stage.caster is None for patch in observations.patches):
         return np.zeros((n, 0))
     seen = [(rows, patch, _surface(patch)[0]) for rows, patch in observations.rows()]
     every = np.concatenate([points for _, _, points in seen])
     middle, off = every.mean(axis=0), USUAL_SCALE * float(np.linalg.norm(every - every.mean(axis=0), axis=1).mean())
     out = np.zeros((n, 4))
     for rows, patch, _ in seen:
-        T = patch.look.T_world_camera
+        T = patch.block.T_world_camera
         # along the axes of the camera, then of the world
         along = np.array([patch.tiles.mean(one * patch.native) for one in rigid_motions(patch.depth, patch.view)[3:]])
         shifts = list(T[:3, :3] @ along)
@@ -82,7 +82,7 @@ def bent_m(observations: Observations, pulled: Vector) -> float:
     unsaid = [
         likeliest[rows] / _surface(patch)[1]
         for rows, patch in observations.rows()
-        if patch.look.stage.mesh_sigma_m is None
+        if patch.block.stage.mesh_sigma_m is None
     ]
     return float(np.sqrt(np.mean(np.square(np.concatenate(unsaid)))))
 
@@ -108,7 +108,7 @@ def shape_columns(observations: Observations) -> list[Matrix]:
 
 def room_columns(observations: Observations) -> list[Matrix]:
     """(n, k) the same of one shape for all of these meshes, by place in the world; none where all are one mesh."""
-    unsaid = {p.look.stage.shape for p in observations.patches if p.look.stage.mesh_sigma_m is None}
+    unsaid = {p.block.stage.shape for p in observations.patches if p.block.stage.mesh_sigma_m is None}
     none = np.zeros((len(observations.residual), 0))
     return [_bending(observations, length, common=True) if len(unsaid) > 1 else none for length in BENDS_M]
 
@@ -117,8 +117,8 @@ def _bending(observations: Observations, length_m: float, common: bool) -> Matri
     n = len(observations.residual)
     shapes: dict[str, list[tuple[slice, Matrix, Vector]]] = {}
     for rows, patch in observations.rows():
-        if patch.look.stage.mesh_sigma_m is None:
-            shapes.setdefault("" if common else patch.look.stage.shape, []).append((rows, *_surface(patch)))
+        if patch.block.stage.mesh_sigma_m is None:
+            shapes.setdefault("" if common else patch.block.stage.shape, []).append((rows, *_surface(patch)))
     blocks = [np.zeros((n, 0))]
     for parts in shapes.values():
         points, lever = np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts])
@@ -133,5 +133,5 @@ def _surface(patch: Patch) -> tuple[Matrix, Vector]:
     """(n, 3) points of the tiles in the world [m], and (n,) native units per metre along the surface's normal."""
     seen = patch.view.camera.points(patch.depth)
     at = np.column_stack([patch.tiles.mean(seen[..., axis]) for axis in range(3)])
-    T = patch.look.T_world_camera
+    T = patch.block.T_world_camera
     return at @ T[:3, :3].T + T[:3, 3], patch.tiles.mean(patch.native / towards(patch.view))

@@ -1,4 +1,4 @@
-"""Spreads: how large errors beside the gauge are, of every tile and of every recording, and in which recordings."""
+"""Spreads: how large errors beside the covariance are, of every tile and of every recording, and where."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class Left:
     """What no law reaches, as known and unknown errors make it.
 
     Attributes:
-        white: (m,) in units of the gauge: of unit spread were it not for errors beside it.
+        white: (m,) in units of the covariance: of unit spread were it not for errors beside it.
         rough: (n, m) by how much an error of each tile changes it [1 / native unit].
         smooth: (n, k) columns of which the products sum up to the covariance of a drift of unit spread.
         place: (n,) recording of each tile, from 0 on.
@@ -35,7 +35,7 @@ class Left:
 
 @dataclass(frozen=True)
 class Spreads:
-    """Errors beside the gauge.
+    """Errors beside the covariance.
 
     Attributes:
         scatter, drift: standard deviations [native unit] of a tile for itself, and of a smooth field of a recording.

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.judged import Step
-from fusion.discrepancy.naming.part import FIELD
+from fusion.discrepancy.naming.assessment import Step
+from fusion.discrepancy.naming.effect_part import FIELD
 from fusion.sensor.effect import Effect
 from fusion.sensor.forms import ANGLES
 from fusion.sensor.parameter import Parameter, parameters

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 from scipy.stats import f as variance_ratio
 
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored
 
@@ -25,17 +25,19 @@ def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: f
     return total
 
 
-def replicated_share(candidate: Candidate, place: NDArray[np.intp], gauge: Gauge, target: Vector) -> float:
+def replicated_share(
+    candidate: Candidate, place: NDArray[np.intp], covariance: TileCovariance, target: Vector
+) -> float:
     """Share of the gain that recordings left out show of an effect that the model holds already.
 
-    What is known of its size couples all recordings, so that one of them alone tells nothing in units of the gauge.
+    What is known of its size couples all recordings, so that one of them alone tells nothing in its units.
     Here each recording stands for itself, without that knowledge.
     """
-    raw, columns = gauge.root @ target, candidate.columns
+    raw, columns = covariance.root @ target, candidate.columns
     powers, moments = [], []
     for g in np.unique(place):
         rows = place == g
-        own = gauge.root[rows] @ gauge.root[rows].T - gauge.known[rows] @ gauge.known[rows].T
+        own = covariance.root[rows] @ covariance.root[rows].T - covariance.known[rows] @ covariance.known[rows].T
         solved = np.linalg.solve(own, np.column_stack([columns[rows], raw[rows]]))
         powers.append(columns[rows].T @ solved[:, :-1])
         moments.append(columns[rows].T @ solved[:, -1])
@@ -63,5 +65,5 @@ def by_chance(found: Scored, fitted: Vector, target: Vector, tried: int) -> floa
 
 
 def inflation(white: Vector) -> float:
-    """By how much (at least 1) the bulk of the residuals scatters more than the gauge says."""
+    """By how much (at least 1) the bulk of the residuals scatters more than the covariance says."""
     return max(1.0, float((np.median(np.abs(white)) / 0.6745) ** 2))

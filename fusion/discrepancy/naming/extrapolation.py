@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.evidence import left_out_gain
+from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.observe.observations import Observations
 
@@ -39,7 +39,7 @@ def held_back(observations: Observations) -> tuple[int, ...]:
     tilt: dict[int, list[float]] = {}
     for patch in observations.patches:
         if len(patch.tiles):
-            place = patch.look.place
+            place = patch.block.place
             depth.setdefault(place, []).append(float(np.median(patch.tiles.mean(patch.depth))))
             angle = 0.0 if patch.view.incidence is None else float(np.median(patch.tiles.mean(patch.view.incidence)))
             tilt.setdefault(place, []).append(angle)
@@ -56,7 +56,7 @@ def extrapolated(fit: PartsFit) -> Extrapolation:
     if not places or not fit.parts:
         return Extrapolation(places)
     rows = np.isin(fit.observations.place, places)
-    white = fit.gauge.whiten(fit.observations.residual)[rows]
+    white = fit.covariance.whiten(fit.observations.residual)[rows]
     J, rest = fit.columns[rows], fit.white[rows]
     normal = fit.normal
     without = np.linalg.pinv(normal - J.T @ J, hermitian=True)
@@ -72,7 +72,7 @@ def extrapolated(fit: PartsFit) -> Extrapolation:
 
 
 def _gain(fit: PartsFit, k: int, rows: NDArray[np.bool_]) -> float:
-    space, target = beside(fit, k)
+    space, target = partial_residual(fit, k)
     part = fit.parts[k]
     group = np.where(rows, 0, -1)
     return left_out_gain(space.of(part.candidate.white), target, group, part.size)

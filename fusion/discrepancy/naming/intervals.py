@@ -1,11 +1,11 @@
-"""Intervals: how far fitted parameters may be off, by the gauge, by recordings that disagree and by the law's form."""
+"""Intervals: how far fitted parameters may be off, by covariance, by recordings that disagree and by the law's form."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.evidence import inflation
+from fusion.discrepancy.naming.heterogeneity import unevenness
 from fusion.discrepancy.naming.refit import PartsFit
-from fusion.discrepancy.naming.uneven import unevenness
 
 Vector = NDArray[np.float64]
 
@@ -16,7 +16,7 @@ ALONE = 4.0  # a recording without which the variance grows by more than this is
 def spreads_of(fit: PartsFit) -> Vector:
     """Standard deviations (p,) of all weights and logarithms of shapes.
 
-    The larger of the gauge's and the jackknife's; a size that differs over the data is no better known than it differs.
+    The larger of the covariance's and the jackknife's: a size that differs over the data is not known better.
     """
     if not fit.parts:
         return np.zeros(0)
@@ -29,7 +29,7 @@ def spreads_of(fit: PartsFit) -> Vector:
 def _by_chance(fit: PartsFit) -> Vector:
     """Variances (p,) of what one draw of the noise, of the poses and of the recordings does.
 
-    The gauge's is scaled by how much the bulk of the residuals exceeds it; the jackknife leaves out each recording.
+    That of the covariance is scaled by how much the bulk of the residuals exceeds it; the jackknife leaves out each.
     """
     normal = fit.normal
     cov = np.linalg.inv(normal)

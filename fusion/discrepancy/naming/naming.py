@@ -7,17 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import FALSE_ALARM, SURE
-from fusion.discrepancy.inference.gauge import Gauge
-from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
-from fusion.discrepancy.naming.judged import Step, judged, judged_next
-from fusion.discrepancy.naming.part import EffectPart
-from fusion.discrepancy.naming.refit import PartsFit, refitted
-from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
-from fusion.discrepancy.naming.search.models import rearranged, score_of
-from fusion.discrepancy.naming.search.review import reviewed
-from fusion.discrepancy.naming.search.step import NextPart, best_part
-from fusion.discrepancy.naming.standing import (
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.naming.assessment import Step, judged, judged_next
+from fusion.discrepancy.naming.effect_part import EffectPart
+from fusion.discrepancy.naming.established import (
     LIKELY,
     contradicted,
     gain_of,
@@ -26,8 +19,15 @@ from fusion.discrepancy.naming.standing import (
     weak_of,
     without_faint,
 )
-from fusion.discrepancy.naming.two import as_two
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
+from fusion.discrepancy.naming.partial_residual import partial_residual
+from fusion.discrepancy.naming.plain_pairs import as_two
+from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.search.models import rearranged, score_of
+from fusion.discrepancy.naming.search.review import reviewed
+from fusion.discrepancy.naming.search.step import NextPart, best_part
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
@@ -47,7 +47,7 @@ class Named:
         steps: the most telling first.
         sensor: the model with all of them.
         observations: under that model.
-        white: (n,) what is left, in units of the gauge.
+        white: (n,) what is left, in units of the covariance.
         likely: the next one, that is likely but not established; None when there is none.
         extrapolation: how recordings held back are predicted by the others.
     """
@@ -61,17 +61,20 @@ class Named:
 
 
 def name_effects(
-    looks: Sequence[FrameBlock], observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]
+    blocks: Sequence[FrameBlock],
+    observations: Observations,
+    covariance: TileCovariance,
+    candidates: Sequence[Candidate],
 ) -> Named:
     """Add effects one by one while they pass the tests; `candidates` are those of the given model.
 
     What was found one by one is then tried against all sets of as many names.
     """
-    fit, likely = _grown(refitted((), observations, gauge), candidates)
+    fit, likely = _grown(refitted((), observations, covariance), candidates)
     if any(part.candidate.where and _of_waves(part) for part in fit.parts):
         # one wave fits several of them in a part of the data only
         parts = [_everywhere(part, fit) if _of_waves(part) else part for part in fit.parts]
-        wide = _grown(refitted(parts, observations, gauge), candidates)
+        wide = _grown(refitted(parts, observations, covariance), candidates)
         if score_of(wide[0]) > score_of(fit) + SURE:
             fit, likely = wide
     other = rearranged(fit, candidates, MOST_NAMES)
@@ -95,7 +98,7 @@ def _poorer(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | Non
     if not weak:
         return without_faint(fit, steps)
     rest = [part for part in fit.parts if part.candidate is not weak[-1].candidate]
-    return refitted(rest, fit.observations, fit.gauge), weak[-1]
+    return refitted(rest, fit.observations, fit.covariance), weak[-1]
 
 
 def _grown(fit: PartsFit, candidates: Sequence[Candidate]) -> tuple[PartsFit, Step | None]:
@@ -104,9 +107,9 @@ def _grown(fit: PartsFit, candidates: Sequence[Candidate]) -> tuple[PartsFit, St
     earlier: Step | None = None  # likely beside fewer parts
     passed_over: set[str] = set()
     for _ in range(len(fit.parts), MOST_STEPS):
-        space, target = beside(fit, None)
+        space, target = partial_residual(fit, None)
         open_to = [c for c in candidates if c.name not in passed_over]
-        found = best_part(open_to, fit.observations, fit.gauge, space, target)
+        found = best_part(open_to, fit.observations, fit.covariance, space, target)
         if found is None or found.probability > FALSE_ALARM or is_faint(fit, found):
             return fit, likely or _told_of(fit, found, open_to) or earlier
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
@@ -125,7 +128,7 @@ def _grown(fit: PartsFit, candidates: Sequence[Candidate]) -> tuple[PartsFit, St
 
 def _with(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate]) -> PartsFit | None:
     """The fit with a further part; None where it does not help in full, or bends a law to the end of its range."""
-    larger = refitted(_of_one_region([*fit.parts, found.part], fit), fit.observations, fit.gauge)
+    larger = refitted(_of_one_region([*fit.parts, found.part], fit), fit.observations, fit.covariance)
     helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
     if not helped or _bent(larger):
         return None
@@ -144,7 +147,7 @@ def _of_one_region(parts: Sequence[EffectPart], fit: PartsFit) -> list[EffectPar
 def _everywhere(part: EffectPart, fit: PartsFit) -> EffectPart:
     if not part.candidate.where:
         return part
-    return replace(part, candidate=candidate_of(fit.observations, fit.gauge, part.candidate.form))
+    return replace(part, candidate=candidate_of(fit.observations, fit.covariance, part.candidate.form))
 
 
 def _of_waves(part: EffectPart) -> bool:
@@ -177,7 +180,7 @@ def _that_extrapolates(fit: PartsFit) -> tuple[PartsFit, Extrapolation, NextPart
         worst = min(bad, key=lambda k: beyond.gains[k] or 0.0)
         part = fit.parts[worst]
         fallen = NextPart(part, gain_of(part), 0.0, 0.0, FALSE_ALARM)
-        fit = refitted([p for k, p in enumerate(fit.parts) if k != worst], fit.observations, fit.gauge)
+        fit = refitted([p for k, p in enumerate(fit.parts) if k != worst], fit.observations, fit.covariance)
 
 
 def _told_of(fit: PartsFit, found: NextPart | None, candidates: Sequence[Candidate]) -> Step | None:

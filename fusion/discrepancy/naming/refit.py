@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge
-from fusion.discrepancy.naming.part import EffectPart, model_of
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.naming.effect_part import EffectPart, model_of
 from fusion.discrepancy.naming.search.candidates import candidate_of
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.parameter import parameters
@@ -29,7 +29,7 @@ class PartsFit:
 
     Attributes:
         observations: under the given model; they say which tiles there are.
-        gauge: their units.
+        covariance: their units.
         parts: with fitted weights and shapes.
         sensor: the given model with them.
         white: (n,) what it leaves, whitened.
@@ -39,7 +39,7 @@ class PartsFit:
     """
 
     observations: Observations
-    gauge: Gauge
+    covariance: TileCovariance
     parts: tuple[EffectPart, ...]
     sensor: Sensor
     white: Vector
@@ -63,9 +63,9 @@ class PartsFit:
         return [self.parts[i] for i in rest], [self.shapes(i) for i in rest]
 
 
-def refitted(parts: Sequence[EffectPart], observations: Observations, gauge: Gauge) -> PartsFit:
+def refitted(parts: Sequence[EffectPart], observations: Observations, covariance: TileCovariance) -> PartsFit:
     """Least squares over all weights and shapes, step by step, each step judged by the sensor's own prediction."""
-    fit = _fit(tuple(parts), observations, gauge)
+    fit = _fit(tuple(parts), observations, covariance)
     for _ in range(STEPS if parts else 0):
         weights = np.concatenate([np.append(p.weights, np.zeros(len(shapes_of(p)))) for p in fit.parts])
         change = np.linalg.solve(fit.normal, fit.columns.T @ fit.white - fit.prior * weights)
@@ -89,15 +89,15 @@ def shapes_of(part: EffectPart) -> list[str]:
     ]
 
 
-def _fit(parts: tuple[EffectPart, ...], observations: Observations, gauge: Gauge) -> PartsFit:
+def _fit(parts: tuple[EffectPart, ...], observations: Observations, covariance: TileCovariance) -> PartsFit:
     sensor = model_of(observations, parts)
-    white = gauge.whiten(observations.under(sensor).residual)
+    white = covariance.whiten(observations.under(sensor).residual)
     blocks: list[Matrix] = [np.zeros((len(white), 0))]
     prior: list[Vector] = [np.zeros(0)]
     places, start = [], 0
     for part in parts:
         own = part.candidate.white
-        shapes = _shape_columns(part, observations, gauge)
+        shapes = _shape_columns(part, observations, covariance)
         middle, end = start + own.shape[1], start + own.shape[1] + shapes.shape[1]
         places.append((slice(start, middle), slice(middle, end)))
         start = end
@@ -106,7 +106,7 @@ def _fit(parts: tuple[EffectPart, ...], observations: Observations, gauge: Gauge
         prior.append(np.zeros(shapes.shape[1]))
     return PartsFit(
         observations,
-        gauge,
+        covariance,
         parts,
         sensor,
         white,
@@ -116,23 +116,25 @@ def _fit(parts: tuple[EffectPart, ...], observations: Observations, gauge: Gauge
     )
 
 
-def _shape_columns(part: EffectPart, observations: Observations, gauge: Gauge) -> Matrix:
+def _shape_columns(part: EffectPart, observations: Observations, covariance: TileCovariance) -> Matrix:
     """(n, s) change of the tiles, whitened, per logarithm of each shape."""
     out = []
     for name in shapes_of(part):
-        ends = [_shaped(part, {name: sign * STEP}, observations, gauge).footprint for sign in (1, -1)]
+        ends = [_shaped(part, {name: sign * STEP}, observations, covariance).footprint for sign in (1, -1)]
         out.append((ends[0] - ends[1]) / (2 * STEP))
     return np.column_stack(out) if out else np.zeros((len(observations.residual), 0))
 
 
-def _shaped(part: EffectPart, change: dict[str, float], observations: Observations, gauge: Gauge) -> EffectPart:
+def _shaped(
+    part: EffectPart, change: dict[str, float], observations: Observations, covariance: TileCovariance
+) -> EffectPart:
     """A part whose shapes differ by factors exp(change), within their bounds."""
     form = part.candidate.form
     about = parameters(form.kind)
     fixed = dict(form.fixed)
     for name, step in change.items():
         fixed[name] = float(np.clip(fixed[name] * np.exp(step), about[name].low, about[name].high))
-    candidate = candidate_of(observations, gauge, replace(form, fixed=fixed), part.candidate.where)
+    candidate = candidate_of(observations, covariance, replace(form, fixed=fixed), part.candidate.where)
     return replace(part, candidate=candidate)
 
 
@@ -145,9 +147,9 @@ def _along(fit: PartsFit, change: Vector) -> PartsFit | None:
             steps = np.clip(share * change[shapes], -LARGEST, LARGEST)
             names = shapes_of(part)
             if names:
-                moved = _shaped(moved, dict(zip(names, steps.tolist(), strict=True)), fit.observations, fit.gauge)
+                moved = _shaped(moved, dict(zip(names, steps.tolist(), strict=True)), fit.observations, fit.covariance)
             parts.append(moved)
-        better = _fit(tuple(parts), fit.observations, fit.gauge)
+        better = _fit(tuple(parts), fit.observations, fit.covariance)
         if _cost(better) <= _cost(fit):
             return better
     return None

@@ -1,4 +1,4 @@
-"""Given: what another simulator predicts of a look, in place of scene and sensor model."""
+"""Given: what another simulator predicts of a block, in place of scene and sensor model."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from fusion.sensor.view import Image
 
 @dataclass(frozen=True)
 class GivenImages:
-    """The images of a simulation for the frames of one look.
+    """The images of a simulation for the frames of one block.
 
     The sensor model that goes with it counts as in the images: what is added to the model later changes them.
 

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge, pose_columns
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, pose_columns
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 
 Vector = NDArray[np.float64]
@@ -21,24 +21,26 @@ ROUNDS = 3  # each leaves the product of what is left of the error and the error
 MATTERS = 4.0  # by which the chi2 must fall: two standard deviations of one number
 
 
-def at_likely_poses(looks: Sequence[FrameBlock], observations: Observations, gauge: Gauge) -> list[FrameBlock]:
-    """The looks with the errors of their poses that are likeliest when nothing is missing; as they are where that
+def at_likely_poses(
+    blocks: Sequence[FrameBlock], observations: Observations, covariance: TileCovariance
+) -> list[FrameBlock]:
+    """The blocks with the errors of their poses that are likeliest when nothing is missing; as they are where that
     makes no difference."""
-    before = after = gauge.whiten(observations.residual)
-    moved, columns = list(looks), np.stack(pose_columns(observations))
+    before = after = covariance.whiten(observations.residual)
+    moved, columns = list(blocks), np.stack(pose_columns(observations))
     for _ in range(ROUNDS):
-        errors = _by_recording(observations, columns @ gauge.pulled(after))
+        errors = _by_recording(observations, columns @ covariance.pulled(after))
         moved = [
-            replace(k, moved=errors[k.place], held=k.held and replace(k.held, moved=errors[k.place])) for k in looks
+            replace(k, moved=errors[k.place], held=k.held and replace(k.held, moved=errors[k.place])) for k in blocks
         ]
-        after = gauge.whiten(observations.seen_again(moved).residual)
-    return moved if before @ before - after @ after > MATTERS else list(looks)
+        after = covariance.whiten(observations.seen_again(moved).residual)
+    return moved if before @ before - after @ after > MATTERS else list(blocks)
 
 
 def _by_recording(observations: Observations, weights: Vector) -> defaultdict[int, tuple[float, ...]]:
     """By recording, the motion (6,) of the scene in the camera frame [rad, m], from its sizes along all columns (6 g,)
     in standard deviations; nothing of a recording without tiles."""
-    stages = {patch.look.place: patch.look.stage for patch in observations.patches}
+    stages = {patch.block.place: patch.block.stage for patch in observations.patches}
     out: defaultdict[int, tuple[float, ...]] = defaultdict(tuple)
     for place, own in zip(np.unique(observations.place).tolist(), weights.reshape(-1, 6), strict=True):
         out[place] = tuple((own * np.repeat([stages[place].sigma_rad, stages[place].sigma_m], 3)).tolist())

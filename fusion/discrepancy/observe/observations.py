@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.loose import Loose
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
-from fusion.discrepancy.observe.look import FrameBlock
 from fusion.discrepancy.observe.outliers import foreign
 from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
 from fusion.discrepancy.observe.views import views_of
@@ -20,15 +20,15 @@ from fusion.sensor.view import Image, View
 
 MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
 LARGEST_PX = 64
-SERIES = 5  # looks of one recording from which on its tiles are larger, to keep the numbers few
+SERIES = 5  # blocks of one recording from which on its tiles are larger, to keep the numbers few
 
 
 @dataclass(frozen=True)
 class Patch:
-    """One look, cut into tiles.
+    """One block, cut into tiles.
 
     Attributes:
-        look: what was measured.
+        block: what was measured.
         sensor: the model that predicted.
         view: what stood there, as the sensor needs it.
         predicted, sigma: (h, w) [m] of repeated frames by the sensor model.
@@ -36,7 +36,7 @@ class Patch:
         tiles: which pixels are used.
     """
 
-    look: FrameBlock
+    block: FrameBlock
     sensor: Sensor
     view: View
     predicted: Image
@@ -47,9 +47,9 @@ class Patch:
     @cached_property
     def residual(self) -> NDArray[np.float64]:
         """(n,) mean of measured less predicted, in native units; less what is not linear in the error of the pose."""
-        off = self.look.mean - self.predicted
-        if self.look.moved:
-            off = off - moved_beyond(self.depth, np.array(self.look.moved), self.view)
+        off = self.block.mean - self.predicted
+        if self.block.moved:
+            off = off - moved_beyond(self.depth, np.array(self.block.moved), self.view)
         return self.tiles.mean(off * self.native)
 
     @property
@@ -70,11 +70,11 @@ class Patch:
 
 @dataclass(frozen=True)
 class Observations:
-    """All looks of all recordings under one sensor model.
+    """All blocks of all recordings under one sensor model.
 
     Attributes:
         sensor: the model that predicted.
-        patches: one per look.
+        patches: one per block.
         loose: sizes of errors that no law follows.
     """
 
@@ -89,22 +89,22 @@ class Observations:
     @cached_property
     def place(self) -> NDArray[np.intp]:
         """(n,) recording of each tile."""
-        return np.concatenate([np.full(len(patch.tiles), patch.look.place) for patch in self.patches])
+        return np.concatenate([np.full(len(patch.tiles), patch.block.place) for patch in self.patches])
 
     @cached_property
     def block(self) -> NDArray[np.intp]:
-        """(n,) recording of each tile; the looks of a long series count one by one."""
+        """(n,) recording of each tile; the blocks of a long series count one by one."""
         number, out = len(self.patches), []
         for k, patch in enumerate(self.patches):
-            series = sum(other.look.place == patch.look.place for other in self.patches) > SERIES
-            out.append(np.full(len(patch.tiles), patch.look.place + (number * (k + 1) if series else 0)))
+            series = sum(other.block.place == patch.block.place for other in self.patches) > SERIES
+            out.append(np.full(len(patch.tiles), patch.block.place + (number * (k + 1) if series else 0)))
         return np.concatenate(out)
 
     @cached_property
     def replicate(self) -> NDArray[np.intp]:
         """(n,) recording of each tile; of one recording alone its view, as long as there are several."""
-        places = {patch.look.place for patch in self.patches}
-        views = views_of([patch.look.T_world_camera for patch in self.patches])
+        places = {patch.block.place for patch in self.patches}
+        views = views_of([patch.block.T_world_camera for patch in self.patches])
         if len(places) > 1 or len(set(views)) == 1:
             return self.place
         return np.concatenate([np.full(len(p.tiles), view) for p, view in zip(self.patches, views, strict=True)])
@@ -123,16 +123,16 @@ class Observations:
         return np.concatenate([np.column_stack([p.column(effect) for effect in effects]) for p in self.patches])
 
     def under(self, sensor: Sensor) -> "Observations":
-        """The same looks and tiles, in the same units, under another sensor model."""
+        """The same blocks and tiles, in the same units, under another sensor model."""
         patches = []
         for patch in self.patches:
-            mean, sigma = predicted(sensor, patch.look)
+            mean, sigma = predicted(sensor, patch.block)
             patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
         return replace(self, sensor=sensor, patches=tuple(patches))
 
-    def seen_again(self, looks: Sequence[FrameBlock]) -> "Observations":
-        """The same tiles of looks that differ in what is known of their poses only."""
-        return replace(self, patches=tuple(replace(p, look=k) for p, k in zip(self.patches, looks, strict=True)))
+    def seen_again(self, blocks: Sequence[FrameBlock]) -> "Observations":
+        """The same tiles of blocks that differ in what is known of their poses only."""
+        return replace(self, patches=tuple(replace(p, block=k) for p, k in zip(self.patches, blocks, strict=True)))
 
     def as_loose_as(self, others: "Observations") -> "Observations":
         """The same with what follows no law in others of these recordings."""
@@ -145,10 +145,10 @@ class Observations:
         return np.sqrt(uneven)[self.place] if uneven else np.ones(len(self.place))
 
 
-def observe(sensor: Sensor, looks: Sequence[FrameBlock]) -> Observations:
-    """Predict every look with a sensor model and cut it into tiles."""
-    many = {look.place for look in looks if sum(other.place == look.place for other in looks) > SERIES}
-    patches = [_patch(sensor, look, 2 if look.place in many else 1) for look in looks]
+def observe(sensor: Sensor, blocks: Sequence[FrameBlock]) -> Observations:
+    """Predict every block with a sensor model and cut it into tiles."""
+    many = {block.place for block in blocks if sum(other.place == block.place for other in blocks) > SERIES}
+    patches = [_patch(sensor, block, 2 if block.place in many else 1) for block in blocks]
     start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)
     while count > MOST_TILES and side < LARGEST_PX:
         # no larger than they must be: what swings within a tile is not seen
@@ -158,22 +158,22 @@ def observe(sensor: Sensor, looks: Sequence[FrameBlock]) -> Observations:
     return Observations(sensor, tuple(patches))
 
 
-def _patch(sensor: Sensor, look: FrameBlock, larger: int) -> Patch:
-    depth = look.view.depth
+def _patch(sensor: Sensor, block: FrameBlock, larger: int) -> Patch:
+    depth = block.view.depth
     assert depth is not None
-    view = sensor.seen(look.view)
-    mean, sigma = predicted(sensor, look)
+    view = sensor.seen(block.view)
+    mean, sigma = predicted(sensor, block)
     with np.errstate(all="ignore"):
         native = view.stretch if view.time_of_flight else -view.focal_baseline / mean**2
-    usable = np.isfinite(mean) & np.isfinite(look.mean) & (look.count >= max(1, len(look.frames) - 1))
-    usable &= interior(view) & ~foreign(look.mean, mean)
-    return Patch(look, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
+    usable = np.isfinite(mean) & np.isfinite(block.mean) & (block.count >= max(1, len(block.frames) - 1))
+    usable &= interior(view) & ~foreign(block.mean, mean)
+    return Patch(block, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
 
 
-def predicted(sensor: Sensor, look: FrameBlock) -> tuple[Image, Image]:
-    """Mean and standard deviation (h, w) [m] of repeated frames of a look."""
-    assert look.view.depth is not None
-    mean, sigma = sensor.repeated(look.view.depth, look.view)
-    if look.given is None:
+def predicted(sensor: Sensor, block: FrameBlock) -> tuple[Image, Image]:
+    """Mean and standard deviation (h, w) [m] of repeated frames of a block."""
+    assert block.view.depth is not None
+    mean, sigma = sensor.repeated(block.view.depth, block.view)
+    if block.given is None:
         return mean, sigma
-    return mean + look.given.offset, sigma if look.given.spread is None else np.hypot(sigma, look.given.spread)
+    return mean + block.given.offset, sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)

@@ -47,10 +47,10 @@ def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
     """Recordings with something that is not in their mesh."""
     out: dict[str, str] = {}
     for patch in observations.patches:
-        where = foreign(patch.look.mean, patch.predicted)
+        where = foreign(patch.block.mean, patch.predicted)
         if where.any():
-            off = np.nanmedian((patch.look.mean - patch.predicted)[where])
+            off = np.nanmedian((patch.block.mean - patch.predicted)[where])
             share, side = np.mean(where), "before" if off < 0 else "behind"
             text = f"something stands {abs(off):.2g} m {side} the scene in {share:.1%} of the image; left out"
-            out.setdefault(patch.look.stage.recording.path.name, text)
+            out.setdefault(patch.block.stage.recording.path.name, text)
     return [OutlyingRecording(name, text) for name, text in out.items()]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.covariance import neighbours
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.sensor.view import Image
 
 SAME_POSE = 1e-6  # [m], [rad] rounding of text files
@@ -18,40 +18,40 @@ MEDIAN = 0.4549  # of chi2 with one freedom: a few squares that something moved 
 FEWEST = 12  # squares that both must show
 
 
-def joined(looks: Sequence[FrameBlock]) -> list[FrameBlock]:
-    """The same looks, where those of one placement have one place.
+def joined(blocks: Sequence[FrameBlock]) -> list[FrameBlock]:
+    """The same blocks, where those of one placement have one place.
 
     A camera that was put up again stands a little elsewhere, and what is frozen while it stands is drawn anew; both
-    show in the difference of the mean images. Series, whose looks warm up, are left alone.
+    show in the difference of the mean images. Series, whose blocks warm up, are left alone.
     """
-    places = sorted({look.place for look in looks})
-    single = {g: own[0] for g in places if len(own := [look for look in looks if look.place == g]) == 1}
+    places = sorted({block.place for block in blocks})
+    single = {g: own[0] for g in places if len(own := [block for block in blocks if block.place == g]) == 1}
     first: dict[int, int] = {}
     for g in places:
         same = [h for h in places if h < g and first[h] == h and h in single and g in single]
         first[g] = next((h for h in same if _one_placement(single[h], single[g])), g)
     number = {g: k for k, g in enumerate(sorted(set(first.values())))}
     if len(number) == len(places):
-        return list(looks)
-    shapes = {look.place: look.stage.shape for look in looks}
-    return [_at(look, number[first[look.place]], shapes[first[look.place]]) for look in looks]
+        return list(blocks)
+    shapes = {block.place: block.stage.shape for block in blocks}
+    return [_at(block, number[first[block.place]], shapes[first[block.place]]) for block in blocks]
 
 
-def repeats_of(looks: Sequence[FrameBlock]) -> list[list[str]]:
+def repeats_of(blocks: Sequence[FrameBlock]) -> list[list[str]]:
     """Names of the recordings of each placement that was recorded more than once."""
     names: dict[int, dict[str, None]] = {}
-    for look in looks:
-        names.setdefault(look.place, {})[look.stage.recording.path.name] = None
+    for block in blocks:
+        names.setdefault(block.place, {})[block.stage.recording.path.name] = None
     return [list(own) for own in names.values() if len(own) > 1]
 
 
-def _at(look: FrameBlock, place: int, shape: str) -> FrameBlock:
-    held = look.held and replace(look.held, stage=replace(look.held.stage, place=place, shape=shape))
-    return replace(look, stage=replace(look.stage, place=place, shape=shape), held=held)
+def _at(block: FrameBlock, place: int, shape: str) -> FrameBlock:
+    held = block.held and replace(block.held, stage=replace(block.held.stage, place=place, shape=shape))
+    return replace(block, stage=replace(block.stage, place=place, shape=shape), held=held)
 
 
 def _one_placement(one: FrameBlock, other: FrameBlock) -> bool:
-    """True when two looks differ by the noise of their frames alone."""
+    """True when two blocks differ by the noise of their frames alone."""
     if one.mean.shape != other.mean.shape or not np.allclose(one.T_world_camera, other.T_world_camera, atol=SAME_POSE):
         return False
     apart = one.mean - other.mean
@@ -65,13 +65,13 @@ def _one_placement(one: FrameBlock, other: FrameBlock) -> bool:
     return bool(np.median(chi2) < ALIKE * MEDIAN)
 
 
-def _variance(look: FrameBlock) -> Image:
+def _variance(block: FrameBlock) -> Image:
     """(h, w) [m^2] of the mean over frames; pixels that never changed as their neighbours do."""
-    known = look.std[np.isfinite(look.std)]
+    known = block.std[np.isfinite(block.std)]
     usual = float(np.mean(known**2)) if len(known) else 0.0
     with np.errstate(all="ignore"):
-        shared = 1.0 if look.alike is None else neighbours(look.alike, SIDE_PX)
-        return np.asarray(shared * np.where(look.std > 0, look.std**2, usual) / np.maximum(look.count, 1))
+        shared = 1.0 if block.alike is None else neighbours(block.alike, SIDE_PX)
+        return np.asarray(shared * np.where(block.std > 0, block.std**2, usual) / np.maximum(block.count, 1))
 
 
 def _squares(image: NDArray[np.float64]) -> NDArray[np.float64]:

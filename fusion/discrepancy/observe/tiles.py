@@ -14,7 +14,7 @@ LEAST_SHARE = 0.3  # of a tile's pixels that must be usable
 
 @dataclass(frozen=True)
 class Tiling:
-    """Which pixels make which tile of one look.
+    """Which pixels make which tile of one block.
 
     Attributes:
         label: (h, w) number of the pixel's tile in this look, -1 where the pixel is not used.

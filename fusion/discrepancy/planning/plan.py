@@ -8,7 +8,7 @@ import numpy as np
 
 from fusion.discrepancy.decisions import DETECTED
 from fusion.discrepancy.naming.search.candidates import Candidate
-from fusion.discrepancy.observe.look import FrameBlock
+from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.planning.menu import MENU, Choice
 from fusion.discrepancy.planning.planned import Planned, planned
 from fusion.discrepancy.planning.separation import Claimed, Parting, Proposal, best, parting, visible_in
@@ -58,12 +58,12 @@ class Shows:
 class Plans:
     """The menu as this sensor would see it; seen when first asked for."""
 
-    def __init__(self, sensor: Sensor, looks: Sequence[FrameBlock]) -> None:
-        self._sensor, self._looks = sensor, looks
+    def __init__(self, sensor: Sensor, blocks: Sequence[FrameBlock]) -> None:
+        self._sensor, self._blocks_of = sensor, blocks
 
     @cached_property
     def all(self) -> tuple[Planned, ...]:
-        made = (planned(choice, self._sensor, self._looks) for choice in MENU)
+        made = (planned(choice, self._sensor, self._blocks_of) for choice in MENU)
         return tuple(plan for plan in made if plan is not None)
 
     def to_part(self, claimed: Claimed, rivals: dict[str, list[Candidate]], own: Sequence[Candidate] = ()) -> Next:
@@ -113,7 +113,7 @@ class Plans:
 
     def _usual(self, kind: type[Effect]) -> Iterator[Effect]:
         """Instances that are a small known share of the usual size."""
-        for form in forms_of(kind, self._looks[0].view.camera.shape)[:3]:
+        for form in forms_of(kind, self._blocks_of[0].view.camera.shape)[:3]:
             yield from form.instances()
 
 

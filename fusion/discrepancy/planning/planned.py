@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from fusion.discrepancy.inference.gauge import Gauge, gauge_of
-from fusion.discrepancy.observe.look import FrameBlock, wanted_channels
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
+from fusion.discrepancy.observe.frame_block import FrameBlock, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.planning.menu import Choice, Setup
@@ -40,19 +40,19 @@ class Planned:
     observations: Observations
 
     @cached_property
-    def gauge(self) -> Gauge:
-        return gauge_of(self.observations)
+    def covariance(self) -> TileCovariance:
+        return covariance_of(self.observations)
 
 
 def planned(choice: Choice, sensor: Sensor, like: Sequence[FrameBlock]) -> Planned | None:
-    """The choice seen by a sensor with the camera and the care of the looks at hand; None where nothing is seen."""
+    """The choice seen by a sensor with the camera and the care of the blocks at hand; None where nothing is seen."""
     casters: dict[int, RayCaster] = {}
-    looks = [_look(setup, sensor, like, casters) for setup in choice.setups()]
-    observations = observe(sensor, looks)
+    blocks = [_block_of(setup, sensor, like, casters) for setup in choice.setups()]
+    observations = observe(sensor, blocks)
     return Planned(choice, observations) if len(observations.residual) > 20 else None
 
 
-def _look(setup: Setup, sensor: Sensor, like: Sequence[FrameBlock], casters: dict[int, RayCaster]) -> FrameBlock:
+def _block_of(setup: Setup, sensor: Sensor, like: Sequence[FrameBlock], casters: dict[int, RayCaster]) -> FrameBlock:
     camera = like[0].view.camera
     several = len(setup.scene.parts) > 1
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
@@ -68,9 +68,9 @@ def _look(setup: Setup, sensor: Sensor, like: Sequence[FrameBlock], casters: dic
     zero, full = np.zeros(camera.shape), np.full(camera.shape, FRAMES, np.int32)
     stage: Any = Standing(
         setup.place,
-        float(np.median([look.stage.sigma_m for look in like])),
-        float(np.median([look.stage.sigma_rad for look in like])),
-        float(np.median([look.stage.mesh_sigma_m or 0.0 for look in like])),
+        float(np.median([block.stage.sigma_m for block in like])),
+        float(np.median([block.stage.sigma_rad for block in like])),
+        float(np.median([block.stage.mesh_sigma_m or 0.0 for block in like])),
     )
     return FrameBlock(cast(KnownScene, stage), tuple(range(FRAMES)), view, view.depth, zero, full, setup.pose)
 

@@ -19,7 +19,7 @@ PARTED = 0.9  # cosine below which two footprints are told apart, with room to t
 
 @dataclass(frozen=True)
 class Claimed:
-    """An effect as it was found, and its footprint (n,) in the data at hand, in units of the gauge."""
+    """An effect as it was found, and its footprint (n,) in the data at hand, in units of the covariance."""
 
     effect: Effect
     footprint: Vector
@@ -56,13 +56,13 @@ def parting(claimed: Claimed, rivals: Iterable[Candidate], plan: Planned) -> Par
     min over rivals and their sizes of |footprint of the claim - footprint of the rival|, in standard deviations.
     """
     old = claimed.footprint
-    target = np.concatenate([old, plan.gauge.whiten(_column(plan, claimed.effect))])
+    target = np.concatenate([old, plan.covariance.whiten(_column(plan, claimed.effect))])
     length = max(float(np.linalg.norm(target)), 1e-300)
     nearest = Parting(length, 0.0)
     for rival in rivals:
         with np.errstate(all="ignore"):
             columns = np.nan_to_num(plan.observations.columns(rival.form.instances()), posinf=0, neginf=0)
-        left = _left(np.concatenate([rival.white, plan.gauge.whiten(columns)]), target)
+        left = _left(np.concatenate([rival.white, plan.covariance.whiten(columns)]), target)
         added = np.sqrt(max(left**2 - _left(rival.white, old) ** 2, 0.0))
         cosine = float(np.sqrt(max(1.0 - (left / length) ** 2, 0.0)))
         if cosine > nearest.cosine:
@@ -79,7 +79,7 @@ def _left(columns: Vector, target: Vector) -> float:
 
 def visible_in(plan: Planned, effect: Effect) -> float:
     """Length of an effect's footprint in a planned recording, in standard deviations."""
-    return float(np.linalg.norm(plan.gauge.whiten(_column(plan, effect))))
+    return float(np.linalg.norm(plan.covariance.whiten(_column(plan, effect))))
 
 
 def best(partings: Sequence[tuple[Choice, Parting]]) -> Proposal | None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.variables import law_variables
@@ -46,12 +46,12 @@ class LeftoverFrame:
         return WORDS[self.name] + ("" if self.clear or not self.name else ", as far as these recordings tell")
 
 
-def frame_of(white: Vector, observations: Observations, gauge: Gauge) -> LeftoverFrame:
+def frame_of(white: Vector, observations: Observations, covariance: TileCovariance) -> LeftoverFrame:
     """The frame in which the mean of the leftover (n,) predicts recordings that took no part in it."""
     gains = {}
     for name, cells in _frames(observations):
         numbers = np.unique(cells, return_inverse=True)[1].ravel()
-        columns = gauge.whiten(np.eye(int(np.max(numbers)) + 1)[numbers])
+        columns = covariance.whiten(np.eye(int(np.max(numbers)) + 1)[numbers])
         gains[name] = gain_elsewhere(columns, white, observations.place, SHRINK)
     ranked = sorted(gains, key=lambda name: -gains[name])
     best = ranked[0] if ranked and gains[ranked[0]] > 0 else ""
@@ -66,7 +66,7 @@ def _frames(observations: Observations) -> Iterator[tuple[str, NDArray[np.intp]]
     known = law_variables(observations)
     if "u" in known and "v" in known:
         yield "sensor", _grid([known["u"], known["v"]], side)
-    shapes = {patch.look.stage.shape for patch in observations.patches if hasattr(patch.look.stage, "shape")}
+    shapes = {patch.block.stage.shape for patch in observations.patches if hasattr(patch.block.stage, "shape")}
     if len(shapes) == 1 and len(observations.patches) > 1:
         yield "object", _surface(observations)
     if "table_angle" in known:
@@ -86,7 +86,7 @@ def _surface(observations: Observations) -> NDArray[np.intp]:
     for patch in observations.patches:
         seen = patch.view.camera.points(patch.depth)
         at = np.column_stack([patch.tiles.mean(seen[..., axis]) for axis in range(3)])
-        T = patch.look.T_world_camera
+        T = patch.block.T_world_camera
         points.append(at @ T[:3, :3].T + T[:3, 3])
     where = np.concatenate(points)
     spans = np.ptp(where, axis=0)

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.naming.effect_part import is_field
 from fusion.discrepancy.naming.naming import Named
-from fusion.discrepancy.naming.part import is_field
 from fusion.discrepancy.unknown.law import UnknownLaw
 
 Vector = NDArray[np.float64]
@@ -28,7 +28,7 @@ def explains_more(law: UnknownLaw, named: Named, white: Vector) -> bool:
     """True where a formula that new recordings show explains more than all names, each less what its freedom costs.
 
     Args:
-        white: (n,) what both had to explain, in units of the gauge.
+        white: (n,) what both had to explain, in units of the covariance.
     """
     gain = float(white @ white - named.white @ named.white)
     score = gain - sum(step.price for step in named.steps)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from fusion.discrepancy.decisions import REPLICATED
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
@@ -40,7 +40,7 @@ class UnknownLaw:
         text: its form in words and numbers.
         simple: True for a formula, False for a table alone.
         table: the same as an effect of the sensor.
-        footprint: (n,) what it changes, in units of the gauge.
+        footprint: (n,) what it changes, in units of the covariance.
         native: (n,) the same in native units.
         gain: drop of the chi2.
         held_out: drop of the chi2 in recordings left out in turn.
@@ -67,31 +67,33 @@ class UnknownLaw:
         return self.held_out >= REPLICATED * self.gain
 
 
-def law_of(white: Vector, observations: Observations, gauge: Gauge, found: UnrestrictedGain) -> UnknownLaw:
+def law_of(
+    white: Vector, observations: Observations, covariance: TileCovariance, found: UnrestrictedGain
+) -> UnknownLaw:
     """The law behind a leftover.
 
     Args:
-        white: (n,) what named effects leave, in units of the gauge.
+        white: (n,) what named effects leave, in units of the covariance.
         found: what smooth functions explain of it.
     """
-    terms, left = _terms(white, observations, gauge)
+    terms, left = _terms(white, observations, covariance)
     if terms and float(white @ white - left @ left) >= ENOUGH * found.gain:
-        return _formula(terms, white, observations, gauge)
-    return _table(white, observations, gauge, found)
+        return _formula(terms, white, observations, covariance)
+    return _table(white, observations, covariance, found)
 
 
-def _terms(white: Vector, observations: Observations, gauge: Gauge) -> tuple[list[UnknownTerm], Vector]:
+def _terms(white: Vector, observations: Observations, covariance: TileCovariance) -> tuple[list[UnknownTerm], Vector]:
     """The terms of a formula, each the best beside the others, and what they leave (n,)."""
     at, exact = law_variables(observations), partial(pixel_columns, observations=observations)
 
     def left_by(terms: Sequence[UnknownTerm]) -> Vector:
         if not terms:
             return white
-        columns = gauge.whiten(np.concatenate([exact(term) for term in terms], axis=1))
+        columns = covariance.whiten(np.concatenate([exact(term) for term in terms], axis=1))
         return np.asarray(white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0])
 
     def beside(others: Sequence[UnknownTerm]) -> UnknownTerm | None:
-        chosen = best_term(left_by(others), at, (observations, gauge), exact)
+        chosen = best_term(left_by(others), at, (observations, covariance), exact)
         return None if chosen is None else chosen[0]
 
     terms: list[UnknownTerm] = []
@@ -113,11 +115,13 @@ def _terms(white: Vector, observations: Observations, gauge: Gauge) -> tuple[lis
     return terms, left
 
 
-def _formula(terms: Sequence[UnknownTerm], white: Vector, observations: Observations, gauge: Gauge) -> UnknownLaw:
+def _formula(
+    terms: Sequence[UnknownTerm], white: Vector, observations: Observations, covariance: TileCovariance
+) -> UnknownLaw:
     columns = np.concatenate([pixel_columns(term, observations) for term in terms], axis=1)
     sizes = np.maximum(np.abs(columns).max(axis=0), 1e-12)
     columns = columns / sizes
-    weights = np.asarray(np.linalg.lstsq(gauge.whiten(columns), white, rcond=1e-9)[0], float)
+    weights = np.asarray(np.linalg.lstsq(covariance.whiten(columns), white, rcond=1e-9)[0], float)
     table = table_of(TermTables(tuple(terms), weights / sizes), observations)
     tuned = sum(shape.tunable for term in terms for shape in term.shapes)
     variables = tuple(dict.fromkeys(name for term in terms for name in term.variables))
@@ -128,24 +132,26 @@ def _formula(terms: Sequence[UnknownTerm], white: Vector, observations: Observat
         own = slice(ends[k], ends[k + 1])
         rms = float(np.sqrt(np.mean((columns[:, own] @ weights[own]) ** 2)))
         parts.append(f"{term.text()} with an rms of {rms * unit:.3g} {symbol}")
-    law = _law((variables, " + ".join(parts), True, table), (columns, weights), white, (observations, gauge))
+    law = _law((variables, " + ".join(parts), True, table), (columns, weights), white, (observations, covariance))
     price = (len(weights) + tuned) * np.log(len(white)) + 2 * len(terms) * np.log(TRIED)
     return replace(law, score=float(law.gain - price))
 
 
-def _table(white: Vector, observations: Observations, gauge: Gauge, found: UnrestrictedGain) -> UnknownLaw:
+def _table(
+    white: Vector, observations: Observations, covariance: TileCovariance, found: UnrestrictedGain
+) -> UnknownLaw:
     variables, columns, table_from = smooth_table(observations, found.variables)
-    weights = _ridge(gauge.whiten(columns), white)
+    weights = _ridge(covariance.whiten(columns), white)
     unit, symbol = unit_of(observations)
     rms = float(np.sqrt(np.mean((columns @ weights) ** 2))) * unit
     text = f"no simple formula; a table over {' and '.join(variables)} with an rms of {rms:.3g} {symbol}"
-    return _law((variables, text, False, table_from(weights)), (columns, weights), white, (observations, gauge))
+    return _law((variables, text, False, table_from(weights)), (columns, weights), white, (observations, covariance))
 
 
-def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Observations, Gauge]) -> UnknownLaw:
+def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Observations, TileCovariance]) -> UnknownLaw:
     variables, text, simple, table = what
-    (columns, weights), (observations, gauge) = fit, data
-    own = gauge.whiten(columns)
+    (columns, weights), (observations, covariance) = fit, data
+    own = covariance.whiten(columns)
     native, footprint = columns @ weights, own @ weights
     gain = float(white @ white - ((white - footprint) ** 2).sum())
     inflated = max(1.0, float((np.median(np.abs(white - footprint)) / 0.6745) ** 2))

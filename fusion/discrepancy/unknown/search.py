@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
@@ -27,7 +27,10 @@ MORE = 0.08  # of the gain: what a further variable must bring, as a further ter
 
 
 def best_term(
-    white: Vector, at: Mapping[str, Vector], data: tuple[Observations, Gauge], exact: Callable[[UnknownTerm], Vector]
+    white: Vector,
+    at: Mapping[str, Vector],
+    data: tuple[Observations, TileCovariance],
+    exact: Callable[[UnknownTerm], Vector],
 ) -> tuple[UnknownTerm, Vector] | None:
     """The term that predicts recordings best from the others, and its whitened columns (n, k); None when none does.
 
@@ -37,18 +40,18 @@ def best_term(
         data: whose tiles, and how far they may be off.
         exact: columns (n, k) of a term from its values at the pixels, not from those at the means of tiles.
     """
-    gauge, place = data[1], data[0].place
+    covariance, place = data[1], data[0].place
     singles = _scored(
-        [UnknownTerm((shape,)) for name, x in at.items() for shape in shapes_of(name, x)], white, at, gauge
+        [UnknownTerm((shape,)) for name, x in at.items() for shape in shapes_of(name, x)], white, at, covariance
     )
     if not singles:
         return None
     # a wave may show only where another variable does not hide it: all of them are tried in products too
     waves = [term for _, term, _ in singles if term.shapes[0].kind == "wave"]
-    products = _scored(list(_scaled(waves, at)), white, at, gauge)
-    kept, scaled = ([_tuned(item, white, at, gauge) for item in _leading(some)] for some in (singles, products))
+    products = _scored(list(_scaled(waves, at)), white, at, covariance)
+    kept, scaled = ([_tuned(item, white, at, covariance) for item in _leading(some)] for some in (singles, products))
     leading = [term for _, term, _ in kept]
-    tried = kept + scaled + _scored([*_scaled(leading, at), *_curved(leading, at)], white, at, gauge)
+    tried = kept + scaled + _scored([*_scaled(leading, at), *_curved(leading, at)], white, at, covariance)
     tried = sorted(tried, key=lambda item: -item[0])[:FINAL]
     # what differs from recording to recording follows any of their differences: only new recordings tell
     tried = sorted(tried, key=lambda item: -gain_elsewhere(item[2], white, place))
@@ -56,7 +59,7 @@ def best_term(
     terms = [term for _, term, _ in (*tried[:EXACT], *plain[:1])]
 
     def at_pixels(term: UnknownTerm) -> tuple[float, UnknownTerm, Vector]:
-        columns = gauge.whiten(_sized(exact(term)))
+        columns = covariance.whiten(_sized(exact(term)))
         return gain_elsewhere(columns, white, place), term, columns
 
     final = [at_pixels(term) for term in terms]
@@ -131,14 +134,14 @@ def _curved(terms: Sequence[UnknownTerm], at: Mapping[str, Vector]) -> Iterator[
 
 
 def _scored(
-    terms: Sequence[UnknownTerm], white: Vector, at: Mapping[str, Vector], gauge: Gauge
+    terms: Sequence[UnknownTerm], white: Vector, at: Mapping[str, Vector], covariance: TileCovariance
 ) -> list[tuple[float, UnknownTerm, Vector]]:
     """Score, term and whitened columns of each; whitened in one go."""
     if not terms:
         return []
     blocks = [_sized(term.columns(at)) for term in terms]
     ends = np.cumsum([block.shape[1] for block in blocks])
-    parts = np.split(gauge.whiten(np.concatenate(blocks, axis=1)), ends[:-1], axis=1)
+    parts = np.split(covariance.whiten(np.concatenate(blocks, axis=1)), ends[:-1], axis=1)
     return [(_score(part, white), term, part) for term, part in zip(terms, parts, strict=True)]
 
 
@@ -149,7 +152,7 @@ def _score(columns: Vector, white: Vector) -> float:
 
 
 def _tuned(
-    item: tuple[float, UnknownTerm, Vector], white: Vector, at: Mapping[str, Vector], gauge: Gauge
+    item: tuple[float, UnknownTerm, Vector], white: Vector, at: Mapping[str, Vector], covariance: TileCovariance
 ) -> tuple[float, UnknownTerm, Vector]:
     """With its period or time constant between those that were tried."""
     score, term, columns = item
@@ -161,12 +164,12 @@ def _tuned(
         return replace(term, shapes=(first.tuned(number), *term.shapes[1:]))
 
     def loss(number: float) -> float:
-        return -_scored([other(number)], white, at, gauge)[0][0]
+        return -_scored([other(number)], white, at, covariance)[0][0]
 
     near = 0.12 if first.kind != "decay" else 0.6
     bounds = (first.number * (1 - near), first.number * (1 + near))
     found = minimize_scalar(loss, bounds=bounds, method="bounded", options={"maxiter": 9, "xatol": 2e-3 * bounds[0]})
-    return _scored([other(float(found.x))], white, at, gauge)[0] if -found.fun > score else (score, term, columns)
+    return _scored([other(float(found.x))], white, at, covariance)[0] if -found.fun > score else (score, term, columns)
 
 
 def _sized(columns: Vector) -> Vector:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.frame import LeftoverFrame, frame_of
@@ -46,13 +46,13 @@ class Unknown:
 
 def unknown_of(
     white: NDArray[np.float64],
-    data: tuple[Observations, Gauge],
+    data: tuple[Observations, TileCovariance],
     found: UnrestrictedGain,
     candidates: Sequence[Candidate],
     groups: list[Group],
 ) -> Unknown:
     """What is behind a leftover (n,) of which smooth functions explain `found`."""
-    observations, gauge = data
-    law = law_of(white, observations, gauge, found)
+    observations, covariance = data
+    law = law_of(white, observations, covariance, found)
     nearest = nearest_of(law, candidates, white, groups)
-    return Unknown(law, frame_of(white, observations, gauge), nearest)
+    return Unknown(law, frame_of(white, observations, covariance), nearest)

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 
 Matrix = NDArray[np.float64]
@@ -21,7 +21,7 @@ class Group:
 
     Attributes:
         variables: names as in verdicts.
-        basis: (n, r) orthonormal, in units of the gauge.
+        basis: (n, r) orthonormal, in units of the covariance.
     """
 
     variables: tuple[str, ...]
@@ -43,7 +43,7 @@ class UnrestrictedGain:
     fitted: NDArray[np.float64]
 
 
-def groups_of(observations: Observations, gauge: Gauge) -> list[Group]:
+def groups_of(observations: Observations, covariance: TileCovariance) -> list[Group]:
     """Main effects of every covariate, and their products with the depth where a law of the image may scale with it."""
     known = covariates(observations)
     depth = known.get("depth")  # not known of tiles of one depth, as of a wall that is faced squarely
@@ -57,7 +57,7 @@ def groups_of(observations: Observations, gauge: Gauge) -> list[Group]:
                     [own * (depth / np.median(depth))[:, None] ** power for power in (1, 2)], axis=1
                 )
                 rows.append(((name, "depth"), scaled))
-    return [Group(variables, _orthonormal(gauge.whiten(columns))) for variables, columns in rows]
+    return [Group(variables, _orthonormal(covariance.whiten(columns))) for variables, columns in rows]
 
 
 def covariates(observations: Observations) -> dict[str, NDArray[np.float64]]:

@@ -24,8 +24,8 @@ def fit_of(found: Explanation) -> Fit:
         extrapolation=tuple(outside),
         scatter=LooseSize(value=loose.scatter, unit=unit),
         drift=LooseSize(value=loose.drift, unit=unit),
-        frames_fitted=sum(len(look.frames) for look in found.looks),
-        frames_heldout=sum(len(look.held.frames) for look in found.looks if look.held),
+        frames_fitted=sum(len(block.frames) for block in found.blocks),
+        frames_heldout=sum(len(block.held.frames) for block in found.blocks if block.held),
     )
 
 

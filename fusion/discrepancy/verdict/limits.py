@@ -59,7 +59,7 @@ def _limit(candidate: Candidate, white: NDArray[np.float64]) -> UpperLimit:
 
 def _in_scatter(observations: Observations) -> set[str]:
     """Names of effects that would show in the scatter of repeated frames or in missing values here."""
-    patches = [patch for patch in observations.patches if len(patch.look.frames) >= SPREAD_FRAMES]
+    patches = [patch for patch in observations.patches if len(patch.block.frames) >= SPREAD_FRAMES]
     out = {effect.name for effect in observations.sensor.effects if effect.changes("noise") and patches}
     for kind in EFFECTS if patches else ():
         sizes = [p for p in parameters(kind).values() if p.neutral == 0 and p.kind in ("number", "scalar", "list")]

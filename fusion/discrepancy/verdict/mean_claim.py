@@ -3,8 +3,8 @@
 import numpy as np
 
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.naming.deviations import deviation_of, deviations_of, entry_spread
-from fusion.discrepancy.naming.judged import Step
 from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, Where
 from fusion.discrepancy.verdict.claimed import claimed, claimed_list, variables_said
 from fusion.discrepancy.verdict.record_next import record_next
@@ -30,7 +30,7 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
         evidence=ClaimEvidence(
             heldout_gain=sum(step.held_out for step in steps) / before,
             false_alarm_probability=first.probability,
-            visible_share=found.gauge.visible(first.candidate.columns @ first.weights),
+            visible_share=found.covariance.visible(first.candidate.columns @ first.weights),
             posterior=found.posterior,
         ),
         indistinguishable_from=(*alike, *together),
@@ -54,19 +54,19 @@ def _where(variables: tuple[str, ...], step: Step, found: Explanation) -> Where:
 
 def _seen_in(bounds: tuple[Bound, ...], found: Explanation) -> tuple[tuple[str, ...] | None, tuple[int, int] | None]:
     """Recordings with anything in a region, and the frames where these are the same in each; None for all."""
-    looks: dict[int, list[tuple[int, ...]]] = {}
+    blocks: dict[int, list[tuple[int, ...]]] = {}
     whole: dict[int, list[tuple[int, ...]]] = {}
     names: dict[int, dict[str, None]] = {}
     for patch in (patch for patch in found.before.patches if len(patch.tiles)):
-        look = patch.look
-        whole.setdefault(look.place, []).append(look.frames)
-        path = getattr(getattr(look.stage, "recording", None), "path", None)
-        names.setdefault(look.place, {})[path.name if path else f"{look.place}"] = None
+        block = patch.block
+        whole.setdefault(block.place, []).append(block.frames)
+        path = getattr(getattr(block.stage, "recording", None), "path", None)
+        names.setdefault(block.place, {})[path.name if path else f"{block.place}"] = None
         if np.any(inside(bounds, patch.depth, patch.view) & (patch.tiles.label >= 0)):
-            looks.setdefault(look.place, []).append(look.frames)
-    spans = {(min(map(min, own)), max(map(max, own))) for own in looks.values()}
-    all_spans = {(min(map(min, own)), max(map(max, own))) for place, own in whole.items() if place in looks}
-    recordings = None if len(looks) == len(whole) else tuple(name for p in sorted(looks) for name in names[p])
+            blocks.setdefault(block.place, []).append(block.frames)
+    spans = {(min(map(min, own)), max(map(max, own))) for own in blocks.values()}
+    all_spans = {(min(map(min, own)), max(map(max, own))) for place, own in whole.items() if place in blocks}
+    recordings = None if len(blocks) == len(whole) else tuple(name for p in sorted(blocks) for name in names[p])
     frames = spans.pop() if len(spans) == 1 and spans != all_spans else None
     return recordings, frames
 

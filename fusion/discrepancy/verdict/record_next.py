@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fusion.discrepancy.naming.judged import Step
+from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.planning.plan import Next, Plans, rivals_of
 from fusion.discrepancy.planning.separation import Claimed

@@ -3,18 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from fusion.discrepancy.inference.gauge import Gauge, gauge_of
 from fusion.discrepancy.inference.identifiability import stands_out
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.verdict.content import SelfMadeReference
 
 
-def reference_of(observations: Observations, gauge: Gauge, candidates: Sequence[Candidate]) -> SelfMadeReference | None:
+def reference_of(
+    observations: Observations, covariance: TileCovariance, candidates: Sequence[Candidate]
+) -> SelfMadeReference | None:
     """What the verdict says of a mesh that was reconstructed from such recordings; None where the mesh is another."""
-    if not any(getattr(patch.look.stage, "reconstructed", False) for patch in observations.patches):
+    if not any(getattr(patch.block.stage, "reconstructed", False) for patch in observations.patches):
         return None
-    exact = gauge_of(_as_if_exact(observations))
+    exact = covariance_of(_as_if_exact(observations))
     seen = {candidate.name for candidate in candidates if stands_out(candidate)}
     could = [c.name for c in candidates if stands_out(replace(c, white=exact.whiten(c.columns)))]
     hides = tuple(name for name in dict.fromkeys(could) if name not in seen)
@@ -30,6 +32,6 @@ def _as_if_exact(observations: Observations) -> Observations:
     """The same with a mesh that is nowhere off."""
     patches = []
     for patch in observations.patches:
-        stage = replace(patch.look.stage, mesh_sigma_m=0.0)
-        patches.append(replace(patch, look=replace(patch.look, stage=stage)))
+        stage = replace(patch.block.stage, mesh_sigma_m=0.0)
+        patches.append(replace(patch, block=replace(patch.block, stage=stage)))
     return replace(observations, patches=tuple(patches))

@@ -53,13 +53,13 @@ def _of(metres: Vector) -> Size:
 def _noise(patches: Sequence[Patch], sensor: Sensor) -> float:
     """Root mean square [m] over the tiles of the spread of repeated frames."""
     with np.errstate(all="ignore"):
-        parts = [p.tiles.mean(np.square(sensor.repeated(p.depth, p.look.view)[1])) for p in patches]
+        parts = [p.tiles.mean(np.square(sensor.repeated(p.depth, p.block.view)[1])) for p in patches]
     every = np.concatenate(parts)
     return float(np.sqrt(np.mean(every[np.isfinite(every)])))
 
 
 def _missing(patches: Sequence[Patch], sensor: Sensor) -> float:
     """Mean share of missing values where a surface is seen, in the light of the projector that the model has."""
-    views = [replace(p.look.view, lit=None) for p in patches]
+    views = [replace(p.block.view, lit=None) for p in patches]
     seen = [sensor.dropout(p.depth, view)[np.isfinite(p.depth)] for p, view in zip(patches, views, strict=True)]
     return float(np.mean(np.concatenate(seen)))

@@ -31,7 +31,7 @@ def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> Claim:
         evidence=ClaimEvidence(
             heldout_gain=law.held_out / before,
             false_alarm_probability=law.probability,
-            visible_share=found.gauge.visible(law.native),
+            visible_share=found.covariance.visible(law.native),
             posterior=found.posterior,
         ),
         indistinguishable_from=(),

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.identifiability import EffectVisibility, visibilities
-from fusion.discrepancy.naming.judged import Step
+from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.observe.outliers import outliers_of
 from fusion.discrepancy.observe.placements import repeats_of
 from fusion.discrepancy.planning.plan import Plans
@@ -27,7 +27,7 @@ def verdict_of(found: Explanation) -> Verdict:
     """What an explanation says; names of mask pictures are added by whoever draws them."""
     groups = _by_name(found)
     before = float(found.white @ found.white)
-    plans = Plans(found.named.sensor, found.looks)
+    plans = Plans(found.named.sensor, found.blocks)
     missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
     missing = _joined(missing, [channel_claim(found, step) for step in found.channels.steps if step.established])
     likely = [found.named.likely] if found.named.likely else []
@@ -38,7 +38,7 @@ def verdict_of(found: Explanation) -> Verdict:
     missing.sort(key=lambda claim: -claim.evidence.heldout_gain)
     named = {name for claim in missing for name in (claim.effect, *claim.indistinguishable_from)}
     named |= {claim.effect for claim in indicated}  # its size is told; a limit would deny it
-    visible = visibilities(found.candidates, found.gauge)
+    visible = visibilities(found.candidates, found.covariance)
     limits, invisible = limits_of(found, visible, named)
     unexplained = unexplained_of(found)
     verdict = Verdict(
@@ -54,9 +54,9 @@ def verdict_of(found: Explanation) -> Verdict:
         unexplained=unexplained,
         nuisances=nuisances_of(found),
         outliers=tuple(outliers_of(found.before)),
-        repeats=tuple(map(tuple, repeats_of(found.looks))),
-        reference=reference_of(found.before, found.gauge, found.candidates),
-        against=SIMULATION if any(look.given is not None for look in found.looks) else MODEL,
+        repeats=tuple(map(tuple, repeats_of(found.blocks))),
+        reference=reference_of(found.before, found.covariance, found.candidates),
+        against=SIMULATION if any(block.given is not None for block in found.blocks) else MODEL,
     )
     return replace(verdict, headline=sentence(verdict))
 

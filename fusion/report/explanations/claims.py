@@ -78,15 +78,18 @@ def shown_variables(found: Explanation, claim: Claim) -> list[str]:
 def _curve(found: Explanation, footprint: Footprint, variable: str, unit: Unit) -> BinnedCurve:
     """Weighted means over bins of the variable, inside the claim's bounds on other variables."""
     values = variables_here(found)[variable]
-    law = np.asarray(found.gauge.root @ footprint.white)
-    without, rest = cleaned(found.gauge, footprint.white + footprint.left), cleaned(found.gauge, footprint.left)
+    law = np.asarray(found.covariance.root @ footprint.white)
+    without, rest = (
+        cleaned(found.covariance, footprint.white + footprint.left),
+        cleaned(found.covariance, footprint.left),
+    )
     bounds = footprint.claim.where.region
     used = inside(found, [bound for bound in bounds if bound.variable != variable])
-    weights = 1 / spread(found.gauge) ** 2
+    weights = 1 / spread(found.covariance) ** 2
     shares = [np.where(i, weights, 0) / weights[i].sum() for i in bins(found, variable, values, used)]
     means = np.array(shares).reshape(-1, len(values))
     shifts, before, after = (means @ part * unit.factor for part in (law, without, rest))
-    noise = np.linalg.norm(means @ found.gauge.bare, axis=1) * unit.factor
+    noise = np.linalg.norm(means @ found.covariance.bare, axis=1) * unit.factor
     own = [(bound.low, bound.high) for bound in bounds if bound.variable == variable]
     order = np.flatnonzero(used)[np.argsort(values[used], kind="stable")]
     some = order[np.linspace(0, len(order) - 1, min(len(order), DOTS)).astype(int)]

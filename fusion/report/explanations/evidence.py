@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.compared import cleaned
 from fusion.discrepancy.explain import Explanation, variables_of
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import Verdict
@@ -41,14 +41,14 @@ class Footprint:
 
     def mask(self, found: Explanation) -> NDArray[np.uint8]:
         """(h, w) how much each pixel tells for the claim: 255 the most, 0 nothing or never seen."""
-        model, rest = cleaned(found.gauge, self.white), cleaned(found.gauge, self.left)
-        tells = np.maximum(model * (model + rest), 0) / spread(found.gauge) ** 2
+        model, rest = cleaned(found.covariance, self.white), cleaned(found.covariance, self.left)
+        tells = np.maximum(model * (model + rest), 0) / spread(found.covariance) ** 2
         energy = tells * inside(found, self.claim.where.region)
         return mask_of(found, energy)
 
 
 def mask_of(found: Explanation, energy: Vector) -> NDArray[np.uint8]:
-    """(h, w) mean over the looks of what each tile (n,) tells: 255 the most, 0 nothing or never seen."""
+    """(h, w) mean over the blocks of what each tile (n,) tells: 255 the most, 0 nothing or never seen."""
     return painted_mask(found.before, energy)
 
 
@@ -81,9 +81,9 @@ def footprints_of(found: Explanation, verdict: Verdict) -> list[Footprint]:
     return out
 
 
-def spread(gauge: Gauge) -> Vector:
+def spread(covariance: TileCovariance) -> Vector:
     """(n,) standard deviation of the tiles in native units, poses known."""
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", gauge.bare, gauge.bare)))
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", covariance.bare, covariance.bare)))
 
 
 def inside(found: Explanation, region: Sequence[BoundFields]) -> NDArray[np.bool_]:

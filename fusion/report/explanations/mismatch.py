@@ -29,7 +29,7 @@ def short(misfit: float) -> str:
 def maps_section(seen: Compared, unit: Unit) -> Section:
     """The recordings that change most, before and after; of an unchanged model those with the most left over."""
     names = recording_names(seen.before)
-    unit, sizes = (unit, np.ones_like(seen.clean[1])) if seen.changed else (NOISE, spread(seen.gauge))
+    unit, sizes = (unit, np.ones_like(seen.clean[1])) if seen.changed else (NOISE, spread(seen.covariance))
     columns = []
     for rows, patch in _chosen(seen):
         column = []
@@ -88,7 +88,7 @@ def _chosen(seen: Compared) -> list[tuple[slice, Any]]:
     best: dict[int, tuple[float, slice, Any]] = {}
     for rows, patch in seen.before.rows():
         score = float(weight[rows].mean()) if len(patch.tiles) else -1.0
-        if score > best.get(patch.look.place, (-1.0,))[0]:
-            best[patch.look.place] = (score, rows, patch)
+        if score > best.get(patch.block.place, (-1.0,))[0]:
+            best[patch.block.place] = (score, rows, patch)
     most = sorted(best.values(), key=lambda item: -item[0])[:MAPS]
-    return [(rows, patch) for _, rows, patch in sorted(most, key=lambda item: item[2].look.place)]
+    return [(rows, patch) for _, rows, patch in sorted(most, key=lambda item: item[2].block.place)]

@@ -34,8 +34,8 @@ def noise_of(found: Explanation) -> Noise:
     rows = []
     for patch in found.before.patches:
         with np.errstate(all="ignore"):
-            sigma = predicted(found.channels.sensor, patch.look)[1]
-        rows.append([variance(patch, spread) for spread in (patch.look.std, patch.sigma, sigma)])
+            sigma = predicted(found.channels.sensor, patch.block)[1]
+        rows.append([variance(patch, spread) for spread in (patch.block.std, patch.sigma, sigma)])
     return Noise(*(np.concatenate(parts) for parts in zip(*rows, strict=True)))
 
 

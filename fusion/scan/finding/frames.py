@@ -19,7 +19,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.window import of_window
 from fusion.turntable.motion import Motion
 from fusion.turntable.turning.moving import EDGE, find_moving, find_wall
-from fusion.turntable.turning.standing import standing
+from fusion.turntable.turning.still_background import standing
 from fusion.turntable.views import Region, crop
 from fusion.volume.prepared import Prepared, prepare
 

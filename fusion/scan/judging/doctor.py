@@ -9,7 +9,7 @@ from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.light import Light, note
 from fusion.scan.settings import ScanSettings
-from fusion.sensor.correction.summary import Told
+from fusion.sensor.correction.summary import CorrectionSummary
 from fusion.turntable.motion import Motion
 from fusion.volume.voxel_check import voxel_check
 
@@ -30,7 +30,7 @@ def ask_doctor(recording: Recording, settings: ScanSettings) -> list[Light]:
     return [note("Recording", level, text) for level, text in said]
 
 
-def notes_of(recording: Recording, told: Told, motion: Motion, raw: Trajectory) -> list[Light]:
+def notes_of(recording: Recording, told: CorrectionSummary, motion: Motion, raw: Trajectory) -> list[Light]:
     """What readers and the correction say, and what went missing on the way."""
     notes = [note("Recording", "warning", text) for text in recording.warnings]
     notes += [note("Correction", "warning", text) for text in told.doubtful]

@@ -7,7 +7,7 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.recording.recording import Frame, Recording
 from fusion.sensor.correction.correction import true_camera, undone
-from fusion.sensor.correction.summary import Told, tell
+from fusion.sensor.correction.summary import CorrectionSummary, tell
 from fusion.sensor.moments import moments_of
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
@@ -15,7 +15,7 @@ from fusion.sensor.view import View
 LOOKED_AT = 8  # frames, until one shows a surface
 
 
-def corrected_recording(recording: Recording, sensor: Sensor) -> tuple[Recording, Told]:
+def corrected_recording(recording: Recording, sensor: Sensor) -> tuple[Recording, CorrectionSummary]:
     """The recording with corrected depth and the true camera, and what was done.
 
     Frames are corrected when they are loaded. What cannot be read is told by the frame that is asked for.

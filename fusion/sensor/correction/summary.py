@@ -18,7 +18,7 @@ IR, HOT = 1000.0, 60.0  # stand-ins for an amplitude [count] and a temperature [
 
 
 @dataclass(frozen=True)
-class Told:
+class CorrectionSummary:
     """The correction of a recording in numbers and words.
 
     Attributes:
@@ -53,7 +53,7 @@ class Told:
         return {"text": self.line, "undone_m": self.undone, "true_camera": list(self.camera), "left": left}
 
 
-def tell(sensor: Sensor, view: View) -> Told:
+def tell(sensor: Sensor, view: View) -> CorrectionSummary:
     """What the correction of this measured view (with depth, and what is known beside it) does and leaves.
 
     Args:
@@ -87,7 +87,7 @@ def tell(sensor: Sensor, view: View) -> Told:
                 f"worse than the noise of {1e3 * noise:.1f} mm"
             )
     moved = tuple(e.name for e in camera_effects(sensor) if e.true_camera(view.camera) != view.camera)
-    return Told(undone, moved, tuple(left), tuple(doubtful), dark)
+    return CorrectionSummary(undone, moved, tuple(left), tuple(doubtful), dark)
 
 
 def _by_name(sensor: Sensor) -> list[str]:

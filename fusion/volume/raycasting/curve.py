@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.language import func, ti
-from fusion.volume.raycasting.canvas import PIECE
+from fusion.volume.raycasting.image_pool import PIECE
 from fusion.volume.raycasting.window import TILE
 
 PAD = 2  # pixels around an image of rays, in which nothing is seen

@@ -11,9 +11,9 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
 from fusion.volume.lens import lens, rows
-from fusion.volume.raycasting.canvas import Canvas
 from fusion.volume.raycasting.cast import SPACING, cast
 from fusion.volume.raycasting.curve import COARSE, unseen
+from fusion.volume.raycasting.image_pool import PooledImages
 from fusion.volume.raycasting.shade import shade, slants
 from fusion.volume.raycasting.window import window
 
@@ -37,11 +37,11 @@ class Raycast:
 
 @either
 def raycast(
-    blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float], canvas: Canvas
+    blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float], images: PooledImages
 ) -> Raycast:
     """The surface seen by a camera at a pose (4, 4), between two depths `reach` = (near, far) [m].
 
-    It is written to the canvas, which has the size of the camera's images.
+    It is written to pooled images, which has the size of the camera's images.
     """
     h, w = camera.shape
     seen = window(blocks, camera, T_world_camera, (max(reach[0], 1e-4), reach[1]))
@@ -63,7 +63,7 @@ def raycast(
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     shade(
         *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine.reshape(-1), fine.shape[1], T,
-        voxel, camera.fx, canvas.depth, canvas.points, canvas.normals, colors, canvas.used, *dealt(), colored,
+        voxel, camera.fx, images.depth, images.points, images.normals, colors, images.used, *dealt(), colored,
     )  # fmt: skip
-    depth, points, normals = canvas.shown()
+    depth, points, normals = images.shown()
     return Raycast(depth, points, normals, colors if colored else None)

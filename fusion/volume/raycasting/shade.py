@@ -11,8 +11,8 @@ from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import after, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded
-from fusion.volume.raycasting.canvas import PIECE
 from fusion.volume.raycasting.curve import INFINITY, PAD, padded
+from fusion.volume.raycasting.image_pool import PIECE
 from fusion.volume.raycasting.window import find
 from fusion.volume.sample import corners, place, slope, smooth
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.inference.gauge import Gauge
-from fusion.discrepancy.naming.part import is_field
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.naming.effect_part import is_field
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.naming.search.space import Space
@@ -23,7 +23,11 @@ REACH = 20  # an edge may move by this part of the tiles
 
 
 def tweaked(
-    candidate: Candidate, bound: Bound, values: Vector, measured: tuple[Observations, Gauge], aim: tuple[Space, Vector]
+    candidate: Candidate,
+    bound: Bound,
+    values: Vector,
+    measured: tuple[Observations, TileCovariance],
+    aim: tuple[Space, Vector],
 ) -> Candidate:
     """The candidate in a region whose edges were moved, pixel by pixel, to where they explain most."""
     space, target = aim
@@ -73,11 +77,11 @@ def _beside_best(loss: Callable[[float], float], values: Vector, ends: tuple[flo
 
 
 def _cutter(
-    candidate: Candidate, variable: str, observations: Observations, gauge: Gauge
+    candidate: Candidate, variable: str, observations: Observations, covariance: TileCovariance
 ) -> Callable[[Bound], Candidate]:
     """Makes a candidate that acts within a bound of a variable only; what it changes everywhere is computed once."""
     if candidate.form.map:
-        return lambda bound: candidate_of(observations, gauge, candidate.form, (bound,))
+        return lambda bound: candidate_of(observations, covariance, candidate.form, (bound,))
     parts = []
     for patch in observations.patches:
         used = patch.tiles.label >= 0
@@ -94,7 +98,7 @@ def _cutter(
             sums = [np.bincount(number, acts * change, minlength=len(tiles)) for change in changes]
             blocks.append(np.stack(sums, axis=1) / tiles.pixels[:, None])
         columns = np.concatenate(blocks)
-        return Candidate(candidate.form, columns, gauge.whiten(columns), (bound,))
+        return Candidate(candidate.form, columns, covariance.whiten(columns), (bound,))
 
     return cut
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -28,7 +28,7 @@ class Candidate:
     Attributes:
         form: what it is.
         columns: (n, k) change of the tiles per atom, in native units.
-        white: (n, k) the same in units of the gauge.
+        white: (n, k) the same in units of the covariance.
         where: bounds outside which it does not act; empty: everywhere.
     """
 
@@ -50,7 +50,7 @@ class Candidate:
         return np.asarray(left[:, values > FAINT * np.max(values, initial=0.0)])
 
 
-def candidates_of(observations: Observations, gauge: Gauge) -> list[Candidate]:
+def candidates_of(observations: Observations, covariance: TileCovariance) -> list[Candidate]:
     """All forms that change anything here, whitened in one go."""
     forms, blocks = [], []
     for form in _forms(observations):
@@ -60,7 +60,7 @@ def candidates_of(observations: Observations, gauge: Gauge) -> list[Candidate]:
             blocks.append(columns)
     if not blocks:
         return []
-    white = gauge.whiten(np.concatenate(blocks, axis=1))
+    white = covariance.whiten(np.concatenate(blocks, axis=1))
     ends = np.cumsum([block.shape[1] for block in blocks])
     parts = np.split(white, ends[:-1], axis=1)
     return [Candidate(form, block, part) for form, block, part in zip(forms, blocks, parts, strict=True)]
@@ -82,10 +82,12 @@ def _in_disparity(form: Form) -> bool:
     return any(p.unit.startswith("px") and any(q.label == p.label for q in about.values() if q is not p) for p in used)
 
 
-def candidate_of(observations: Observations, gauge: Gauge, form: Form, where: tuple[Bound, ...] = ()) -> Candidate:
+def candidate_of(
+    observations: Observations, covariance: TileCovariance, form: Form, where: tuple[Bound, ...] = ()
+) -> Candidate:
     """One form, acting everywhere or within bounds."""
     columns = _columns(observations, form, where)
-    return Candidate(form, columns, gauge.whiten(columns), where)
+    return Candidate(form, columns, covariance.whiten(columns), where)
 
 
 def _columns(observations: Observations, form: Form, where: tuple[Bound, ...] = ()) -> Matrix:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import REPLICATED, SURE
-from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.effect_part import FIELD, EffectPart
 from fusion.discrepancy.naming.evidence import left_out_gain
-from fusion.discrepancy.naming.part import FIELD, EffectPart
+from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit, refitted, shapes_of
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import possible, scored
@@ -47,7 +47,7 @@ def rearranged(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Par
     for score, parts in islice(_promising(fit, candidates, most), TRIED):
         if score < own + SURE:
             break
-        other = refitted(parts, fit.observations, fit.gauge)
+        other = refitted(parts, fit.observations, fit.covariance)
         if score_of(other) > own + SURE and all(_sound(other, k) for k in range(len(other.parts))):
             return other
     return fit
@@ -58,7 +58,7 @@ def score_of(fit: PartsFit) -> float:
 
     A field costs what it does where it is chosen: the many of its weights are draws of one size.
     """
-    white = fit.gauge.whiten(fit.observations.residual)
+    white = fit.covariance.whiten(fit.observations.residual)
     each = float(np.log(len(white)))
     price = sum(_paid(fit, k) if part.size else _freedom(part) * each for k, part in enumerate(fit.parts))
     return float(white @ white - fit.white @ fit.white) - price
@@ -66,7 +66,7 @@ def score_of(fit: PartsFit) -> float:
 
 def _paid(fit: PartsFit, k: int) -> float:
     """What the freedom of a field costs beside the other parts."""
-    space, target = beside(fit, k)
+    space, target = partial_residual(fit, k)
     candidate = fit.parts[k].candidate
     own = scored(candidate, space.of(candidate.white), target)
     return own.gain - own.score
@@ -81,7 +81,7 @@ def _sound(fit: PartsFit, k: int) -> bool:
     part = fit.parts[k]
     if part.at_bound(fit.observations):
         return False
-    space, target = beside(fit, k)
+    space, target = partial_residual(fit, k)
     seen = space.of(part.candidate.white)
     own = scored(part.candidate, seen, target)
     place = fit.observations.block if of_time(part.candidate) else fit.observations.replicate
@@ -90,7 +90,7 @@ def _sound(fit: PartsFit, k: int) -> bool:
 
 def _promising(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Iterator[tuple[float, list[EffectPart]]]:
     """Sets of names in the order of their linear score."""
-    white = fit.gauge.whiten(fit.observations.residual)
+    white = fit.covariance.whiten(fit.observations.residual)
     pool = _pool(candidates, fit, white)
     names = [form.name for form in pool.forms]
     found: dict[tuple[str, ...], tuple[float, tuple[int, ...], Vector]] = {}

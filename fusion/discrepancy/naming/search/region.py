@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.gauge import Gauge
-from fusion.discrepancy.naming.part import is_field
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.naming.effect_part import is_field
 from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored, scored
@@ -55,7 +55,7 @@ class _Cut:
 def best_region(
     candidates: Sequence[tuple[Candidate, Vector]],
     observations: Observations,
-    gauge: Gauge,
+    covariance: TileCovariance,
     space: Space,
     target: Vector,
 ) -> Regional | None:
@@ -65,7 +65,7 @@ def best_region(
         candidates: each with the weights that it has when it acts everywhere.
     """
     n = len(target)
-    metric, pull = _metric(gauge, space), gauge.pulled(space.of(target))
+    metric, pull = _metric(covariance, space), covariance.pulled(space.of(target))
     cuts = list(_cuts(observations))
     tried = sum(len(cut.starts) * (len(cut.starts) + 1) // 2 - 1 for cut in cuts)
     best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]] = {}
@@ -79,17 +79,17 @@ def best_region(
                 best[key] = found[0], candidate, found[1]
     results, values = [], region_variables(observations)
     for candidate, bound in _worth_a_look(best):
-        chosen = tweaked(candidate, bound, values[bound.variable], (observations, gauge), (space, target))
+        chosen = tweaked(candidate, bound, values[bound.variable], (observations, covariance), (space, target))
         result = scored(chosen, space.of(chosen.white), target)
         paid = _price(chosen.where[0], n) + 2 * float(np.log(max(tried, 1)))
         results.append(Regional(chosen, replace(result, score=result.score - paid), tried))
     return max(results, key=lambda one: one.scored.score, default=None)
 
 
-def _metric(gauge: Gauge, space: Space) -> NDArray[np.float32]:
+def _metric(covariance: TileCovariance, space: Space) -> NDArray[np.float32]:
     """(n, n) products of tiles in a space; single precision is plenty for a choice."""
-    damped = gauge.pulled(space.directions) * np.sqrt(1 - space.kept**2)
-    return np.asarray(gauge.inverse - damped @ damped.T, np.float32)
+    damped = covariance.pulled(space.directions) * np.sqrt(1 - space.kept**2)
+    return np.asarray(covariance.inverse - damped @ damped.T, np.float32)
 
 
 def _worth_a_look(

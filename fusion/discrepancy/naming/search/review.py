@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.discrepancy.decisions import SURE
-from fusion.discrepancy.naming.beside import beside
-from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.effect_part import EffectPart
+from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
@@ -36,7 +36,7 @@ def _without_redundant(fit: PartsFit) -> PartsFit:
         if own[worst] > 0:
             return fit
         rest = [part for k, part in enumerate(fit.parts) if k != worst]
-        fit = refitted(rest, fit.observations, fit.gauge)
+        fit = refitted(rest, fit.observations, fit.covariance)
     return fit
 
 
@@ -45,12 +45,12 @@ def _widened(fit: PartsFit) -> PartsFit:
     for k, part in enumerate(fit.parts):
         if not part.candidate.where or len(fit.parts) < 2:
             continue
-        space, target = beside(fit, k)
-        whole = candidate_of(fit.observations, fit.gauge, part.candidate.form)
+        space, target = partial_residual(fit, k)
+        whole = candidate_of(fit.observations, fit.covariance, part.candidate.form)
         own, wide = (scored(c, space.of(c.white), target) for c in (part.candidate, whole))
         if wide.score > own.score - max(SURE, REGION_GAIN * own.gain):
             new = EffectPart(whole, wide.weights, wide.size)
-            return refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
+            return refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.covariance)
     return fit
 
 
@@ -62,11 +62,11 @@ def _edged(fit: PartsFit) -> PartsFit:
     for k, part in enumerate(fit.parts):
         if not part.candidate.where or part.size:
             continue
-        bound, aim = part.candidate.where[0], beside(fit, k)
-        moved = tweaked(part.candidate, bound, values[bound.variable], (fit.observations, fit.gauge), aim)
+        bound, aim = part.candidate.where[0], partial_residual(fit, k)
+        moved = tweaked(part.candidate, bound, values[bound.variable], (fit.observations, fit.covariance), aim)
         weights = scored(moved, aim[0].of(moved.white), aim[1]).weights
         better = refitted(
-            [*fit.parts[:k], EffectPart(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.gauge
+            [*fit.parts[:k], EffectPart(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.covariance
         )
         if better.white @ better.white < fit.white @ fit.white:
             fit = better
@@ -74,7 +74,7 @@ def _edged(fit: PartsFit) -> PartsFit:
 
 
 def _own_score(fit: PartsFit, k: int) -> float:
-    space, target = beside(fit, k)
+    space, target = partial_residual(fit, k)
     candidate = fit.parts[k].candidate
     return scored(candidate, space.of(candidate.white), target).score
 
@@ -84,7 +84,7 @@ def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:
     if len(fit.parts) < 2:
         return None
     for k, part in enumerate(fit.parts):
-        space, target = beside(fit, k)
+        space, target = partial_residual(fit, k)
         own = scored(part.candidate, space.of(part.candidate.white), target)
         taken = {other.name for i, other in enumerate(fit.parts) if i != k}
         rivals = [c for c in candidates if c.name != part.name and c.name not in taken]
@@ -96,12 +96,12 @@ def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:
             continue
         rival = rivals[best]
         if part.candidate.where:
-            confined = candidate_of(fit.observations, fit.gauge, rival.form, part.candidate.where)
+            confined = candidate_of(fit.observations, fit.covariance, rival.form, part.candidate.where)
             inside = scored(confined, space.of(confined.white), target)
             if inside.score > results[best].score:
                 rival, results[best] = confined, inside
         new = EffectPart(rival, results[best].weights, results[best].size)
-        better = refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
+        better = refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.covariance)
         if better.white @ better.white < fit.white @ fit.white:
             return better
     return None

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.part import FIELD
+from fusion.discrepancy.naming.effect_part import FIELD
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.sensor.parameter import parameters
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.effect_part import EffectPart
 
 Matrix = NDArray[np.float64]
 

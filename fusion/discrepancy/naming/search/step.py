@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from fusion.discrepancy.decisions import DETECTED, FALSE_ALARM, REPLICATED
-from fusion.discrepancy.inference.gauge import Gauge
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.naming.effect_part import EffectPart, is_field
 from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
-from fusion.discrepancy.naming.part import EffectPart, is_field
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.region import Regional, best_region, confined
 from fusion.discrepancy.naming.search.score import Scored, scored
@@ -57,7 +57,11 @@ class NextPart:
 
 
 def best_part(
-    candidates: Sequence[Candidate], observations: Observations, gauge: Gauge, space: Space, target: Vector
+    candidates: Sequence[Candidate],
+    observations: Observations,
+    covariance: TileCovariance,
+    space: Space,
+    target: Vector,
 ) -> NextPart | None:
     """The candidate that pays most for its freedom in a space, established or not; None when there is none at all."""
     if not candidates:
@@ -68,16 +72,16 @@ def best_part(
     best = int(np.argmax(likely))
     if not np.isfinite(all_scored[best].score):
         return None
-    whole = _tuned(candidates[best], observations, gauge, (space, target))
+    whole = _tuned(candidates[best], observations, covariance, (space, target))
     own = scored(whole, space.of(whole.white), target)
     candidate, result, tried = whole, own, len({c.name for c in candidates})
-    regional = _regional(candidates, all_scored, observations, gauge, (space, target))
+    regional = _regional(candidates, all_scored, observations, covariance, (space, target))
     if regional is not None and _beats(regional, own):
-        everywhere = candidate_of(observations, gauge, regional.candidate.form)
+        everywhere = candidate_of(observations, covariance, regional.candidate.form)
         if confined(regional.candidate, everywhere, space, target) and _replicates_more(
             regional, whole, observations, (space, target)
         ):
-            candidate, result = _own_to_region(regional, candidates, observations, gauge, (space, target))
+            candidate, result = _own_to_region(regional, candidates, observations, covariance, (space, target))
             tried *= regional.tried
     part = EffectPart(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
@@ -86,7 +90,7 @@ def best_part(
     if held_out < REPLICATED * result.gain and of_time(candidate):
         held_out = left_out_gain(seen, target, observations.block, result.size)
     if candidate.name in held:
-        held_out = result.gain * replicated_share(candidate, observations.place, gauge, target)
+        held_out = result.gain * replicated_share(candidate, observations.place, covariance, target)
     return NextPart(part, result.gain, result.score, held_out, probability)
 
 
@@ -109,7 +113,7 @@ def _regional(
     candidates: Sequence[Candidate],
     all_scored: Sequence[Scored],
     observations: Observations,
-    gauge: Gauge,
+    covariance: TileCovariance,
     aim: tuple[Space, Vector],
 ) -> Regional | None:
     """The best candidate in a region, among the most telling shapes of each name."""
@@ -121,7 +125,7 @@ def _regional(
         if taken.get(name, 0) < SHAPES and not candidates[i].where and not _of_table(candidates[i]):
             taken[name] = taken.get(name, 0) + 1
             chosen.append((candidates[i], all_scored[i].weights))
-    return best_region(chosen, observations, gauge, *aim)
+    return best_region(chosen, observations, covariance, *aim)
 
 
 def _beats(regional: Regional, whole: Scored) -> bool:
@@ -133,7 +137,7 @@ def _own_to_region(
     regional: Regional,
     candidates: Sequence[Candidate],
     observations: Observations,
-    gauge: Gauge,
+    covariance: TileCovariance,
     aim: tuple[Space, Vector],
 ) -> tuple[Candidate, Scored]:
     """Of look-alikes in a region, one whose law depends on what bounds it: any other needs a second cause.
@@ -151,7 +155,7 @@ def _own_to_region(
     own: tuple[Candidate, Scored] | None = None
     for other in candidates:
         if other.columns.shape[1] <= 2 and bound & set(other.form.kind.variables):
-            candidate = candidate_of(observations, gauge, other.form, where)
+            candidate = candidate_of(observations, covariance, other.form, where)
             found = scored(candidate, space.of(candidate.white), target)
             if found.gain > enough and (own is None or found.score > own[1].score):
                 own = candidate, found
@@ -164,7 +168,7 @@ def _of_table(candidate: Candidate) -> bool:
 
 
 def of_time(candidate: Candidate) -> bool:
-    """True for what changes while one recording goes on, so that looks of a series tell of it, and not recordings."""
+    """True for what changes while one recording goes on, so that blocks of a series tell of it, and not recordings."""
     about = {bound.variable for bound in candidate.where} | set(candidate.form.kind.variables)
     return bool(about & set(WITHIN))
 
@@ -180,7 +184,9 @@ def _replicates_more(
     return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
 
 
-def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, aim: tuple[Space, Vector]) -> Candidate:
+def _tuned(
+    candidate: Candidate, observations: Observations, covariance: TileCovariance, aim: tuple[Space, Vector]
+) -> Candidate:
     """The candidate with its searched shape parameters between the values of the search."""
     space, target = aim
     if is_field(candidate):
@@ -201,7 +207,7 @@ def _tuned(candidate: Candidate, observations: Observations, gauge: Gauge, aim: 
 
         def with_(x: float, name: str = name, start: Candidate = candidate) -> Candidate:
             form = replace(start.form, fixed={**start.form.fixed, name: x})
-            return candidate_of(observations, gauge, form, start.where)
+            return candidate_of(observations, covariance, form, start.where)
 
         def loss(x: float, made: object = with_) -> float:
             return -gain(made(x))  # type: ignore[operator]

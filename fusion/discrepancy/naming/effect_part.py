@@ -38,7 +38,7 @@ class EffectPart:
 
     @property
     def footprint(self) -> Vector:
-        """(n,) what it changes, in units of the gauge."""
+        """(n,) what it changes, in units of the covariance."""
         return np.asarray(self.candidate.white @ self.weights)
 
     def effect(self, observations: Observations) -> Effect:

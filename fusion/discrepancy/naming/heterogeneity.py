@@ -8,8 +8,8 @@ size better known than it differs.
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.beside import beside
 from fusion.discrepancy.naming.evidence import inflation
+from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.naming.search.score import usual_size
 from fusion.discrepancy.unknown.unrestricted import covariates
@@ -26,10 +26,10 @@ def unevenness(fit: PartsFit, k: int) -> float:
     if part.size or not weight.any():
         return 0.0  # a map has a size of its own for each of its squares
     ways = _ways(fit, weight / weight.sum())
-    space, target = beside(fit, None)
+    space, target = partial_residual(fit, None)
     change = (part.candidate.columns @ part.weights)[:, None] * ways
     noise = np.sqrt(inflation(target))
-    seen, rest = space.of(fit.gauge.whiten(change)) / noise, target / noise
+    seen, rest = space.of(fit.covariance.whiten(change)) / noise, target / noise
     values, vectors = np.linalg.eigh(seen.T @ seen)
     told = values > 1e-9 * values[-1]
     values, vectors = values[told], vectors[:, told]

@@ -1,4 +1,4 @@
-"""The gauge: how far every tile may be off for known reasons, and residuals measured in it."""
+"""The covariance: how far every tile may be off for known reasons, and residuals measured in it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ FLOOR = {True: 2e-5, False: 7e-4}  # [m] time of flight, [px] triangulation
 
 
 @dataclass(frozen=True)
-class Gauge:
+class TileCovariance:
     """Covariance of the tiles when nothing is missing: noise, speckle, poses, the target's shape, known parameters.
 
     Attributes:
@@ -61,8 +61,8 @@ class Gauge:
         return float(np.linalg.norm(self.whiten(values))) / max(float(np.linalg.norm(free)), 1e-300)
 
 
-def gauge_of(observations: Observations) -> Gauge:
-    """The gauge of observations: their frame noise averaged, frozen and common errors as covariance."""
+def covariance_of(observations: Observations) -> TileCovariance:
+    """The covariance of observations: their frame noise averaged, frozen and common errors as covariance."""
     n = len(observations.residual)
     total = np.zeros((n, n))
     for rows, patch in observations.rows():
@@ -89,7 +89,7 @@ def gauge_of(observations: Observations) -> Gauge:
     common = np.column_stack([*pose_columns(observations), wrong, other, known])
     total += common @ common.T
     total += rounding_covariance(observations, total, patterns)
-    return Gauge(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
+    return TileCovariance(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 
 
 def drift_columns(observations: Observations) -> NDArray[np.float64]:
@@ -108,10 +108,10 @@ def drift_columns(observations: Observations) -> NDArray[np.float64]:
 
 def _noise(patch: Patch) -> NDArray[np.float64]:
     """Covariance (n, n) of the mean over frames, and a floor."""
-    tiles, frames = patch.tiles, len(patch.look.frames)
+    tiles, frames = patch.tiles, len(patch.block.frames)
     variance = tiles.mean((patch.sigma * patch.native) ** 2)
     if frames > 1:  # what is measured: a model whose noise is too small would make laws of the rest
-        variance = np.maximum(variance, tiles.mean((patch.look.std * patch.native) ** 2))
+        variance = np.maximum(variance, tiles.mean((patch.block.std * patch.native) ** 2))
     window, shared = 1.0, np.zeros(len(tiles))
     for effect in patch.sensor.effects:
         if not effect.frozen and effect.window(patch.view) > 1:
@@ -121,9 +121,9 @@ def _noise(patch: Patch) -> NDArray[np.float64]:
     shared = np.minimum(np.sqrt(variance), shared) * np.sqrt(tiles.side**2 / tiles.pixels)
     own = (variance - np.minimum(variance, shared**2 * tiles.pixels / tiles.side**2)) / tiles.pixels
     spread = grain(tiles.cell, tiles.cell, tiles.side, window) * np.outer(shared, shared)
-    if patch.look.alike is not None:
+    if patch.block.alike is not None:
         # neighbours that share their noise without the model's knowing: frames show it
-        own = np.maximum(own, neighbours(patch.look.alike, tiles.side) * variance / tiles.pixels - np.diag(spread))
+        own = np.maximum(own, neighbours(patch.block.alike, tiles.side) * variance / tiles.pixels - np.diag(spread))
     floor = FLOOR[patch.view.time_of_flight] ** 2
     # noise of a simulation that stands for the prediction comes on top
     more = 1.0 + _simulated(patch) * frames / np.maximum(variance, 1e-300)
@@ -133,7 +133,7 @@ def _noise(patch: Patch) -> NDArray[np.float64]:
 
 def _simulated(patch: Patch) -> Vector:
     """(n,) variance of the mean that a simulation predicts, from its own noise."""
-    given = patch.look.given
+    given = patch.block.given
     return np.zeros(len(patch.tiles)) if given is None else patch.tiles.mean((given.doubt * patch.native) ** 2)
 
 
@@ -141,14 +141,14 @@ def _add_grain(observations: Observations, effect: Effect, total: NDArray[np.flo
     """Add the covariance of an error that is frozen while the scene stands still, and drawn anew when it moves."""
     for rows, patch in observations.rows():
         for others, other in observations.rows():
-            if other.look.place == patch.look.place and _still(patch, other):
+            if other.block.place == patch.block.place and _still(patch, other):
                 alike = grain(patch.tiles.cell, other.tiles.cell, patch.tiles.side, effect.window(patch.view))
                 total[rows, others] += alike * np.outer(_size(patch, effect), _size(other, effect))
 
 
 def _still(patch: Patch, other: Patch) -> bool:
     """True when the camera sees the scene from the same place."""
-    return bool(np.allclose(patch.look.T_world_camera, other.look.T_world_camera, atol=1e-6))
+    return bool(np.allclose(patch.block.T_world_camera, other.block.T_world_camera, atol=1e-6))
 
 
 def _size(patch: Patch, effect: Effect) -> Vector:
@@ -161,18 +161,18 @@ def pose_columns(observations: Observations) -> list[Vector]:
     """A column (n,) per recording and direction: one standard deviation of its common pose error, as it is."""
     columns = []
     for place in np.unique(observations.place):
-        own = [(rows, patch) for rows, patch in observations.rows() if patch.look.place == place]
-        stage = own[0][1].look.stage
+        own = [(rows, patch) for rows, patch in observations.rows() if patch.block.place == place]
+        stage = own[0][1].block.stage
         sizes = observations.loose.pose * np.repeat([stage.sigma_rad, stage.sigma_m], 3)
         columns += [size * column for size, column in zip(sizes, _moved(own, len(observations.residual)), strict=True)]
     return columns
 
 
 def _shake_columns(observations: Observations) -> Iterator[Vector]:
-    """A column (n,) per look and direction: what is left of the shakes of its frames in their mean."""
+    """A column (n,) per block and direction: what is left of the shakes of its frames in their mean."""
     for rows, patch in observations.rows():
-        if patch.look.shaken:
-            sizes = np.repeat(patch.look.shaken, 3) / np.sqrt(len(patch.look.frames))
+        if patch.block.shaken:
+            sizes = np.repeat(patch.block.shaken, 3) / np.sqrt(len(patch.block.frames))
             columns = _moved([(rows, patch)], len(observations.residual))
             yield from (size * column for size, column in zip(sizes, columns, strict=True))
 

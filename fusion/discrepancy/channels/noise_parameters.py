@@ -1,4 +1,4 @@
-"""Knobs: the numbers that the scatter of repeated frames depends on, of effects in the model and of those it lacks."""
+"""Noise parameters: the numbers the scatter of repeated frames depends on, of effects in the model or not."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -25,11 +25,11 @@ USUAL = 0.3  # share of itself by which a value may be off whose standard deviat
 
 
 @dataclass(frozen=True)
-class Knob:
+class NoiseParameter:
     """One number, and what the tiles (n,) make of it.
 
     Attributes:
-        effect: whose it is, as it is before the knob is turned.
+        effect: whose it is, as it is before the parameters is turned.
         parameter: which.
         value: before it is turned.
         sigma: how well it is known; infinite for an effect that the model lacks.
@@ -83,14 +83,14 @@ class Knob:
         columns = np.column_stack([step, step**2])[near]
         return np.asarray(np.linalg.lstsq(columns, self.growth[near], rcond=None)[0])
 
-    def only(self, rows: NDArray[np.bool_]) -> "Knob":
+    def only(self, rows: NDArray[np.bool_]) -> "NoiseParameter":
         """For these tiles alone."""
         return replace(self, growth=self.growth[:, rows], factor=self.factor[:, rows], renewal=self.renewal[:, rows])
 
 
-def known_knobs(sensor: Sensor, scatter: Scatter, free: frozenset[str]) -> list[Knob]:
+def known_parameters(sensor: Sensor, scatter: Scatter, free: frozenset[str]) -> list[NoiseParameter]:
     """Noise parameters that the model holds; those of the effects named in `free` are known no better than by guess."""
-    knobs = []
+    params = []
     for effect in sensor.effects:
         if effect.frozen or not (effect.changes("noise") or effect.changes("spread")):
             continue
@@ -101,11 +101,13 @@ def known_knobs(sensor: Sensor, scatter: Scatter, free: frozenset[str]) -> list[
             stated = float(np.max(sensor.std.get((effect.name, name), USUAL * abs(value - about.neutral))))
             sigma = max(abs(float(value)), stated) if effect.name in free and stated > 0 else stated
             if sigma > 0:
-                knobs.append(_known(effect, about, float(value), sigma, scatter))
-    return [knob for knob in knobs if np.any(knob.growth) or np.any(knob.factor)]
+                params.append(_known(effect, about, float(value), sigma, scatter))
+    return [param for param in params if np.any(param.growth) or np.any(param.factor)]
 
 
-def new_knobs(sensor: Sensor, scatter: Scatter, wanted: frozenset[tuple[str, str]] | None = None) -> Iterator[Knob]:
+def new_parameters(
+    sensor: Sensor, scatter: Scatter, wanted: frozenset[tuple[str, str]] | None = None
+) -> Iterator[NoiseParameter]:
     """Sizes of effects that change the noise and that the model lacks, and terms that its own ones do without.
 
     Args:
@@ -124,12 +126,12 @@ def new_knobs(sensor: Sensor, scatter: Scatter, wanted: frozenset[tuple[str, str
             if wanted is not None and (kind.name, about.name) not in wanted:
                 continue
             for shaped in _shaped(own or kind(), about):
-                knob = _new(shaped, about, scatter)
-                if np.any(knob.growth) or np.any(knob.factor):
-                    yield knob
+                param = _new(shaped, about, scatter)
+                if np.any(param.growth) or np.any(param.factor):
+                    yield param
 
 
-def own_knobs(scatter: Scatter) -> Iterator[tuple[Knob, ...]]:
+def own_parameters(scatter: Scatter) -> Iterator[tuple[NoiseParameter, ...]]:
     """The ways in which a sensor of this kind can have noise of its own, each as the numbers that go together."""
     views = [patch.view for patch in scatter.patches]
     flight = views[0].time_of_flight
@@ -141,9 +143,9 @@ def own_knobs(scatter: Scatter) -> Iterator[tuple[Knob, ...]]:
         about = [p for p in parameters(kind).values() if p.group == wanted]
         # what stands for the light is no size
         given: dict[str, Any] = {p.name: p.typical for p in about if p.unit == "count"}
-        knobs = [_new(kind(**given), p, scatter) for p in about if p.name not in given]
-        knobs = [knob for knob in knobs if np.any(knob.growth)]
-        yield from [tuple(knobs)] if lit else [(knob,) for knob in knobs]
+        params = [_new(kind(**given), p, scatter) for p in about if p.name not in given]
+        params = [param for param in params if np.any(param.growth)]
+        yield from [tuple(params)] if lit else [(param,) for param in params]
 
 
 def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:
@@ -154,19 +156,19 @@ def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:
         yield replace(effect, **changed) if changed else effect
 
 
-def _new(effect: Effect, about: Parameter, scatter: Scatter) -> Knob:
+def _new(effect: Effect, about: Parameter, scatter: Scatter) -> NoiseParameter:
     filtering = _with(effect, about, about.typical).follows() > 0
     values = np.array(MEMORIES) if filtering else about.typical * SIZES
     values = np.concatenate([[0.0], values[(values > about.low) & (values <= about.high)]])
     effects = [_with(effect, about, value) for value in values]
-    return Knob(effect, about, 0.0, np.inf, values, *_changes(effects, effect, scatter))
+    return NoiseParameter(effect, about, 0.0, np.inf, values, *_changes(effects, effect, scatter))
 
 
-def _known(effect: Effect, about: Parameter, value: float, sigma: float, scatter: Scatter) -> Knob:
+def _known(effect: Effect, about: Parameter, value: float, sigma: float, scatter: Scatter) -> NoiseParameter:
     steps = np.array([-0.9, -0.5, -0.25, 0.0, 0.3, 1.0, 3.0]) * max(abs(value), sigma)
     values = np.unique(np.clip(value + steps, about.low, about.high))
     effects = [_with(effect, about, v) for v in values]
-    return Knob(effect, about, value, sigma, values, *_changes(effects, effect, scatter))
+    return NoiseParameter(effect, about, value, sigma, values, *_changes(effects, effect, scatter))
 
 
 def _with(effect: Effect, about: Parameter, value: float) -> Effect:
@@ -185,7 +187,7 @@ def _changes(effects: list[Effect], own: Effect, scatter: Scatter) -> tuple[Vect
 
 
 def _filtered(effects: list[Effect], own: Effect, patch: Patch) -> tuple[Vector, Vector]:
-    n, started = len(patch.look.frames), patch.look.frames[0] == 0
+    n, started = len(patch.block.frames), patch.block.frames[0] == 0
     before = succession_of(round(own.follows(), 6), n, started)
     rows = np.array([succession_of(round(effect.follows(), 6), n, started) for effect in effects]) - before
     whole = np.ones(len(patch.tiles))
@@ -196,7 +198,7 @@ def _grown(effects: list[Effect], own: Effect, patch: Patch) -> Vector:
     """(k, n) change of the variance of each tile as a share of it."""
     with np.errstate(all="ignore"):
         before, scale = own.noise(patch.depth, patch.view) ** 2, np.square(patch.native)
-        sound = np.isfinite(patch.look.std) & np.isfinite(patch.sigma)
+        sound = np.isfinite(patch.block.std) & np.isfinite(patch.sigma)
         whole = np.maximum(patch.tiles.mean(np.where(sound, np.square(patch.sigma) * scale, 0.0)), LEAST_VARIANCE)
         out = np.zeros((len(effects), len(patch.tiles)))
         for k, effect in enumerate(effects):

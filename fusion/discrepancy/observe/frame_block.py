@@ -1,4 +1,4 @@
-"""Look: one known scene seen for one stretch of time; what was measured there, and what stood before the camera."""
+"""A known scene seen for a stretch of time: what was measured there, and what stood before the camera."""
 
 from dataclasses import dataclass, field, replace
 
@@ -28,12 +28,12 @@ from fusion.simulation.rendering.render import Channels, view_of
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
 HELD_OUT = 3  # one frame in three takes no part in the fit
-LONG = 6  # looks of a recording that make it a series
+LONG = 6  # blocks of a recording that make it a series
 
 
 @dataclass(frozen=True)
 class TileCourse:
-    """Tiles of a look, and how each went from frame to frame: (frames, tiles) [m], less its mean."""
+    """Tiles of a block, and how each went from frame to frame: (frames, tiles) [m], less its mean."""
 
     tiles: Tiling
     depth: NDArray[np.float64]
@@ -82,15 +82,15 @@ class FrameBlock:
         return self.stage.place
 
 
-def looks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:
+def blocks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:
     """All stretches of a recording, in order. RecordingError when no frame is at the time of a pose."""
-    looks = [_look(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
-    if len(looks) < LONG or any(look.held for look in looks):
-        return looks
+    blocks = [_block_of(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
+    if len(blocks) < LONG or any(block.held for block in blocks):
+        return blocks
     # a series of single frames holds out every third of them, whole
-    pairs = zip(looks, [*looks[1:], None], strict=True)
-    kept = [replace(look, held=after) if k % HELD_OUT == 1 else look for k, (look, after) in enumerate(pairs)]
-    return [look for k, look in enumerate(kept) if k % HELD_OUT != 2]
+    pairs = zip(blocks, [*blocks[1:], None], strict=True)
+    kept = [replace(block, held=after) if k % HELD_OUT == 1 else block for k, (block, after) in enumerate(pairs)]
+    return [block for k, block in enumerate(kept) if k % HELD_OUT != 2]
 
 
 def wanted_channels(baseline: float | None, indirect: bool) -> Channels:
@@ -139,7 +139,7 @@ def _span(stamps: NDArray[np.float64]) -> str:
     return f"from {stamps.min():.10g} to {stamps.max():.10g} s"
 
 
-def _look(stage: KnownScene, frames: tuple[int, ...], channels: Channels) -> FrameBlock:
+def _block_of(stage: KnownScene, frames: tuple[int, ...], channels: Channels) -> FrameBlock:
     recording = stage.recording
     assert recording.poses is not None
     T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
@@ -150,11 +150,11 @@ def _look(stage: KnownScene, frames: tuple[int, ...], channels: Channels) -> Fra
         moment = replace(moment, axis_point=point, axis_direction=direction)
     view = replace(view, moment=moment)
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
-    look = replace(_measured(stage, frames[:kept], view, T_world_camera), given=given)
+    block = replace(_measured(stage, frames[:kept], view, T_world_camera), given=given)
     if kept == len(frames):
-        return look
+        return block
     held = replace(_measured(stage, frames[kept:], view, T_world_camera), given=given)
-    return replace(look, held=held, prints=look.prints | held.prints)
+    return replace(block, held=held, prints=block.prints | held.prints)
 
 
 def _seen(
@@ -210,7 +210,7 @@ def _moment(recording: Recording, frames: tuple[int, ...]) -> Moment:
     logged, some = moments_of(recording), list(frames)
     ambient = float(np.mean(logged.ambient[some]))
     return Moment(
-        # stamps as they are: dates too tell one look from the next
+        # stamps as they are: dates too tell one block from the next
         time=float(np.mean(recording.timestamps[some])),
         temperature=float(np.mean(logged.temperature[some])),
         ambient=ambient if np.isfinite(ambient) else stated_scene(recording).ambient_lux or 0.0,

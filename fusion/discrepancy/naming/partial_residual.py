@@ -9,7 +9,7 @@ from fusion.discrepancy.naming.search.space import Space, space_beside
 Vector = NDArray[np.float64]
 
 
-def beside(fit: PartsFit, k: int | None) -> tuple[Space, Vector]:
+def partial_residual(fit: PartsFit, k: int | None) -> tuple[Space, Vector]:
     """What stays to be explained beside the parts (without part k), and the residual there (with part k's share)."""
     parts, shapes = fit.others(k)
     space = space_beside(parts, shapes, len(fit.white))

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import SURE
-from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.models import score_of
@@ -59,14 +59,14 @@ def as_two(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
         if not part.candidate.form.fixed or part.candidate.where or part.size:
             continue
         taken = {other.name for other in fit.parts}
-        space, _ = beside(fit, k)
+        space, _ = partial_residual(fit, k)
         plain = [
             EffectPart(c, np.zeros(1))
             for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space)
         ]
         if not plain:
             continue
-        two = refitted([*fit.parts[:k], *plain, *fit.parts[k + 1 :]], fit.observations, fit.gauge)
+        two = refitted([*fit.parts[:k], *plain, *fit.parts[k + 1 :]], fit.observations, fit.covariance)
         if score_of(two) > score_of(fit) - SURE * inflation(fit.white):
             return two
     return fit

@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import ALIKE, REPLICATED
-from fusion.discrepancy.naming.beside import beside
+from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.intervals import spreads_of
-from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.partial_residual import partial_residual
+from fusion.discrepancy.naming.plain_pairs import like_two
 from fusion.discrepancy.naming.refit import PartsFit, shapes_of
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.naming.search.space import Space
 from fusion.discrepancy.naming.search.step import NextPart, of_time
-from fusion.discrepancy.naming.two import like_two
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
 
@@ -40,7 +40,7 @@ class Step:
         alike: names that this data cannot tell from it.
         std: of its size, as a share of it.
         weights, weights_std: (k,) of the atoms.
-        white_before: (n,) what it had to explain, in units of the gauge.
+        white_before: (n,) what it had to explain, in units of the covariance.
         shapes_std: of the searched shapes, by name.
         price: what its freedom costs, in units of the gain.
         together: two names that this data cannot tell from it when both are there.
@@ -62,7 +62,7 @@ class Step:
 
     @property
     def footprint(self) -> Vector:
-        """(n,) what it changes, in units of the gauge."""
+        """(n,) what it changes, in units of the covariance."""
         return np.asarray(self.candidate.white @ self.weights)
 
 
@@ -76,7 +76,7 @@ def judged(fit: PartsFit, candidates: Sequence[Candidate]) -> list[Step]:
 def judged_next(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate]) -> Step:
     """A further part that is not added, as it would be judged beside the parts as they are."""
     part = found.part
-    space, _ = beside(fit, None)
+    space, _ = partial_residual(fit, None)
     seen = space.of(part.candidate.white)
     power = np.diag(np.linalg.pinv(seen.T @ seen + (np.eye(seen.shape[1]) * part.size**-2 if part.size else 0.0)))
     spread = np.sqrt(np.maximum(power, 0.0) * inflation(fit.white))
@@ -99,7 +99,7 @@ def _step(
     fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vector, probability: float | None = None
 ) -> Step:
     part = fit.parts[k]
-    space, target = beside(fit, k)
+    space, target = partial_residual(fit, k)
     seen = space.of(part.candidate.white)
     own = scored(part.candidate, seen, target)
     fitted = seen @ part.weights
@@ -132,7 +132,7 @@ def _step(
 
 def _held_out(fit: PartsFit, part: EffectPart, seen: Matrix, target: Vector, gain: float) -> float:
     if fit.observations.sensor.effect(part.name) is not None:
-        return gain * replicated_share(part.candidate, fit.observations.place, fit.gauge, target)
+        return gain * replicated_share(part.candidate, fit.observations.place, fit.covariance, target)
     share = left_out_gain(seen, target, fit.observations.replicate, part.size)
     if of_time(part.candidate) and share < REPLICATED * gain:
         return left_out_gain(seen, target, fit.observations.block, part.size)
@@ -151,7 +151,7 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], spa
     for other in candidates:
         if other.name in taken or other.name in out or other.columns.shape[1] > most:
             continue
-        white = fit.gauge.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
+        white = fit.covariance.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
         seen = space.of(white)
         found = scored(other, seen, fitted)
         near = found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score)
@@ -181,7 +181,7 @@ def _whole(fit: PartsFit, part: EffectPart, space: Space) -> Vector | None:
     form = part.candidate.form
     if not part.candidate.where or form.map:
         return None
-    return space.of(fit.gauge.whiten(fit.observations.columns(form.instances()) @ part.weights))
+    return space.of(fit.covariance.whiten(fit.observations.columns(form.instances()) @ part.weights))
 
 
 def _alike_everywhere(whole: Vector | None, other: Candidate, space: Space) -> bool:

@@ -12,7 +12,7 @@ MOST = 6  # kept, of all sizes together
 
 
 @dataclass(frozen=True)
-class Canvas:
+class PooledImages:
     """What a raycast fills in.
 
     Attributes:
@@ -42,23 +42,23 @@ class Canvas:
         return any(image() is not None for image in self.given)
 
 
-class Canvases:
+class ImagePool:
     """Of one volume: what was handed out, or is free again."""
 
     def __init__(self) -> None:
-        self._kept: list[Canvas] = []
+        self._kept: list[PooledImages] = []
 
-    def take(self, h: int, w: int) -> Canvas:
-        """A canvas for images of h rows and w columns, in nobody else's hands; it is kept when it is given back."""
-        for n, canvas in enumerate(self._kept):
-            if canvas.depth.shape == (h, w) and not canvas.held():
+    def take(self, h: int, w: int) -> PooledImages:
+        """Images of h rows and w columns, in nobody else's hands; it is kept when it is given back."""
+        for n, images in enumerate(self._kept):
+            if images.depth.shape == (h, w) and not images.held():
                 return self._kept.pop(n)
         depth, points, normals = (np.empty(shape, np.float32) for shape in ((h, w), h * w * 3, h * w * 3))
-        return Canvas(depth, points, normals, np.ones(h * -(-w // PIECE), np.int32))
+        return PooledImages(depth, points, normals, np.ones(h * -(-w // PIECE), np.int32))
 
-    def give_back(self, canvas: Canvas) -> None:
+    def give_back(self, images: PooledImages) -> None:
         """It may be taken again once its images were let go."""
-        self._kept.append(canvas)
+        self._kept.append(images)
         del self._kept[:-MOST]
 
 

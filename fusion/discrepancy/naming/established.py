@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fusion.discrepancy.naming.assessment import Step
+from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.extrapolation import Extrapolation
-from fusion.discrepancy.naming.judged import Step
-from fusion.discrepancy.naming.part import EffectPart
+from fusion.discrepancy.naming.heterogeneity import unevenness
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.step import NextPart
-from fusion.discrepancy.naming.uneven import unevenness
 
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
@@ -72,7 +72,7 @@ def without_faint(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step]
     least = min(names, key=lambda name: sum(step.gain for step in steps if step.effect.name == name))
     step = next(step for step in steps if step.effect.name == least)
     own = next(part for part in fit.parts if part.candidate is step.candidate)
-    rest = refitted([part for part in fit.parts if part.name != least], fit.observations, fit.gauge)
+    rest = refitted([part for part in fit.parts if part.name != least], fit.observations, fit.covariance)
     gain = float(rest.white @ rest.white - fit.white @ fit.white)
     return (rest, step) if is_faint(rest, NextPart(own, gain, 0.0, step.held_out, step.probability)) else None
 
