@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fusion.commands.main import main
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
+from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
+from fusion.sensor.sensor import Sensor
 from fusion.simulation.ideal.frame import checked
 from fusion.simulation.ideal.rendered import ideal_of
 from fusion.simulation.ideal.sense import sense, stated_by
@@ -15,6 +18,7 @@ from fusion.simulation.ideal.view import unknown_to, view_of_ideal
 from fusion.simulation.rendering.exposure import Exposures
 from fusion.simulation.scenes import built_in
 from fusion.simulation.simulate import Simulation, simulate
+from fusion.simulation.write import write_simulation
 
 SMALL = Camera(96, 72, 78.0, 78.0, 47.5, 35.5, depth_scale=5000.0)
 SENSORS = ("kinect-v1", "kinect-v2-indoors")
@@ -86,3 +90,22 @@ def test_light_across_an_edge_is_that_of_the_print():
     )
     assert len(v) > 3
     assert np.median(np.abs(edges.light[v, u] / (light[across] / light[v, u]) - 1)) < 0.01
+
+
+def test_the_command_takes_them_from_folders(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    made = seen("target", "kinect-v1")
+    ideal = next(ideal_of(made, 8))
+    write_simulation("rec", simulate(made.scene, Sensor(), seed=3))
+    for name in ("normals", "rows", "columns", "lit"):
+        (tmp_path / name).mkdir()
+        np.save(tmp_path / name / "0.npy", getattr(ideal, name))
+    words = "simulate --ideal rec -o out --sensor kinect-v1 --seed 3 --normals normals"
+    assert main(f"{words} --rows rows".split()) == 1
+    assert "belong together" in capsys.readouterr().err
+    assert main(f"{words} --rows rows --columns columns --lit lit".split()) == 0
+    assert "cannot be known" not in capsys.readouterr().err
+    found, own = open_recording("out")[0].depth, next(made.frames()).depth
+    # depth in counts of 0.2 mm, edges to 1/8 px
+    assert (np.isnan(found) == np.isnan(own)).mean() > 0.99
+    assert (np.abs(found - own) < 0.0005).sum() > 0.9 * np.isfinite(own).sum()
