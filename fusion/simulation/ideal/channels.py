@@ -80,7 +80,7 @@ def normals_in(given: Channel, index: int, camera: Camera, depth: Image) -> Imag
 
 
 def share_in(given: Channel, index: int, shape: tuple[int, int]) -> Image:
-    """Reflectance, or what is lit (h, w): numbers as they are, images over their largest value; colours as their mean."""
+    """Reflectance, or what is lit (h, w): numbers as they are, images over their largest; colours as their mean."""
     values = given.image(index, shape)
     largest = np.iinfo(values.dtype).max if values.dtype.kind == "u" else 1
     grey = values if values.ndim == 2 else values.mean(axis=2)
