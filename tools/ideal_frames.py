@@ -1,10 +1,13 @@
 """Are perfect frames that went through a sensor told from frames that the simulator made of the same scene at once?
 
-    python tools/ideal_frames.py [--frames 12] [--seed 1] [--json FILE]
+    python tools/ideal_frames.py [--frames 12] [--seed 1] [--given all | channels | depth] [--json FILE]
 
 Two-sample test for each of 20 pairs of scene and sensor. One sample is the simulator's own frames, which see sub-pixel
-edges, hidden surfaces and true normals; the other its ideal frames sent through `fusion.sense`, which sees depth and
-the reflectance that the ideal IR image tells. Every frame has a seed of its own, so frames are independent. A frame
+edges, hidden surfaces and true normals; the other its ideal frames sent through `fusion.sense`. These carry what any
+renderer can tell of a moment (`--given all`): depth, normals, reflectance, a shadow pass of the projector, and
+depth between the pixels, 64 values a pixel along rows and columns: the own simulator bisects edges to a 64th.
+`--given channels` leaves out what is between the pixels; `--given depth` gives depth and the reflectance that an ideal
+IR image tells, and nothing else. Every frame has a seed of its own, so frames are independent. A frame
 becomes the mean error, the spread and the missing share of 48 tiles; the statistic is the sum over these of the squared
 difference of the two samples' means over its variance; p is its place among relabelled samples (permutation test).
 """
@@ -18,12 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
 from fusion.sensor.correction.estimate import reflectance_of
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.simulation.ideal.frame import IdealFrame
+from fusion.simulation.ideal.rendered import FINER, ideal_of
 from fusion.simulation.ideal.sense import sense
 from fusion.simulation.ideal.slopes import facing_of
 from fusion.simulation.scenes import built_in
@@ -82,32 +85,36 @@ def p_value(one: Floats, other: Floats, rng: np.random.Generator) -> float:
     return (1 + sum(apart(rng.permutation(len(both))) >= told for _ in range(RELABELLED))) / (1 + RELABELLED)
 
 
-def samples(name: str, sensor: Sensor, frames: int, seed: int, camera: Camera | None = None) -> tuple[Floats, Floats]:
-    """Features of the simulator's own frames, and of ideal ones that went through the sensor."""
+def samples(name: str, sensor: Sensor, frames: int, seed: int, given: str = "all") -> tuple[Floats, Floats]:
+    """Features of the simulator's own frames, and of ideal ones that went through the sensor.
+
+    `given`: "all" that a renderer can tell, "channels" without the depth between the pixels, or "depth" and what an
+    ideal IR image tells of the reflectance.
+    """
     scene = built_in(name, SCENES[name])
-    scene = scene if camera is None else replace(scene, camera=camera)
-    seen_by = simulate(scene, sensor).camera
-    ideal_camera = replace(seen_by, principle="unknown")
-    ideal = _first(simulate(replace(scene, camera=ideal_camera), Sensor(), seed))
+    simulation = simulate(scene, sensor)
+    ideal = next(ideal_of(simulation, FINER if given == "all" else 1))
+    if given == "depth":
+        ideal = IdealFrame(ideal.depth, reflectance=_told_by_ir(simulation, ideal, seed), moment=ideal.moment)
     own, sent = [], []
     for number in range(frames):
-        own.append(features(_first(simulate(scene, sensor, seed + 1 + number)).depth, ideal.depth))
-        given = sense(ideal, seen_by, sensor, seed + 10_001 + number)
-        sent.append(features(given.depth, ideal.depth))
+        made = next(simulate(scene, sensor, seed + 1 + number).frames())
+        own.append(features(made.depth, ideal.depth))
+        made = sense(ideal, simulation.camera, sensor, seed + 10_001 + number)
+        sent.append(features(made.depth, ideal.depth))
     return np.array(own), np.array(sent)
 
 
-def _first(simulation: Simulation) -> IdealFrame:
-    """The first frame, with the reflectance that its IR image tells."""
-    frame = next(simulation.frames())
-    moment = simulation.moment(0, 0, None)
-    reflectance = None
-    if frame.ir is not None:
-        incidence = facing_of(frame.depth, simulation.camera, normals=False).incidence
-        with np.errstate(all="ignore"):
-            seen = View(simulation.camera, frame.depth, incidence, ir=frame.ir)
-            reflectance = np.clip(reflectance_of(seen), 0, 1).astype(np.float32)
-    return IdealFrame(frame.depth, reflectance=reflectance, moment=moment)
+def _told_by_ir(simulation: Simulation, ideal: IdealFrame, seed: int) -> NDArray[np.float32] | None:
+    """(h, w) reflectance by the IR image of a sensor without errors; None where it makes none."""
+    camera = replace(simulation.camera, principle="unknown")
+    frame = next(simulate(replace(simulation.scene, camera=camera), Sensor(), seed).frames())
+    if frame.ir is None:
+        return None
+    with np.errstate(all="ignore"):
+        incidence = facing_of(ideal.depth, camera, normals=False).incidence
+        seen = View(camera, ideal.depth, incidence, ir=frame.ir)
+        return np.clip(reflectance_of(seen), 0, 1).astype(np.float32)
 
 
 def main() -> None:
@@ -115,12 +122,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=12, help="of each sample (default: 12)")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--given", choices=("all", "channels", "depth"), default="all")
     parser.add_argument("--json", type=Path, metavar="FILE")
     options = parser.parse_args()
     found = {}
     for name in SCENES:
         for word in SENSORS:
-            own, sent = samples(name, read_sensor(word), options.frames, options.seed)
+            own, sent = samples(name, read_sensor(word), options.frames, options.seed, options.given)
             p = p_value(own, sent, np.random.default_rng(options.seed))
             found[f"{name}, {word}"] = p
             print(f"{name:<14}{word:<20}p = {p:.3f}")

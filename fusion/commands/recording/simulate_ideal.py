@@ -27,6 +27,11 @@ def add_ideal_arguments(parser: argparse.ArgumentParser) -> None:
         '{"1": 0.5}, or the word ir (IR images of an ideal sensor tell it); default: not known'
     )
     add("--reflectance", metavar="R", help=light)
+    between = "folder with depth n times as fine along {}, one image a frame: tells where within pixels edges run"
+    add("--rows", type=Path, metavar="FOLDER", help=between.format("rows; with --columns"))
+    add("--columns", type=Path, metavar="FOLDER", help=between.format("columns; with --rows"))
+    lit = "folder with a shadow pass for each frame: the share of each pixel that the sensor's projector reaches"
+    add("--lit", type=Path, metavar="FOLDER", help=lit)
 
 
 def run_ideal(options: argparse.Namespace) -> None:
@@ -55,6 +60,22 @@ def run_ideal(options: argparse.Namespace) -> None:
 
 
 def _further(options: argparse.Namespace, recording: "Recording") -> "Further":
+    from dataclasses import replace
+
+    from fusion.simulation.ideal.channels import channel
+
+    if (options.rows is None) != (options.columns is None):
+        found = "--rows" if options.columns is None else "--columns"
+        raise FusionError("rows and columns belong together", "--ideal", f"{found} alone", "both or none")
+    rows, columns, lit = (
+        None if (folder := getattr(options, name)) is None else channel(folder, name, len(recording))
+        for name in ("rows", "columns", "lit")
+    )
+    return replace(_surfaces(options, recording), rows=rows, columns=columns, lit=lit)
+
+
+def _surfaces(options: argparse.Namespace, recording: "Recording") -> "Further":
+    """Normals, labels and reflectance, as far as they are given."""
     from fusion.simulation.ideal.channels import channel, read_table
     from fusion.simulation.ideal.recording import Further
 

@@ -79,16 +79,25 @@ def normals_in(given: Channel, index: int, camera: Camera, depth: Image) -> Imag
     return values if sign == 1 else values * OPENGL
 
 
-def reflectance_in(given: Channel, index: int, shape: tuple[int, int]) -> Image:
-    """Reflectance (h, w): numbers as they are, images over their largest value; colours as their mean."""
+def share_in(given: Channel, index: int, shape: tuple[int, int]) -> Image:
+    """Reflectance, or what is lit (h, w): numbers as they are, images over their largest; colours as their mean."""
     values = given.image(index, shape)
     largest = np.iinfo(values.dtype).max if values.dtype.kind == "u" else 1
     grey = values if values.ndim == 2 else values.mean(axis=2)
     grey = (grey / largest).astype(np.float32)
     if np.nanmin(grey, initial=0) < 0 or np.nanmax(grey, initial=0) > 1:
         found = f"{np.nanmin(grey):g} to {np.nanmax(grey):g}"
-        raise RecordingError("a reflectance cannot be used", given.paths[index], found, "0 to 1")
+        raise RecordingError(f"the {given.name} cannot be used", given.paths[index], found, "0 to 1")
     return grey
+
+
+def between_in(given: Channel, index: int, camera: Camera) -> Image:
+    """Depth between the pixels, of any size [m]: numbers as they are, images in the counts of the recording."""
+    path = given.paths[index]
+    if path.suffix == ".npy":
+        return read_npy(path, RecordingError, f"the {given.name}").squeeze().astype(np.float32)
+    values = decode_image(read_bytes(path), cv2.IMREAD_UNCHANGED, path)
+    return values.astype(np.float32) / np.float32(camera.depth_scale)
 
 
 def segmentation_in(given: Channel, index: int, shape: tuple[int, int]) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ from fusion.sensor.files.sensor_file import write_sensor
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
-from fusion.simulation.ideal.channels import Channel, looked_up, normals_in, reflectance_in, segmentation_in
+from fusion.simulation.ideal.channels import Channel, between_in, looked_up, normals_in, segmentation_in, share_in
 from fusion.simulation.ideal.frame import IdealFrame
 from fusion.simulation.ideal.sense import sense_all, stated_by
 from fusion.simulation.ideal.slopes import facing_of
@@ -36,6 +36,7 @@ class Further:
         table: reflectance of each label of the segmentation; empty: not given.
         from_ir: the recording's IR images tell the reflectance: they are those of a lamp at the camera, without noise
             and loss, of 1000 counts for a white surface at 1 m, as `fusion simulate` without a sensor makes them.
+        rows, columns, lit: images of depth between the pixels and of a shadow pass, as in `IdealFrame`.
     """
 
     normals: Channel | None = None
@@ -43,6 +44,9 @@ class Further:
     reflectance: Channel | float | None = None
     table: dict[int, float] = field(default_factory=dict)
     from_ir: bool = False
+    rows: Channel | None = None
+    columns: Channel | None = None
+    lit: Channel | None = None
 
 
 def ideal_frames(recording: Recording, further: Further) -> Iterator[IdealFrame]:
@@ -59,6 +63,11 @@ def ideal_frames(recording: Recording, further: Further) -> Iterator[IdealFrame]
         if further.segmentation is not None:
             labels = segmentation_in(further.segmentation, index, camera.shape)
         ideal = IdealFrame(frame.depth, normals, None, labels, moments[index], rounding)
+        if further.rows is not None and further.columns is not None:
+            rows, columns = (between_in(images, index, camera) for images in (further.rows, further.columns))
+            ideal = replace(ideal, rows=rows, columns=columns)
+        if further.lit is not None:
+            ideal = replace(ideal, lit=share_in(further.lit, index, camera.shape))
         yield replace(ideal, reflectance=_reflectance(recording, frame, ideal, further))
 
 
@@ -125,7 +134,7 @@ def _moments(recording: Recording) -> list[Moment]:
 
 def _reflectance(recording: Recording, frame: Frame, ideal: IdealFrame, further: Further) -> np.ndarray | float | None:
     if isinstance(further.reflectance, Channel):
-        return reflectance_in(further.reflectance, frame.index, recording.camera.shape)
+        return share_in(further.reflectance, frame.index, recording.camera.shape)
     if further.table and ideal.segmentation is not None:
         return looked_up(further.table, ideal.segmentation.astype(np.int64))
     if not further.from_ir:

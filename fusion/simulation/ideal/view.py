@@ -14,6 +14,7 @@ from fusion.sensor.effects.triangulation.edge_fattening import EdgeFattening
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View, incidence_of
 from fusion.simulation.ideal.edges import edges_of_perfect
+from fusion.simulation.ideal.finer import edges_within
 from fusion.simulation.ideal.frame import IdealFrame
 from fusion.simulation.ideal.slopes import Facing, facing_of
 
@@ -34,14 +35,17 @@ UNKNOWN = {
 def view_of_ideal(frame: IdealFrame, camera: Camera, sensor: Sensor) -> View:
     """The view (truth) of a checked frame, with no more channels than the sensor's effects ask for."""
     asked = {variable for effect in sensor.effects for variable in effect.variables}
-    facing = _facing(frame, camera, normals=any(isinstance(effect, MOVING) for effect in sensor.effects))
-    view = View(camera, frame.depth, facing.incidence, facing.normals, moment=frame.moment)
+    normals = frame.rows is not None or any(isinstance(effect, MOVING) for effect in sensor.effects)
+    facing = _facing(frame, camera, normals)
+    view = View(camera, frame.depth, facing.incidence, facing.normals, lit=frame.lit, moment=frame.moment)
     if frame.reflectance is not None:
         filled = np.broadcast_to(np.asarray(frame.reflectance, np.float32), camera.shape)
         view = replace(view, reflectance=filled)
     if "edge" in asked and (reach := reach_of(sensor, camera)):
-        edges = edges_of_perfect(frame, _light(view, facing.cosine), reach)
-        view = replace(view, edges=edges)
+        if frame.rows is not None and facing.normals is not None:
+            view = replace(view, edges=edges_within(view, facing.normals, frame, reach))
+        else:
+            view = replace(view, edges=edges_of_perfect(frame, _light(view, facing.cosine), reach))
     principle = sensor.principle if sensor.principle != "unknown" else camera.principle
     return replace(view, baseline=sensor.baseline, principle=principle)
 
@@ -72,9 +76,9 @@ def unknown_to(sensor: Sensor, frame: IdealFrame) -> list[str]:
             told.append(f"{name} cannot be known from depth: left out ({blind})")
     if sensor.effect("temperature_drift") is not None and not frame.moment.time:
         told.append("time since switch-on is not known: the first frame counts as switched on now (temperature_drift)")
-    if _by(sensor, ("edge",)) and reach_of(sensor, Camera(1, 1, 500.0, 500.0, 0.0, 0.0)):
+    if frame.rows is None and _by(sensor, ("edge",)) and reach_of(sensor, Camera(1, 1, 500.0, 500.0, 0.0, 0.0)):
         told.append("where between two pixels an edge runs cannot be known: drawn")
-    if sensor.effect("projector_shadow") is not None:
+    if frame.lit is None and sensor.effect("projector_shadow") is not None:
         told.append("shadows of things outside the picture cannot be known: those within it are cast")
     return told
 

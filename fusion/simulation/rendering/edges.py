@@ -1,16 +1,22 @@
 """Depth edges, to a sixty-fourth of a pixel: found between neighbouring pixels, then bisected by more rays."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.edges.nearest import Crossings, Indices, nearest_edges
+from fusion.sensor.edges.nearest import REACH_PX, Crossings, Indices, nearest_edges
 from fusion.sensor.view import Edges, Image, View
 from fusion.simulation.rendering.casting import CastBodies, Floats
 
 JUMP = 0.002  # share of the depth: smaller steps are no edge
 EDGE_ON = 0.5  # share of the depth by which a plane may change within a pixel
 STEPS = 6  # 1/64 px, within which a jump must stay one: at 1 m and 600 px, a slope below 89.3 deg does not
+
+# depth (n,) [m] between pixels, NaN for nothing: asked with flat indices (n,) of two neighbours, the share (n,) of the
+# way from the first to the second, and the ray (n, 2) there
+Between = Callable[[Indices, Indices, Image, Floats], Image]
 
 
 def edges_of(view: View, flat: Floats, stage: CastBodies) -> Edges:
@@ -22,16 +28,27 @@ def edges_of(view: View, flat: Floats, stage: CastBodies) -> Edges:
     Args:
         flat: (h, w, 3) normals of the faces, towards the camera.
     """
+
+    def cast(first: Indices, second: Indices, share: Image, ray: Floats) -> Image:
+        found = stage.first(np.column_stack([ray, np.ones(len(ray), np.float32)])).t
+        found[np.isinf(found)] = np.nan
+        return found
+
+    return edges_between(view, flat, cast)
+
+
+def edges_between(view: View, flat: Floats, between: Between, reach: float = REACH_PX) -> Edges:
+    """The same, as far as `reach` [px], of a view whose depth between pixels is told by rays or by images."""
     assert view.depth is not None and view.incidence is not None
     with np.errstate(all="ignore"):
         pairs = [_candidates(view.depth, flat, view.camera, axis) for axis in (1, 0)]
     first, second = (np.concatenate(side) for side in zip(*pairs, strict=True))
-    crossings = _bisected(first, second, view, flat, stage)
+    crossings = _bisected(first, second, view, flat, between)
     with np.errstate(all="ignore"):
         amplitude = np.cos(view.incidence) / (view.depth * view.stretch) ** 2
     if view.reflectance is not None:
         amplitude = amplitude * view.reflectance
-    return nearest_edges(crossings, view.depth, amplitude)
+    return nearest_edges(crossings, view.depth, amplitude, reach)
 
 
 def _candidates(depth: Image, flat: Floats, camera: Camera, axis: int) -> tuple[Indices, Indices]:
@@ -81,7 +98,7 @@ def _plane(depth: Image, normals: Floats, own: Floats, other: Floats) -> NDArray
     return np.where(predicted > 0, predicted, np.nan)
 
 
-def _bisected(first: Indices, second: Indices, view: View, flat: Floats, stage: CastBodies) -> Crossings:
+def _bisected(first: Indices, second: Indices, view: View, flat: Floats, between: Between) -> Crossings:
     """Halve the way between two pixels until the surface changes within 1/64 px; leaves out creases and slopes."""
     assert view.depth is not None
     rays, depth, planes = view.camera.rays().reshape(-1, 2), view.depth.reshape(-1), flat.reshape(-1, 3)
@@ -90,8 +107,7 @@ def _bisected(first: Indices, second: Indices, view: View, flat: Floats, stage: 
     for _ in range(STEPS):
         middle = (low + high) / 2
         ray = rays[first] + middle[:, None] * (rays[second] - rays[first])
-        found = stage.first(np.column_stack([ray, np.ones(len(ray), np.float32)])).t
-        found[np.isinf(found)] = np.nan
+        found = between(first, second, middle, ray)
         gaps = [
             _gap(found, ends[:, side], _plane(depth[i], planes[i], rays[i], ray))
             for side, i in enumerate((first, second))

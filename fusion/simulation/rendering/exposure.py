@@ -11,8 +11,8 @@ from fusion.sensor.effects.rig.pose_jitter import PoseJitter
 from fusion.sensor.laws.moving import CameraEffect, RigEffect
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import View
-from fusion.simulation.rendering.casting import Body
+from fusion.sensor.view import Image, View
+from fusion.simulation.rendering.casting import Body, CastBodies, directions
 from fusion.simulation.rendering.indirect import Bounce
 from fusion.simulation.rendering.motion import twist_between
 from fusion.simulation.rendering.paint import Paint, painted
@@ -54,17 +54,33 @@ class Exposures:
         twists = self._twists(course, index)
         key = b"".join(np.ascontiguousarray(a).tobytes() for a in (T_world_camera, T_world_object, *twists))
         if self._last is None or self._last[0] != key:
-            bodies = []
-            if self._still is not None:
-                bodies.append(Body(self._still))
-            if self._turning is not None:
-                bodies.append(Body(self._turning, T_world_object, twists[0], turning=course.turntable is not None))
-            view = view_of(bodies, self._true, T_world_camera, self._channels(), twists[1])
-            for paint in self._scene.paints:
-                T_paint = T_world_object @ paint.T_world_picture if paint.turns else paint.T_world_picture
-                view = with_paint(view, paint, inverse(T_paint) @ T_world_camera)
+            bodies = self._bodies(T_world_object, twists[0])
+
+            def paint(view: View) -> View:
+                for paint in self._scene.paints:
+                    T_paint = T_world_object @ paint.T_world_picture if paint.turns else paint.T_world_picture
+                    view = with_paint(view, paint, inverse(T_paint) @ T_world_camera)
+                return view
+
+            view = view_of(bodies, self._true, T_world_camera, self._channels(), twists[1], paint)
             self._last = (key, self._as_stated(view))
         return replace(self._last[1], moment=moment)
+
+    def depth(self, index: int, moment: Moment, camera: Camera) -> Image:
+        """True planar z (h, w) [m] of another camera that stands where this one does; NaN where there is nothing."""
+        T_world_camera, T_world_object = self._placed(index, moment)
+        stage = CastBodies(self._bodies(T_world_object), T_world_camera)
+        depth = stage.first(directions(camera)).t.reshape(camera.shape)
+        depth[np.isinf(depth)] = np.nan
+        return depth
+
+    def _bodies(self, T_world_object: Array, twist: Array | None = None) -> list[Body]:
+        """What stands still, and what turns."""
+        bodies = [] if self._still is None else [Body(self._still)]
+        if self._turning is not None:
+            on_table = self._scene.course.turntable is not None
+            bodies.append(Body(self._turning, T_world_object, twist, turning=on_table))
+        return bodies
 
     def _placed(self, index: int, moment: Moment) -> tuple[Array, Array]:
         """Camera and turning parts (4, 4) in the world, with what the rig does wrong."""

@@ -10,7 +10,7 @@ Things that move against each other are bodies, and one picture:
     view = view_of(bodies, camera, T_world_camera, channels)
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
@@ -66,17 +66,21 @@ def view_of(
     T_world_camera: Array,
     channels: Channels | None = None,
     camera_twist: Array | None = None,
+    paint: Callable[[View], View] | None = None,
 ) -> View:
     """What a camera sees of several bodies; NaN (black) where a ray meets nothing.
 
     Args:
         camera_twist: (6,) rotation [rad/s] and velocity at the world's origin [m/s] of the camera, in the world frame.
+        paint: puts patterns on what is seen, before it gives its light across edges and to other surfaces.
     """
     channels = channels or Channels()
     bodies = [body for body in bodies if len(body.mesh.faces)]
     stage = CastBodies(bodies, T_world_camera)
     hits = stage.first(directions(camera))
     view, flat = _seen(camera, stage, hits, channels.color or channels.indirect is not None)
+    if paint is not None:
+        view = paint(view)
     if channels.edges:
         view = replace(view, edges=edges_of(view, flat, stage))
     if channels.lit is not None:
