@@ -102,6 +102,7 @@ def measure(mesh: Mesh, taken: list[tuple[Any, Trajectory]], options: argparse.N
         if not options.rims:
             pixels &= inside(a) & inside(b)
         truth = image.color.astype(float)
+        textured, vertices = (np.clip(shown, 0, 255) for shown in (textured, vertices))  # as a camera does
         both = np.isfinite(a) & np.isfinite(b)
         away = [shown - truth for shown in (textured, vertices)]
         exposed = [shown * exposure(shown[pixels], truth[pixels]) - truth for shown in (textured, vertices)]
