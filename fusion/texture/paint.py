@@ -1,6 +1,7 @@
 """Colours of the texels: what is coarse is the mean of all good views, what is fine comes from the best.
 
-So light that differs between views leaves no seam, and print is not smeared by poses that are off by a pixel
+Exposure and light are taken out of each view first. So what light is left leaves no seam, and print is not smeared by
+poses that are off by a pixel
 (Allene, Pons and Keriven, Seamless image-based texture atlases using multi-band blending, ICPR 2008).
 """
 
@@ -15,7 +16,9 @@ from fusion.coloring.surface import RayMesh
 from fusion.errors import MeshError
 from fusion.geometry.pose import Array, inverse, transform
 from fusion.mesh.mesh import Mesh
-from fusion.texture.levels import Levels, SampledView, levels_of
+from fusion.texture.lighting.exposure import SampledView
+from fusion.texture.lighting.levels import Levels, levels_of
+from fusion.texture.lighting.light import Facings, Lighting
 from fusion.texture.settled import settled, without_common
 from fusion.texture.views import Views
 
@@ -34,15 +37,17 @@ class Painted:
         colors: (k, 3) [counts]; no meaning where no view shows a point.
         seen: (k,) shown by a view.
         images: how many were used.
-        gains: smallest and largest factor by which an image was made brighter.
+        gain: (views, 3) by which factor each image was made brighter; 1 where it could not be read.
         views: the images, their cameras settled.
+        lights: before each of their cameras.
     """
 
     colors: NDArray[np.float32]
     seen: NDArray[np.bool_]
     images: int
-    gains: tuple[float, float]
+    gain: NDArray[np.float32]
     views: Views
+    lights: list[Lighting]
 
 
 class ColorMean:
@@ -77,11 +82,13 @@ def painted(points: Mesh, mesh: Mesh, views: Views) -> Painted:
         at, shown = numbers[shot.number], shot.shows(surface)
         good = shown.weight * levels.trust[at, nearest[shown.index]]
         coarse, print_ = shot.at(shown.pixels)
-        low.add(shown.index, good, coarse * levels.gain[at])
-        high.add(shown.index, (good * levels.sharp[at] ** 2) ** BEST, print_ * levels.gain[at])
-    gains = (float(levels.gain.min()), float(levels.gain.max())) if len(numbers) else (1.0, 1.0)
+        even = levels.even(at, Facings.of(surface, shown.index, shot.T_world_color))
+        low.add(shown.index, good, coarse * even)
+        high.add(shown.index, (good * levels.sharp[at] ** 2) ** BEST, print_ * even)
+    gain = np.ones((len(views.frames), 3), np.float32)
+    gain[list(numbers)] = levels.gain[list(numbers.values())]
     colors = np.clip(low.value() + high.value(), 0, 255)
-    return Painted(colors, low.weight[:, 0] > 0, len(numbers), gains, views)
+    return Painted(colors, low.weight[:, 0] > 0, len(numbers), gain, views, levels.lights)
 
 
 def _some(mesh: Mesh) -> Mesh:
@@ -100,9 +107,11 @@ def _compared(surface: RayMesh, views: Views) -> tuple[Levels, dict[int, int], N
         shown = shot.shows(surface)
         low, high = shot.at(shown.pixels)
         numbers[shot.number] = len(looks)
-        looks.append(SampledView(shown.index, shown.weight, low, np.abs(high).mean(axis=1)))
+        facing = Facings.of(surface, shown.index, shot.T_world_color)
+        source = views.recordings[shot.number]
+        looks.append(SampledView(source, shown.index, facing, shown.weight, low, np.abs(high).mean(axis=1)))
         fine.add(shown.index, shown.weight, high)
-    if looks and not any(len(look.index) for look in looks):
+    if not any(len(look.index) for look in looks):
         do = "see its unit, and whether it stands where the recordings say"
         raise MeshError("no image shows the mesh", "mesh", f"{len(looks)} images of something else", do=do)
     return levels_of(looks, surface.vertices.shape[1]), numbers, fine.value()
@@ -121,9 +130,10 @@ def _settled(
     poses, mean = views.T_world_color.copy(), ColorMean(len(some.vertices))
     for shot in views.shots(surface, "settling"):
         number, shown = shot.number, shot.shows(surface)
-        high = shot.bands.high * levels.gain[numbers[number]]
-        points, print_ = some.vertices[shown.index], fine[shown.index]
+        points = some.vertices[shown.index]
+        even = levels.even(numbers[number], Facings.of(surface, shown.index, shot.T_world_color))
+        high, print_ = shot.bands.high, fine[shown.index] / even
         poses[number] = settled(shot.source.camera, high, stated[number], poses[number], points, print_)
         pixels = shot.source.camera.project(transform(inverse(poses[number]), points))
-        mean.add(shown.index, shown.weight, bilinear(high, pixels))
+        mean.add(shown.index, shown.weight, bilinear(high, pixels) * even)
     return replace(views, T_world_color=without_common(poses, stated)), mean.value()

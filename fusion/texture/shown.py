@@ -11,7 +11,9 @@ from fusion.coloring.images import bilinear
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
+from fusion.mesh.comparison.surface_samples import unit
 from fusion.mesh.mesh import Mesh
+from fusion.texture.lighting.light import Facings, Lighting
 from fusion.texture.textured import Textured
 
 MARGIN = 0.06  # of the object's size, left around it in a picture
@@ -34,7 +36,8 @@ class PhotoPair:
 
 
 def beside_photographs(made: Textured, count: int) -> Iterator[PhotoPair]:
-    """Up to `count` photographs, spread over those that a texture was made of, with the texture as seen from each."""
+    """Up to `count` photographs, spread over those that a texture was made of, with the texture as seen from each, in
+    its light and exposure."""
     views = made.views
     for number in np.unique(np.linspace(0, len(views.frames), count, endpoint=False).astype(int)):
         source = views.sources[number]
@@ -44,24 +47,37 @@ def beside_photographs(made: Textured, count: int) -> Iterator[PhotoPair]:
             continue
         if image is None:
             continue
-        colors, depth = seen_texture(made, source.camera, views.T_world_color[number])
+        light = made.lights[views.recordings[number]]
+        colors, depth = seen_texture(made, source.camera, views.T_world_color[number], light)
         shown = np.isfinite(depth)
         if shown.any():
             cut = _around(shown)
-            texture = np.clip(np.rint(colors[cut]), 0, 255).astype(np.uint8)
+            texture = np.clip(np.rint(colors[cut] / made.gain[number]), 0, 255).astype(np.uint8)
             yield PhotoPair(views.frames[number], image.color[cut], texture, shown[cut])
 
 
-def seen_texture(made: Textured, camera: Camera, T: Array) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """(h, w, 3) what a camera at a pose (4, 4) sees of a textured mesh [counts], and its depth (h, w) [m]; black and
-    infinite beside it."""
+def seen_texture(
+    made: Textured, camera: Camera, T: Array, light: Lighting | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """(h, w, 3) what a camera at a pose (4, 4) sees of a textured mesh [counts], below a light or evenly lit, and its
+    depth (h, w) [m]; black and infinite beside it."""
     face, share, depth = seen_faces(made.mesh, camera, T)
     h, w = made.image.shape[:2]
     known = np.isfinite(depth)
     uv = (made.uv[made.mesh.faces[face[known]]] * share[known][..., None]).sum(axis=1)
     out = np.zeros((*depth.shape, 3))
     out[known] = bilinear(made.image, np.column_stack([uv[:, 0] * w - 0.5, (1 - uv[:, 1]) * h - 0.5]))
+    if light is not None:
+        out[known] *= light.on(facing(made.mesh, T, face[known], share[known]))
     return out, depth
+
+
+def facing(mesh: Mesh, T: Array, face: NDArray[Any], share: NDArray[np.float64]) -> Facings:
+    """Places on a mesh with normals before a camera at a pose (4, 4): on faces (k,), by shares of corners (k, 3)."""
+    corners = mesh.faces[face]
+    points = ((mesh.vertices[corners] * share[..., None]).sum(axis=1) - T[:3, 3]) @ T[:3, :3]
+    normals = unit((np.asarray(mesh.normals, float)[corners] * share[..., None]).sum(axis=1)) @ T[:3, :3]
+    return Facings(points.astype(np.float32), normals.astype(np.float32))
 
 
 def seen_faces(mesh: Mesh, camera: Camera, T: Array) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.float32]]:

@@ -16,6 +16,7 @@ from fusion.printing.fewer import decimated
 from fusion.progress import stage
 from fusion.recording.recording import Recording
 from fusion.texture.atlas import laid_flat
+from fusion.texture.lighting.light import Lighting
 from fusion.texture.other_mesh import apart
 from fusion.texture.paint import painted
 from fusion.texture.texels import texels_of
@@ -36,9 +37,10 @@ class Textured:
         texel: edge of a texel on the surface [m].
         moved: rms and largest distance from the scan [m], as far as both show the same.
         images: how many colour images were used.
-        gains: smallest and largest factor by which one was made brighter.
+        gain: (views, 3) by which factor each was made brighter.
         unseen_share: of the surface, shown by no image: there the colour is that of the vertices around, or grey.
         views: the images, where the print says that their cameras were.
+        lights: before the camera of each recording; the picture shows the colours without them.
     """
 
     mesh: Mesh
@@ -47,9 +49,10 @@ class Textured:
     texel: float
     moved: tuple[float, float]
     images: int
-    gains: tuple[float, float]
+    gain: NDArray[np.float32]
     unseen_share: float
     views: Views
+    lights: list[Lighting]
 
     def values(self) -> dict[str, float]:
         """What `texture.json` tells."""
@@ -61,8 +64,10 @@ class Textured:
             "moved_rms_m": self.moved[0],
             "moved_max_m": self.moved[1],
             "images": self.images,
-            "gain_min": self.gains[0],
-            "gain_max": self.gains[1],
+            "gain_min": float(self.gain.min()),
+            "gain_max": float(self.gain.max()),
+            "light_min": min(float(np.exp(light.known[0].min())) for light in self.lights),
+            "light_max": max(float(np.exp(light.known[1].max())) for light in self.lights),
             "unseen_share": self.unseen_share,
         }
 
@@ -119,9 +124,10 @@ def texture_mesh(
         texel_of(atlas.mesh, atlas.uv * [atlas.width, atlas.height]),
         (float(np.sqrt(np.mean(off**2))), float(off.max())),
         found.images,
-        found.gains,
+        found.gain,
         float(np.mean(~found.seen)) if len(found.seen) else 0.0,
         found.views,
+        found.lights,
     )
 
 

@@ -52,25 +52,28 @@ class Views:
 
     Attributes:
         sources, frames: of each image, whose it is and which frame.
+        recordings: of each image, the number of its recording.
         T_world_color: (views, 4, 4).
     """
 
     sources: list[ColorImages]
     frames: list[int]
+    recordings: list[int]
     T_world_color: Array
 
     @staticmethod
     def of(taken: Sequence[tuple[Recording, Trajectory]]) -> "Views":
         """Well spread ones of recordings with their trajectories."""
-        sources, frames, poses = [], [], []
-        for recording, course in taken:
+        sources, frames, recordings, poses = [], [], [], []
+        for number, (recording, course) in enumerate(taken):
             source = color_images(recording)
             if source is not None:
                 for index in source.spread(course, max(ENOUGH, int(SHARE * len(course)))):
                     sources.append(source)
                     frames.append(index)
+                    recordings.append(number)
                     poses.append(source.T_world_color(course.poses[index]))
-        return Views(sources, frames, np.reshape(poses, (-1, 4, 4)))
+        return Views(sources, frames, recordings, np.reshape(poses, (-1, 4, 4)))
 
     def pixel(self, point: Array) -> float:
         """What a pixel covers at a point (3,) [m]: the median of all views."""

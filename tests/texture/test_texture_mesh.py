@@ -16,7 +16,9 @@ from fusion.mesh.comparison.surface_samples import face_areas, sample_surface
 from fusion.mesh.mesh import Mesh
 from fusion.texture import atlas as atlas_module
 from fusion.texture.atlas import laid_flat
-from fusion.texture.levels import SampledView, levels_of
+from fusion.texture.lighting.exposure import SampledView
+from fusion.texture.lighting.levels import levels_of
+from fusion.texture.lighting.light import Facings
 from fusion.texture.texels import texels_of
 from fusion.texture.textured import texture_mesh
 
@@ -116,14 +118,22 @@ def test_parts_keep_their_distance():
     assert wide <= folded
 
 
+def look(index, low, fine=1.0, facing=None):
+    """A view of points that all face it, at one place, if nothing else is said."""
+    count = len(index)
+    front = Facings(np.zeros((count, 3), np.float32), np.tile(np.float32([0, 0, -1]), (count, 1)))
+    weight = np.ones(count, np.float32)
+    low = low.astype(np.float32)
+    return SampledView(0, index, facing or front, weight, low, fine * weight)
+
+
 def test_exposure_is_evened_out():
     rng = np.random.default_rng(0)
     true, gains = rng.uniform(40, 200, (500, 3)), np.array([0.8, 1.0, 1.25, 1.0])
     looks = []
     for gain in gains:
         index = np.sort(rng.permutation(500)[:300])
-        looks.append(SampledView(index, np.ones(300, np.float32), (true[index] * gain).astype(np.float32),
-                          np.ones(300, np.float32)))  # fmt: skip
+        looks.append(look(index, true[index] * gain))
     found = levels_of(looks, 500)
     np.testing.assert_allclose(found.gain * gains[:, None], 1, atol=0.01)
     assert found.trust.min() > 0.9
@@ -135,8 +145,7 @@ def test_white_is_not_made_whiter():
     looks = []
     for k, gain in enumerate([0.8, 0.8, 1.25, 1.25]):
         index = np.arange(0 if k < 2 else 100, 500)
-        looks.append(SampledView(index, np.ones(len(index), np.float32), (true[index] * gain).astype(np.float32),
-                          np.ones(len(index), np.float32)))  # fmt: skip
+        looks.append(look(index, true[index] * gain))
     found = levels_of(looks, 500)
     even = np.stack([look.low[-1] * gain for look, gain in zip(looks, found.gain, strict=True)])
     np.testing.assert_allclose(even, even[:1].repeat(4, axis=0), rtol=0.01)
@@ -152,26 +161,20 @@ def test_a_lamp_beside_the_table_is_no_exposure():
         shown = rng.permutation(6)[:3]  # a view shows three sides
         index = np.flatnonzero(np.isin(side, shown))
         light = np.exp(0.1 * rng.standard_normal(6))[side[index], None]
-        looks.append(SampledView(index, np.ones(len(index), np.float32), (true[index] * light).astype(np.float32),
-                          np.ones(len(index), np.float32)))  # fmt: skip
+        looks.append(look(index, true[index] * light))
     assert np.log(levels_of(looks, 600).gain).std() < 0.03  # half of what a mean over three sides would say
 
 
 def test_a_view_of_something_else_is_not_trusted():
     true = np.random.default_rng(0).uniform(80, 200, (500, 3)).astype(np.float32)
-    looks = [
-        SampledView(np.arange(500), np.ones(500, np.float32), true.copy(), np.ones(500, np.float32)) for _ in range(5)
-    ]
+    looks = [look(np.arange(500), true.copy()) for _ in range(5)]
     looks[2].low[100:150] = 10  # a hand
     found = levels_of(looks, 500)
     assert found.trust[2, 100:150].max() < 0.1 and found.trust[2, 200:].min() > 0.5 and found.trust[0].min() > 0.5
 
 
 def test_a_blurred_view_counts_less():
-    weight = np.ones(500, np.float32)
-    looks = [
-        SampledView(np.arange(500), weight, np.full((500, 3), 99, np.float32), weight * fine) for fine in (20, 5, 20)
-    ]
+    looks = [look(np.arange(500), np.full((500, 3), 99), fine) for fine in (20, 5, 20)]
     sharp = levels_of(looks, 500).sharp
     assert sharp[1] < 0.5 and sharp[0] == pytest.approx(1, abs=0.01)
 

@@ -99,10 +99,13 @@ def _page(path: Path, made: "Textured", options: argparse.Namespace) -> None:
 def lines(made: "Textured") -> list[str]:
     """The summary for a person."""
     h, w = made.image.shape[:2]
+    told = made.values()
     rms, largest = (f"{1e3 * x:.2f}" for x in made.moved)
     return [
         f"mesh      {len(made.mesh.faces):,} triangles, {rms} mm rms off the scan, {largest} mm at most",
         f"texture   {w} x {h} texels of {1e3 * made.texel:.2f} mm from {made.images} images, made brighter by "
-        f"{made.gains[0]:.2f} to {made.gains[1]:.2f}",
+        f"{told['gain_min']:.2f} to {told['gain_max']:.2f}",
+        f"light     taken out: photographs show the object {told['light_min']:.2f} to {told['light_max']:.2f} times as "
+        "bright",
         f"unseen    {made.unseen_share:.1%} of the surface, in the colours around",
     ]

@@ -66,9 +66,10 @@ def _beside(pairs: Sequence[PhotoPair]) -> Figure:
     title = "The textured mesh from where photographs were taken"
     alt = f"Above, the photographs of frames {frames}; below, the textured mesh from the same places."
     caption = (
-        "Above photographs, below the textured mesh from the same places. It was made of these photographs too; how "
-        "well it foretells others: tools/texture_held_out.py. A texture holds one colour for a place, the mean of "
-        "what was seen: light that stands still while the object turns, and gloss, are in the photographs alone."
+        "Above photographs, below the textured mesh from the same places, in the light that stood still while the "
+        "object turned. It was made of these photographs too; how well it foretells others: "
+        "tools/texture_held_out.py. The picture itself holds one colour for a place, without that light; cast shadows "
+        "and gloss are in the photographs alone."
     )
     height, width = (max(pair.shown.shape[axis] for pair in pairs) for axis in (0, 1))
     with styled():
