@@ -25,7 +25,7 @@ ALLOWED_AT_TOP = {
     "tools", "tests", "examples",
 }  # fmt: skip
 MOST = 15  # files side by side: what one look takes in
-SLOW_TO_IMPORT = {"open3d", "taichi", "matplotlib"}
+SLOW_TO_IMPORT = {"open3d", "taichi", "quadrants", "matplotlib"}
 
 
 def _name(path: Path) -> str:
