@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from fusion.compute.back_end import KNOWN, PROCESSORS, compiled, reading, ti, turn
+from fusion.compute.structures import apart, flattened, structures
 
 if KNOWN:
     from fusion.compute.quick import Ready, made_ready, types_of
@@ -22,7 +23,8 @@ class Kernel:
 
     Attributes:
         name: of that function.
-        plain: the same as the back end calls it.
+        structured: whether structures are among its arguments.
+        plain: the same as the back end calls it, with a structure's fields as arguments of their own.
         ready: it compiled, by the types of its arguments; None for those that only the back end can hand over; empty
             where no call is quick.
     """
@@ -31,11 +33,14 @@ class Kernel:
 
     def __init__(self, function: Callable[..., None]) -> None:
         self.name = function.__name__
-        self.plain = compiled(function)
+        self.structured = bool(structures(function))
+        self.plain = compiled(flattened(function) if self.structured else function)
         self.ready: dict[tuple[Any, ...], Ready | None] = {}
         functools.update_wrapper(self, function)
 
     def __call__(self, *args: Any) -> Any:
+        if self.structured:
+            args = apart(args)
         types = types_of(self.plain, args) if self.quick else None
         ready = None if types is None else self.ready.get(types)
         if ready is None or not ready.runs():
