@@ -25,7 +25,8 @@ ALLOWED_AT_TOP = {
     "tools", "tests", "examples",
 }  # fmt: skip
 MOST = 15  # files side by side: what one look takes in
-SLOW_TO_IMPORT = {"open3d", "taichi", "matplotlib"}
+LINES, ARGUMENTS = 89, 24  # of a kernel
+SLOW_TO_IMPORT = {"open3d", "taichi", "quadrants", "matplotlib"}
 
 
 def _name(path: Path) -> str:
@@ -96,6 +97,18 @@ def test_files_are_small_and_silent(path):
 def test_no_room_is_crowded():
     counts = Counter(str(path.parent.relative_to(PROJECT / "fusion")) for path in SOURCES)
     assert not {room: count for room, count in counts.items() if count > MOST}
+
+
+def test_kernels_can_be_read():
+    """A kernel is short and takes few arguments; a structure (`compute/structures.py`) counts as one."""
+    sizes = {}
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and "kernel" in [ast.unparse(d) for d in node.decorator_list]:
+                lines, arguments = node.end_lineno - node.lineno + 1, len(node.args.args)
+                sizes[f"{_name(path)}:{node.name}"] = lines, arguments
+    assert len(sizes) > 40
+    assert {name: size for name, size in sizes.items() if size[0] > LINES or size[1] > ARGUMENTS} == {}
 
 
 def test_no_two_classes_have_one_name():

@@ -1,7 +1,7 @@
 """Every stage of fusion against every peer that can be installed: the same work, in turn, several times.
 
     python tools/benchmark.py [--stage integrate raycast ...] [--workload object room] [--peers] [--rounds 3]
-                              [--out out/benchmark]
+                              [--kernels quadrants ...] [--out out/benchmark]
 
 Writes benchmark.json and one picture per stage. Times are medians over the frames; the spread is that of the rounds.
 Peers run in environments of their own, made below OUT/cache on the first run. Open3D's legacy ScalableTSDFVolume is
@@ -15,7 +15,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from bench_stages.asked import ASKED, PARTS, QUOTED, STAGES
-from bench_stages.contest import CONTESTANTS, OURS, contest
+from bench_stages.contest import CONTESTANTS, OURS, beside, contest
 from bench_stages.judge import query
 from bench_stages.table import Row, Table, draw, table, text
 from bench_stages.workloads import made
@@ -28,6 +28,7 @@ def main() -> None:
     )
     parser.add_argument("--workload", nargs="+", choices=("object", "room"), default=["object", "room"])
     parser.add_argument("--peers", action="store_true", help="run the peers too")
+    parser.add_argument("--kernels", nargs="+", default=[], help="run ours on these, too: what FUSION_KERNELS may say")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--out", type=Path, default=Path("out/benchmark"))
     options = parser.parse_args()
@@ -53,7 +54,11 @@ def _tables(work: str, options: argparse.Namespace) -> list[Table]:
         return []
     cache = options.out / "cache"
     path = query(cache) if work == "points" else made(work, cache)
-    chosen = [c for c in CONTESTANTS if set(c.stages) & set(stages) and (options.peers or c.name == OURS)]
+    every = [
+        *(c for c in CONTESTANTS if options.peers or c.name == OURS),
+        *(b for k in options.kernels for b in beside(k)),
+    ]
+    chosen = [c for c in every if set(c.stages) & set(stages)]
     scores = contest(chosen, path, cache, options.rounds)
     return [table(stage, work, scores) for stage in stages]
 

@@ -68,7 +68,7 @@ def _listened() -> Times:
 
     def call(kernel: Kernel, *args: Any) -> Any:
         began, out = _clock(), called(kernel, *args)
-        name = kernel.plain.func.__name__
+        name = kernel.name
         times[f"  {name}, step {args[0]}" if name == "cast" else f"  {name}"].append(_since(began, _clock()))
         return out
 

@@ -1,1 +1,1 @@
-"""Taichi: imported, started and called, in one place."""
+"""The back end, Taichi or Quadrants: imported, started and called, in one place."""

@@ -1,6 +1,6 @@
 """Types of the arrays that kernels take, by what they hold and the number of their dimensions."""
 
-from fusion.compute.taichi_copy import ti
+from fusion.compute.back_end import ti
 
 U8_2 = ti.types.ndarray(ti.u8, 2)
 U8_3 = ti.types.ndarray(ti.u8, 3)

@@ -1,7 +1,9 @@
-"""Which kernels run: the tuned ones, or the plain ones of the room `plain`, which do the same one item at a time.
+"""Which kernels run: the tuned ones, or the plain ones of the room `plain`, which do the same one item at a time; and
+which back end compiles them: Taichi, or its fork Quadrants.
 
-The variable FUSION_KERNELS says it for the whole process: nothing or `tuned`, or `plain`. The table below is all there
-is to choose; plain ones are loaded when they are asked for, as their room lies below those that they stand in for.
+The variable FUSION_KERNELS says it for the whole process, in words with commas between: nothing or `tuned`, or `plain`;
+and `quadrants`. The table below is all there is to choose; plain ones are loaded when they are asked for, as their room
+lies below those that they stand in for. The back end is chosen when it is imported, and stays.
 """
 
 import functools
@@ -25,7 +27,7 @@ TABLE = {
     "fusion.volume.extraction.surface:extract": "fusion.plain.surface:extract",
     "fusion.turntable.model.cells:normal_equations": "fusion.plain.turntable:normal_equations",
 }
-KINDS = ("tuned", "plain")
+WORDS = {"tuned", "plain", "quadrants"}
 
 
 def plain() -> bool:
@@ -34,10 +36,25 @@ def plain() -> bool:
     Raises:
         FusionError: FUSION_KERNELS says something else.
     """
+    return "plain" in _said()
+
+
+def quadrants() -> bool:
+    """Whether Quadrants was asked for, to compile kernels in Taichi's place.
+
+    Raises:
+        FusionError: FUSION_KERNELS says something else.
+    """
+    return "quadrants" in _said()
+
+
+def _said() -> set[str]:
     said = os.environ.get("FUSION_KERNELS") or "tuned"
-    if said not in KINDS:
-        raise FusionError("unknown kernels", "FUSION_KERNELS", said, " or ".join(KINDS), "leave it out")
-    return said == "plain"
+    words = set(said.split(","))
+    if not words <= WORDS or {"tuned", "plain"} <= words:
+        known = "tuned or plain, and quadrants after a comma"
+        raise FusionError("unknown kernels", "FUSION_KERNELS", said, known, "leave it out")
+    return words
 
 
 def either(tuned: Callable[P, R]) -> Callable[P, R]:

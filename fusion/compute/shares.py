@@ -11,8 +11,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.back_end import PROCESSORS
 from fusion.compute.language import func, ti
-from fusion.compute.taichi_copy import PROCESSORS
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits
 SHARES = 32  # of a loop, on a processor

@@ -1,4 +1,4 @@
-"""The only place that starts Taichi: one back end, chosen once, silent, kernels cached."""
+"""The only place that starts the back end: one device, chosen once, silent, kernels cached."""
 
 import contextlib
 import ctypes
@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
+from fusion.compute.back_end import KEPT, PROCESSORS, init, ti, turn
 from fusion.compute.process import own_process
-from fusion.compute.taichi_copy import PROCESSORS, misc, ti, turn
 from fusion.errors import FusionError
 from fusion.progress import note
 
@@ -18,7 +18,7 @@ DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
 
 
 def start() -> str:
-    """Start Taichi once for this process, on the device that the variable FUSION_DEVICE names, or the processor.
+    """Start the back end once for this process, on the device that the variable FUSION_DEVICE names, or the processor.
 
     The volume lies in main memory: a graphics card gets it anew for every kernel, so none is chosen by itself.
 
@@ -41,7 +41,7 @@ def _started() -> str:
     if not kept.exists():
         note("compiling the kernels, once on this machine: up to a minute")
     before = _threads()
-    # a thread in which Taichi starts takes numbers near 0 for 0 from then on, in numpy too: it gets one that ends
+    # a thread in which it starts takes numbers near 0 for 0 from then on, in numpy too: it gets one that ends
     with ThreadPoolExecutor(1) as aside:
         aside.submit(_init, DEVICES[name], kept).result()
     config = ti.lang.impl.current_cfg()
@@ -49,7 +49,7 @@ def _started() -> str:
         _keep_memory()
         _spread(sorted(_threads() - before)[-config.cpu_max_num_threads :])
     running = config.arch
-    if name != "cpu" and running != DEVICES[name]:  # Taichi takes the processor without a word
+    if name != "cpu" and running != DEVICES[name]:  # it takes the processor without a word
         raise FusionError("no such device here", "--device or FUSION_DEVICE", name, "cpu", "leave it out")
     if running not in PROCESSORS:
         from fusion.compute.promises import broken_promise  # kernels: they need a device that has started
@@ -61,7 +61,7 @@ def _started() -> str:
 
 
 def _init(device: object, kept: Path) -> None:
-    misc.init(
+    init(
         arch=device,
         log_level=ti.ERROR,
         offline_cache=True,
@@ -74,10 +74,11 @@ def _init(device: object, kept: Path) -> None:
 
 
 def kernels_kept_in() -> Path:
-    """The folder of compiled kernels; Taichi's own variable says another one."""
-    given = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
+    """The folder of compiled kernels; a variable of the back end's own says another one."""
+    variable, folder = KEPT
+    given = os.environ.get(variable)
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return Path(given) if given else home / "fusion" / "kernels"
+    return Path(given) if given else home / "fusion" / folder
 
 
 def _keep_memory() -> None:
@@ -97,7 +98,7 @@ def _threads() -> set[int]:
 
 
 def _spread(workers: list[int]) -> None:
-    """One of the threads that kernels run on, Taichi's latest, to each core.
+    """One of the threads that kernels run on, the back end's latest, to each core.
 
     The thread that wakes two of them keeps its own core busy meanwhile, so Linux often puts both on the other one: a
     kernel then takes as long as on one core, though the other is free.

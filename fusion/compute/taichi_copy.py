@@ -4,30 +4,29 @@ Taichi 1.7 asks the inspect module in which line of source each of its functions
 modules there are; it draws, for each node of a kernel, that line with a marker below it, for messages that nobody will
 see; it looks the source of every inlined function up anew, and wraps its lines at column 9999. File, line and function
 are enough, and sources do not change. The module that does so is loaded a second time, for fusion alone: whoever else
-uses Taichi in this process finds it as it was made.
+uses Taichi in this process finds it as it was made. Of a Taichi that this was not made for none of it is changed.
 """
 
 import gc
 import inspect
-import io
 import linecache
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
-from importlib import import_module
-from importlib.util import find_spec, module_from_spec
 from textwrap import dedent
-from threading import RLock
-from types import FrameType, ModuleType, SimpleNamespace
+from types import FrameType, SimpleNamespace
 from typing import Any
 
+from fusion.compute.modules import loaded_again, said, unheard
 from fusion.compute.process import own_process
 
-__all__ = ["PROCESSORS", "kernel_impl", "misc", "reading", "ti", "turn"]
+__all__ = ["KNOWN", "compiled", "func", "init", "kernel_impl", "reading", "ti"]
 
-# Taichi reads one kernel at a time: which one is kept for the whole process, and Python changes threads meanwhile
-turn = RLock()
+NAME = "taichi"
+KEPT = (
+    "TI_OFFLINE_CACHE_FILE_PATH",
+    "kernels",
+)  # compiled kernels: its variable, our folder
 
 
 def _told(frame: FrameType, context: int = 1) -> inspect.Traceback:
@@ -53,43 +52,11 @@ def reading() -> Iterator[None]:
             gc.enable()
 
 
-@contextmanager
-def _said(**variables: str) -> Iterator[None]:
-    """Environment variables for a while, where nobody has set them."""
-    ours = {name: value for name, value in variables.items() if name not in os.environ}
-    os.environ.update(ours)
-    try:
-        yield
-    finally:
-        for name in ours:
-            os.environ.pop(name, None)
-
-
-@contextmanager
-def _unheard() -> Iterator[None]:
-    """Where the import of Taichi fails it prints to standard output, beside what it raises."""
-    if own_process():
-        with redirect_stdout(io.StringIO()):
-            yield
-    else:
-        yield
-
-
 # else it greets, and takes the line after the import for a notebook's, and says so
-with _said(ENABLE_TAICHI_HEADER_PRINT="0", TI_ENABLE_PYBUF="0"), reading(), _unheard():
+with said(ENABLE_TAICHI_HEADER_PRINT="0", TI_ENABLE_PYBUF="0"), reading(), unheard():
     import taichi as ti
 
-
-def _ours(name: str) -> ModuleType:
-    """A module loaded once more, known to nobody else; in a process of our own the one that there is, as Taichi's
-    functions, which kernels call too, are read by that one."""
-    if own_process():
-        return import_module(name)
-    spec = find_spec(name)
-    assert spec is not None and spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+KNOWN = ti.__version__[:2] == (1, 7)  # what is changed below, and how kernels are called quickly, was made for it
 
 
 def _position(context: Any, node: Any) -> str:
@@ -105,18 +72,24 @@ def _nothing(*_: object, **__: object) -> None:
     """In place of what is not wanted."""
 
 
-PROCESSORS = (ti.x64, ti.arm64)  # not a card, with memory of its own
+kernel_impl = loaded_again("taichi.lang.kernel_impl")  # how kernels and functions are read
+if KNOWN:
+    kernel_impl.ASTTransformerContext = type(  # type: ignore[attr-defined]
+        "Context", (kernel_impl.ASTTransformerContext,), {"get_pos_info": _position}
+    )
+    kernel_impl.getsourcelines = cache(inspect.getsourcelines)  # type: ignore[attr-defined]
+    kernel_impl.getsourcefile = cache(inspect.getsourcefile)  # type: ignore[attr-defined]
+    kernel_impl.textwrap = SimpleNamespace(dedent=dedent, fill=_filled)  # type: ignore[attr-defined]
+    kernel_impl._inside_class = lambda level_of_class_stackframe: False  # type: ignore[attr-defined]  # ours never are
 
-kernel_impl = _ours("taichi.lang.kernel_impl")  # how kernels and functions are read
-kernel_impl.ASTTransformerContext = type(  # type: ignore[attr-defined]
-    "Context", (kernel_impl.ASTTransformerContext,), {"get_pos_info": _position}
-)
-kernel_impl.getsourcelines = cache(inspect.getsourcelines)  # type: ignore[attr-defined]
-kernel_impl.getsourcefile = cache(inspect.getsourcefile)  # type: ignore[attr-defined]
-kernel_impl.textwrap = SimpleNamespace(dedent=dedent, fill=_filled)  # type: ignore[attr-defined]
-kernel_impl._inside_class = lambda level_of_class_stackframe: False  # type: ignore[attr-defined]  # ours never are
-
-misc = _ours("taichi.lang.misc")  # how Taichi is started
+misc = loaded_again("taichi.lang.misc")  # how Taichi is started
 misc.print = _nothing  # type: ignore[attr-defined]  # it prints the back end whatever the log level is
 # it tells its makers about this machine once a day
 misc._version_check = SimpleNamespace(start_version_check_thread=_nothing)  # type: ignore[attr-defined]
+
+func, init = kernel_impl.func, misc.init
+
+
+def compiled(function: Callable[..., None]) -> Any:
+    """A kernel as Taichi calls it."""
+    return kernel_impl.Kernel(function, kernel_impl.AutodiffMode.NONE)

@@ -26,6 +26,7 @@ from fusion.simulation.scene.turntable import Turntable
 from fusion.simulation.simulate import simulate
 
 PLAIN = sorted((Path(fusion.__file__).parent / "plain").glob("*.py"))
+MARKS = ("_is_taichi_function", "_is_quadrants_function")  # of what kernels call
 # rooms whose kernels nothing but a table's function calls: none of them may run where plain ones were chosen
 REPLACED = (
     "fusion.geometry.relief",
@@ -49,7 +50,7 @@ def test_plain_kernels_share_none_with_the_tuned(path):
             for alias in node.names:
                 what = named(f"{node.module}:{alias.name}") if "." in node.module else None
                 ours = node.module.startswith(("fusion.plain", "fusion.compute"))
-                kernel = isinstance(what, Kernel) or getattr(what, "_is_taichi_function", False)
+                kernel = isinstance(what, Kernel) or any(getattr(what, mark, False) for mark in MARKS)
                 assert ours or not kernel, f"{path.name} imports the kernel {alias.name} of {node.module}"
                 assert f"{node.module}:{alias.name}" not in TABLE, f"{path.name} calls what it stands in for"
 

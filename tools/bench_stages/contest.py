@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +18,13 @@ OURS = "fusion"
 
 @dataclass(frozen=True)
 class Contestant:
-    """A program that does the work of some stages."""
+    """A program that does the work of some stages; of ours, `kernels` is what FUSION_KERNELS says."""
 
     name: str
     program: str
     stages: tuple[str, ...]
     needs: Needs | None = None
+    kernels: str = ""
 
 
 CONTESTANTS = (
@@ -43,6 +44,14 @@ CONTESTANTS = (
     Contestant("libigl signed", "libigl_distances", ("distances",), IGL),
     Contestant("CloudCompare signed", "cloudcompare_distances", ("distances",), CLOUDCOMPARE),
 )
+
+
+def beside(kernels: str) -> list[Contestant]:
+    """Our programs on other kernels or another back end, as contestants beside the usual ones."""
+    named = f"{OURS}, {kernels}"
+    return [
+        replace(c, name=named, kernels=kernels) for c in CONTESTANTS if c.name == OURS and "distances" not in c.stages
+    ]
 
 
 @dataclass
@@ -77,14 +86,17 @@ def contest(chosen: list[Contestant], workload: Path, cache: Path, rounds: int) 
     for n in range(rounds):
         able = [s for s in scores if not s.excuse]
         for score in able[:: 1 if n % 2 == 0 else -1]:
-            _run(score, pythons[id(score)], workload, cache / f"{score.contestant.program}-{workload.stem}")
+            names = (score.contestant.program, workload.stem, score.contestant.kernels)
+            _run(score, pythons[id(score)], workload, cache / "-".join(filter(None, names)))
     return scores
 
 
 def _run(score: Score, python: str, workload: Path, out: Path) -> None:
     program = PROGRAMS / f"{score.contestant.program}.py"
     command = [python, str(program), str(workload), str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=dict(os.environ))
+    kernels = score.contestant.kernels
+    environment = os.environ | ({"FUSION_KERNELS": kernels} if kernels else {})
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     if done.returncode:
         score.excuse = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
         return
