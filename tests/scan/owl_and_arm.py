@@ -22,12 +22,12 @@ LOW, HIGH = (0.11, -0.03, 0.08), (0.19, 0.03, 0.16)  # of the arm
 NEAR = 0.012
 
 
-def frames_of(arm_in):
-    """Frames of the owl in a room, an arm beside it in some of them; their poses."""
+def frames_of(arm_in, thing=None, arm=(LOW, HIGH)):
+    """Frames of the owl (or a thing) in a room, an arm beside it in some of them; their poses."""
     start = looking_at(np.array([0.6, 0.05, 0.28]), np.array([0.0, 0.0, 0.10]))
     poses = Turntable(degrees_per_frame=STEP_DEG, frames=COUNT).T_object_camera(start, STEP_DEG * np.arange(COUNT))
-    things = [demo_object(), box((-2, -2, -1), (2, 2, 2), (90, 90, 90))]
-    without, beside = RayCaster(joined(things)), RayCaster(joined([*things, box(LOW, HIGH, (200, 80, 80))]))
+    things = [thing or demo_object(), box((-2, -2, -1), (2, 2, 2), (90, 90, 90))]
+    without, beside = RayCaster(joined(things)), RayCaster(joined([*things, box(*arm, (200, 80, 80))]))
     depths = [(beside if k in arm_in else without).view(CAMERA, T).depth for k, T in enumerate(poses)]
     return [prepare(Frame(k, 0.1 * k, depth), CAMERA, Sensor()) for k, depth in enumerate(depths)], poses
 

@@ -1,11 +1,14 @@
 """Pixels of what passes before an object are left out of its frames; the object's own stay."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from owl_and_arm import COUNT, alone, frames_of, of_arm
 
 from fusion.geometry import pose
 from fusion.scan.finding.passing import without_passing
+from fusion.simulation.scene.shapes import box
 from fusion.turntable.views import Region
 
 EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
@@ -29,6 +32,22 @@ def test_an_arm_in_some_frames_is_left_out_there(arm_in):
     assert kept(frames, poses, arm=True).max() < 0.25  # its rims are seen at a slant, of which nothing is said
     owl = kept(frames, poses, arm=False)
     assert owl.min() > 0.93 and np.median(owl) > 0.99  # but for pixels beside the arm
+
+
+def test_what_lies_on_the_object_in_one_frame_is_left_out_to_its_end():
+    block = box((-0.05, -0.05, 0.02), (0.05, 0.05, 0.2), (200, 200, 200))
+    frames, poses = frames_of((0,), block, ((0.0, -0.08, 0.06), (0.054, 0.01, 0.12)))  # 4 mm on the block's front
+    frames = [noisy(alone(frame), 0.002) for frame in frames]
+    clean = without_passing(frames, EVERYWHERE, poses)
+    points = pose.transform(poses[0], frames[0].surface.points.astype(float))
+    touching = (np.abs(points - (0.054, -0.015, 0.09)) < (0.001, 0.02, 0.02)).all(axis=-1)
+    assert touching.sum() > 100 and np.isfinite(clean[0].depth[touching]).mean() < 0.1
+    assert all(a is b for a, b in zip(frames[1:], clean[1:], strict=True))
+
+
+def noisy(frame, sigma):
+    """The frame with a stated noise [m] of each pixel, of which a mean over neighbours has less."""
+    return replace(frame, surface=replace(frame.surface, sigma=np.full_like(frame.surface.sigma, sigma)))
 
 
 def test_what_is_there_in_all_frames_stays():
