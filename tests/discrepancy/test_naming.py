@@ -238,7 +238,7 @@ def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_left
     """Unless it is so small that a tenth of the first law's size makes it: laws are not known better than that."""
     part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 100.0))  # a gain of a million
     fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(1 + left / 100)))
-    monkeypatch.setattr(standing, "unevenness", lambda fit, k: 0.0)
+    monkeypatch.setattr(established, "unevenness", lambda fit, k: 0.0)
     candidate = SimpleNamespace(where=())
     found = SimpleNamespace(part=SimpleNamespace(name="second", size=0.0, candidate=candidate), gain=share * left)
     assert is_faint(fit, found) == faint
@@ -259,7 +259,7 @@ def test_what_does_not_stand_beside_the_others_is_not_established():
 
 @pytest.mark.parametrize(("uneven", "faint"), [(0.0, False), (0.3, False), (0.4, True)])
 def test_what_a_size_that_differs_would_explain_too_is_no_further_cause(monkeypatch, uneven, faint):
-    monkeypatch.setattr(standing, "unevenness", lambda fit, k: uneven)
+    monkeypatch.setattr(established, "unevenness", lambda fit, k: uneven)
     part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 10.0))  # a gain of 10 000
     fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(21.0)))  # 2000 more than noise
     further = SimpleNamespace(name="second", size=0.0, candidate=SimpleNamespace(where=()))
