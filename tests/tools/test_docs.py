@@ -36,5 +36,5 @@ def test_a_picture_is_in_the_first_screen_and_small():
 
 
 def test_the_noise_over_the_distance_is_that_of_the_presets():
-    command = [sys.executable, PROJECT / "tools" / "what_to_expect.py", "--check"]
-    assert subprocess.run(command, check=False).returncode == 0
+    command = [sys.executable, "-m", "tools.documentation.what_to_expect", "--check"]
+    assert subprocess.run(command, cwd=PROJECT, check=False).returncode == 0

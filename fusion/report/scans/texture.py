@@ -67,8 +67,9 @@ def _beside(pairs: Sequence[PhotoPair]) -> Figure:
     alt = f"Above, the photographs of frames {frames}; below, the textured mesh from the same places."
     caption = (
         "Above photographs, below the textured mesh from the same places. It was made of these photographs too; how "
-        "well it foretells others: tools/texture_held_out.py. A texture holds one colour for a place, the mean of "
-        "what was seen: light that stands still while the object turns, and gloss, are in the photographs alone."
+        "well it foretells others: `python -m tools.reproduce.scans.texture_held_out`. A texture holds one colour for "
+        "a place, the mean of what was seen: light that stands still while the object turns, and gloss, are in the "
+        "photographs alone."
     )
     height, width = (max(pair.shown.shape[axis] for pair in pairs) for axis in (0, 1))
     with styled():
