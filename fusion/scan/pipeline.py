@@ -26,7 +26,7 @@ from fusion.scan.judging.doctor import ask_doctor, notes_of
 from fusion.scan.judging.evidence import Evidence
 from fusion.scan.judging.missed import closing_gaps, confirmed
 from fusion.scan.judging.print_agreement import print_agreement
-from fusion.scan.judging.sure import Used, scan_sigma
+from fusion.scan.judging.sure import MadeWith, scan_sigma
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording
@@ -103,7 +103,7 @@ def _finish(found: Attempt, settings: ScanSettings, begun: _Begun) -> Scan:
         if 2 * passing.sum() < len(passing):  # else it is the motion that is wrong, and judged so
             surface = vertices_kept(surface, ~passing)
         (mesh, kept), (mesh_raw, _) = (clean(m, settings, motion) for m in (surface, rough.surface()))
-    used = Used(recording.camera, focal, sensor, settings.sensor, volume_settings)
+    used = MadeWith(recording.camera, focal, sensor, settings.sensor, volume_settings)
     with stage("sigma"):
         sure = scan_sigma(mesh, frames, corrected.poses, used, motion)
     mesh = sure.onto(mesh)

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Used:
+class MadeWith:
     """What a scan was made with.
 
     Attributes:
@@ -44,7 +44,7 @@ def scan_sigma(
     mesh: Mesh,
     frames: list[Prepared | None],
     poses: Array,
-    used: Used,
+    used: MadeWith,
     motion: Motion,
 ) -> Sure:
     """How sure each vertex is.
