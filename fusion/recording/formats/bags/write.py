@@ -34,7 +34,7 @@ def write_mcap(path: Path, recording: Recording) -> None:
     first = min(stamps, default=0)
     with path.open("wb") as file, McapWriter(file) as out:
         for topic, text in _own_texts(recording).items():
-            out.write(topic, "std_msgs/String", first, {"data": text})
+            out.write(topic, "std_msgs/String", first, RosValues(data=text))
         if recording.color_is_apart and camera.T_color_depth is not None:
             place = to_tum(inverse(np.asarray(camera.T_color_depth)))
             out.write("/tf_static", "tf2_msgs/TFMessage", first, _transform(first, DEPTH_FRAME, COLOR_FRAME, place))
