@@ -1,4 +1,4 @@
-# make demo | test | slow | real | lint | types | docs | clean; the environment in .venv is made when it is missing or out of date
+# make demo | test | slow | real | lint | types | docs | figures | clean; the environment in .venv is made when it is missing or out of date
 
 SHELL := /bin/bash
 VENV := .venv
@@ -20,7 +20,7 @@ SPREAD ?= -n auto --maxprocesses 4 --dist loadfile
 # many of the slow ones use two cores themselves, or wait for a device's clock
 SLOW_SPREAD ?= -n auto --maxprocesses 2 --dist loadfile
 
-.PHONY: demo test slow real lint types docs environment clean
+.PHONY: demo test slow real lint types docs figures environment clean
 
 demo: $(STAMP)
 	$(BIN)/fusion demo -o out/demo --overwrite
@@ -46,6 +46,10 @@ docs: $(SITE_MADE)
 	rm -rf out/site
 	$(SITE)/bin/python -m sphinx -b html -W --keep-going -q -d out/site_build/doctrees docs out/site
 	$(SITE)/bin/python -m tools.documentation.standalone out/site
+
+# README's figures that take minutes, from the recordings that FUSION_SHARED names, into docs/measured.md
+figures: $(TOOLS)
+	$(BIN)/python -m tools.reproduce.figures
 
 environment: $(TOOLS)
 

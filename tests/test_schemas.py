@@ -40,8 +40,8 @@ def content(path):
 
 
 def test_committed_schemas_are_up_to_date():
-    tool = [sys.executable, PROJECT / "tools" / "schemas.py", "--check"]
-    done = subprocess.run(tool, capture_output=True, text=True, timeout=60)
+    tool = [sys.executable, "-m", "tools.documentation.schemas", "--check"]
+    done = subprocess.run(tool, cwd=PROJECT, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
 
 

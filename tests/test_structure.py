@@ -26,6 +26,7 @@ ALLOWED_AT_TOP = {
 }  # fmt: skip
 MOST = 15  # files side by side: what one look takes in
 LINES, ARGUMENTS = 89, 24  # of a kernel
+MIXED_TUPLES, PLAIN_DICTS = 21, 28  # in signatures, as reached
 SLOW_TO_IMPORT = {"open3d", "taichi", "quadrants", "matplotlib"}
 
 
@@ -95,7 +96,8 @@ def test_files_are_small_and_silent(path):
 
 
 def test_no_room_is_crowded():
-    counts = Counter(str(path.parent.relative_to(PROJECT / "fusion")) for path in SOURCES)
+    tools = (PROJECT / "tools").rglob("*.py")
+    counts = Counter(str(path.parent.relative_to(PROJECT)) for path in [*SOURCES, *tools])
     assert not {room: count for room, count in counts.items() if count > MOST}
 
 
@@ -115,6 +117,31 @@ def test_no_two_classes_have_one_name():
     names = [n.name for path in SOURCES for n in ast.parse(path.read_text(encoding="utf-8")).body
              if isinstance(n, ast.ClassDef) and not n.name.startswith("_")]  # fmt: skip
     assert [name for name, count in Counter(names).items() if count > 1] == []
+
+
+def _annotations(path: Path) -> list[tuple[list[ast.expr], ast.expr | None]]:
+    """Of each function: what its arguments are said to be, and what it gives."""
+    nodes = [n for n in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.FunctionDef)]
+    arguments = [[*n.args.posonlyargs, *n.args.args, *n.args.kwonlyargs] for n in nodes]
+    return [([a.annotation for a in args if a.annotation], n.returns) for n, args in zip(nodes, arguments, strict=True)]
+
+
+def _is_mixed_tuple(said: ast.expr) -> bool:
+    """Whether it is a tuple of different things: a type without a name."""
+    said = said.left if isinstance(said, ast.BinOp) else said
+    if not isinstance(said, ast.Subscript) or ast.unparse(said.value) != "tuple":
+        return False
+    parts = {ast.unparse(part) for part in getattr(said.slice, "elts", [said.slice])}
+    return "..." not in parts and len(parts) > 1
+
+
+def test_arguments_are_types_with_names():
+    """Counts that may only fall: lower them with each that gets a name."""
+    both = [said for path in SOURCES for said in _annotations(path)]
+    tuples = [ast.unparse(a) for arguments, _ in both for a in arguments if _is_mixed_tuple(a)]
+    assert len(tuples) <= MIXED_TUPLES, tuples
+    plain = sum(any("dict[str, Any]" in ast.unparse(x) for x in [*args, *([out] if out else [])]) for args, out in both)
+    assert plain <= PLAIN_DICTS
 
 
 def test_help_loads_nothing_slow():

@@ -1,6 +1,6 @@
 """Installs what the machine lacks where nobody has to be asked; else says the command to type, and ends with 1.
 
-    python3 -m tools.system_packages [--browser] [--usb]      (in the project's folder, before there is an environment)
+    python3 -m tools.system_packages [--browser] [--usb]    (in the project's folder, before there is an environment)
 
 `--browser` also wants Chromium, which the slow tests of the report open; `--usb` what the emulated Kinect of the slow
 tests stands on (tests/devices/emulator), with libfreenect's programs as its foreign judge.

@@ -1,7 +1,7 @@
 """The pipeline for a moving camera: correct, track, integrate; a recording becomes a mesh."""
 
 from collections import Counter
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,8 +76,8 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
     with stage("sigma"):
         sure = walk_sigma(mesh, frames, np.stack([r.T_world_camera for r in results]), settings.sensor, volume.settings)
-    made = (sure.onto(mesh), volume, chosen)
-    return replace(_result(recording, results, made, (settings, sensor, notes, told, course), band), sure=sure)
+    made = _Made(sure.onto(mesh), volume, chosen, band, course, sensor, told, notes)
+    return replace(_result(recording, settings, results, made), sure=sure)
 
 
 def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
@@ -100,25 +100,36 @@ def _check_enough(results: list[Tracked], recording: Recording, settings: Recons
         )
 
 
-def _result(
-    recording: Recording, results: list[Tracked], made: tuple[Mesh, Volume, Plan],
-    how: tuple[ReconstructSettings, Sensor, list[Light], CorrectionSummary, Course | None], band: float,
-) -> Reconstruction:  # fmt: skip
-    (mesh, volume, chosen), (settings, sensor, notes, told_of, course) = made, how
+@dataclass(frozen=True)
+class _Made:
+    """What was made of the tracked frames, and with what: see `Reconstruction`."""
+
+    mesh: Mesh
+    volume: Volume
+    plan: Plan
+    band: float
+    course: Course | None
+    sensor: Sensor
+    told: CorrectionSummary
+    notes: list[Light]
+
+
+def _result(recording: Recording, settings: ReconstructSettings, results: list[Tracked], made: _Made) -> Reconstruction:
+    volume, chosen = made.volume, made.plan
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
-    colored = color_mesh(mesh, recording, trajectory) if settings.color else Colored(mesh)
+    colored = color_mesh(made.mesh, recording, trajectory) if settings.color else Colored(made.mesh)
     told = {
         "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
-        "correction": told_of.values(),
+        "correction": made.told.values(),
         "voxel_m": volume.settings.voxel,
         "truncation_m": volume.settings.truncation,
-        "tracked_band_m": band,
+        "tracked_band_m": made.band,
         "room": chosen.subject.room,
         "kind": chosen.kind,
         "kind_reason": chosen.reason,
         "max_depth_m": settings.max_depth,
         "box_m": chosen.volume.bounds,
-        "sensor": sensor.name,
+        "sensor": made.sensor.name,
         "poses": "tracked" if settings.poses is None else "given",
         "volume_bytes": volume.bytes,
     } | colored.values()
@@ -132,8 +143,8 @@ def _result(
         rejected={i: r.status for i, r in enumerate(results) if not r.ok},
         settings=told,
         volume=volume,
-        notes=(*notes, *color_lights(colored)),
-        footnotes=(*sensor.warnings, *told_of.left),
+        notes=(*made.notes, *color_lights(colored)),
+        footnotes=(*made.sensor.warnings, *made.told.left),
         off_course=off_course(trajectory, recording) if settings.poses is None else None,
-        course=course,
+        course=made.course,
     )

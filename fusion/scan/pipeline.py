@@ -1,6 +1,6 @@
 """The pipeline for a turntable: find what turns, close the loop, integrate, clean."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from fusion.scan.judging.doctor import ask_doctor, notes_of
 from fusion.scan.judging.evidence import Evidence
 from fusion.scan.judging.missed import closing_gaps, confirmed
 from fusion.scan.judging.print_agreement import print_agreement
-from fusion.scan.judging.sure import scan_sigma
+from fusion.scan.judging.sure import MadeWith, scan_sigma
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording
@@ -42,6 +42,18 @@ from fusion.volume.prepared import fuse
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """What is known beside the motion: sensor and what its correction did, the camera as stated, what the scan
+    says of its focal length, and what the doctor said of the recording."""
+
+    sensor: Sensor
+    told: CorrectionSummary
+    stated: Camera
+    focal: FocalCheck
+    asked: list[Light]
 
 
 def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -> Scan:
@@ -64,16 +76,14 @@ def scan_turntable(recording: Recording, settings: ScanSettings | None = None) -
     recording, told = corrected_recording(recording, sensor)
     stated = recording.camera
     found, focal = settle_camera(attempt(recording, sensor, settings), sensor, settings)
-    return _finish(found, settings, (sensor, told, stated, focal, asked))
+    return _finish(found, settings, _Begun(sensor, told, stated, focal, asked))
 
 
-def _finish(
-    found: Attempt, settings: ScanSettings, how: tuple[Sensor, CorrectionSummary, Camera, FocalCheck, list[Light]]
-) -> Scan:
+def _finish(found: Attempt, settings: ScanSettings, begun: _Begun) -> Scan:
     """Volumes, trajectories and closure from a known motion."""
     recording, frames, region, motion, commanded = found.recording, found.frames, found.region, found.motion, found.told
-    sensor, told, stated, focal, asked = how
-    volume_settings = choose_volume(settings, recording.camera, (frames, region, motion))
+    sensor, told, stated, focal = begun.sensor, begun.told, begun.stated, begun.focal
+    volume_settings = choose_volume(settings, recording.camera, frames, region, motion)
     corrected = constrained(recording, motion)
     raw, residual, share, rough = track_freely(frames, region, corrected, volume_settings)
     circle = fit_circle(raw.centres)
@@ -93,13 +103,13 @@ def _finish(
         if 2 * passing.sum() < len(passing):  # else it is the motion that is wrong, and judged so
             surface = vertices_kept(surface, ~passing)
         (mesh, kept), (mesh_raw, _) = (clean(m, settings, motion) for m in (surface, rough.surface()))
-    used = (recording.camera, sensor, settings.sensor, volume_settings)
+    used = MadeWith(recording.camera, focal, sensor, settings.sensor, volume_settings)
     with stage("sigma"):
-        sure = scan_sigma(mesh, frames, corrected.poses, used, (motion, focal))
+        sure = scan_sigma(mesh, frames, corrected.poses, used, motion)
     mesh = sure.onto(mesh)
     colored = color_mesh(mesh, recording, corrected) if settings.color else Colored(mesh)
     gaps = closing_gaps(frames, region, (corrected, raw), motion.angles)
-    chosen = _chosen(settings, found, (sensor, told), volume) | colored.values()
+    chosen = _chosen(settings, found, begun, volume) | colored.values()
     noise = typical_noise(frames, region)
     with stage("judging"):
         agreed = agreement(volume, frames, corrected.poses, motion)
@@ -132,22 +142,20 @@ def _finish(
             kept_share=kept,
             agreement=agreed,
             print=prints,
-            notes=(*asked, *notes_of(recording, told, motion, raw), *color_lights(colored)),
+            notes=(*begun.asked, *notes_of(recording, told, motion, raw), *color_lights(colored)),
             footnotes=(*sensor.warnings, *told.left),
         ),
     )
 
 
-def _chosen(
-    settings: ScanSettings, found: Attempt, how: tuple[Sensor, CorrectionSummary], volume: Volume
-) -> dict[str, Any]:
+def _chosen(settings: ScanSettings, found: Attempt, begun: _Begun, volume: Volume) -> dict[str, Any]:
     """What was asked for and what was chosen, as plain values."""
-    (sensor, told), camera, region = how, found.recording.camera, found.region
+    camera, region = found.recording.camera, found.region
     asked = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
     return asked | {
-        "sensor": sensor.name,
+        "sensor": begun.sensor.name,
         "sensor_assumed": settings.sensor is None,
-        "correction": told.values(),
+        "correction": begun.told.values(),
         "mask": None if settings.mask is None else str(settings.mask),
         "voxel_m": volume.settings.voxel,
         "truncation_m": volume.settings.truncation,
@@ -164,7 +172,7 @@ def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_c
     region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     frames = relieved(load(recording, sensor, region, masks)[0], scan.motion.taken_out)
-    volume = Volume(choose_volume(settings, scan.camera, (frames, region, scan.motion)))
+    volume = Volume(choose_volume(settings, scan.camera, frames, region, scan.motion))
     for frame, T in zip(frames, T_object_camera, strict=True):
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)

@@ -24,7 +24,7 @@ from fusion.texture.views import Views
 
 SAMPLES = 10_000  # points at which views are compared
 # power of the weights of what is fine. Left-out images want all views (1, or 2: the same), hard choices lose: 0.1 dB by
-# 4, 0.3 by 8 (tools/texture_held_out.py, a simulated and a real scan)
+# 4, 0.3 by 8 (tools/reproduce/scans/texture_held_out.py, a simulated and a real scan)
 BEST = 2.0
 ROUNDS = 2  # of settling the cameras, each on what the last one has made
 

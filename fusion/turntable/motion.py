@@ -24,7 +24,7 @@ from fusion.turntable.all_views.together import (
 )
 from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.guess.alone import Alone
-from fusion.turntable.guess.beginning import begun_with
+from fusion.turntable.guess.beginning import Begun, begun_with
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck
 from fusion.turntable.table.plate import THICKEST, Plate, above, find_plate
@@ -116,10 +116,10 @@ def estimate_motion(
     used, seen, shown, floor, axis, angles = begun.used, begun.seen, begun.shown, begun.floor, begun.axis, begun.angles
     centre = (region.low + region.high) / 2
     if begun.by_hand is not None:
-        return by_hand(begun.by_hand, (n, used, seen), centre)
+        return by_hand(begun.by_hand, begun, n, centre)
     told = None if commanded is None else commanded[used]
     fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
-    fit, camera_fit, taken_out = _refine((shown, fine), Turns(axis, angles), told, known)
+    fit, camera_fit, taken_out = _refine(shown, fine, Turns(axis, angles), told, known)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -157,15 +157,16 @@ def estimate_motion(
     )
 
 
-def by_hand(found: Alone, shown: tuple[int, NDArray[np.intp], list[ObjectView]], centre: Array) -> Motion:
+def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
     """The motion of an object that a hand turned and moved, or of which only print tells how far it turned.
 
     Args:
         found: of the views that show the object.
-        shown: number of frames, those that show it, their views.
+        begun: which views these are.
+        n: number of frames.
         centre: (3,) of the region [m].
     """
-    n, used, seen = shown
+    used, seen = begun.used, begun.seen
     state, lens = found.state, found.lens
     assert lens is not None
     axis = state.axis.nearest_to(centre)
@@ -232,7 +233,8 @@ def _refuse_still(angles: Array) -> None:
 
 
 def _refine(
-    views: tuple[list[ObjectView], Callable[[], list[ObjectView]]],
+    views: list[ObjectView],
+    finer: Callable[[], list[ObjectView]],
     guess: Turns,
     commanded: Array | None,
     known: DepthKnown | None,
@@ -243,7 +245,7 @@ def _refine(
         The motion for the stated camera, the fit in which the camera alone was free, and the errors of depth that are
         taken out of the views, with what may still be found of them.
     """
-    seen = stack(views[0])
+    seen = stack(views)
     middle, edges = together(seen, *guess, commanded, known)
     told = None if commanded is None else of_its_sign(middle.angles, commanded)
     flight = known is not None and seen.views[0].map.camera.principle == "itof"
@@ -268,7 +270,7 @@ def _refine(
     if best is plain:
         return plain, camera_fit, plain.check.open_for(last)
     passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen, told=told)
-    seen = stack(views[1]())
+    seen = stack(finer())
     fine = close_loop(seen, Turns(best.axis, best.angles), choose_edges(best.angles, WIDEST, 10), passes, best.check)
     if WORTH * misfit(fine) > misfit(best):  # more points fit worse: the errors ran away with noise
         return plain, camera_fit, plain.check.open_for(last)

@@ -132,7 +132,7 @@ def test_a_device_without_depth_and_none_at_all():
 
 
 def test_what_the_sdk_recorded_is_played_back():
-    """The sample that tools/realsense_sample.py made, against our own reader of it."""
+    """The sample that tools/formats/samples/realsense.py made, against our own reader of it."""
     path = BAGS / "realsense_2_59.db3"
     device = rs.context().load_device(str(path))
     device.set_real_time(False)

@@ -1,8 +1,6 @@
 """Pixels are not replicates: what a count of pixels takes for discoveries in walls that are not quite flat."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,10 +12,7 @@ from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-from trial.pixelwise import pixelwise, stepwise_bic
+from tools.trial.pixelwise import pixelwise, stepwise_bic
 
 SHARE = 0.3  # of the spread of a single frame: 9 % of its variance, the mild case of the design basis
 SMOOTH_M = 0.4  # the bow of a wall

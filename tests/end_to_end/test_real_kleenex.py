@@ -1,23 +1,16 @@
 """A real box on a real turntable, without any reference: what geometry and the stickers in the colour images demand."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
 pytestmark = [pytest.mark.real, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
 def measured(shared):
     """Figures of the tool without any option, and with the camera as stated."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(TOOLS))
-        from kleenex_turntable import measure
+    from tools.reproduce.scans.kleenex_turntable import measure
 
-        yield {refine: measure(shared / "data/kleenex_turntable", refine)[0] for refine in (True, False)}
-    sys.modules.pop("kleenex_turntable", None)
+    return {refine: measure(shared / "data/kleenex_turntable", refine)[0] for refine in (True, False)}
 
 
 @pytest.mark.parametrize("refine", [True, False])

@@ -1,18 +1,11 @@
 """Tracking on real frames with motion capture, without any option: the figures that the project promises."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
 
 
 @pytest.mark.real
 def test_the_trajectory_of_fr1_rpy(shared, monkeypatch):
-    monkeypatch.syspath_prepend(str(TOOLS))
-    monkeypatch.delitem(sys.modules, "tum_trajectory", raising=False)
-    from tum_trajectory import run
+    from tools.reproduce.scans.tum_trajectory import run
 
     table = run(shared / "data/tum_fr1_rpy", 120, only_ours=True)["fusion"]
     assert table["lost"] == 0

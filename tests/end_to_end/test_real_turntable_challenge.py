@@ -1,13 +1,9 @@
 """The open turntable challenge with a statue: slip, angles, and a mesh nearly as good as with the true poses."""
 
 import re
-import sys
 from argparse import Namespace
-from pathlib import Path
 
 import pytest
-
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
 
 
 def asked(**more):
@@ -22,9 +18,7 @@ def asked(**more):
 def test_true_errors_are_undone(shared, monkeypatch, case, mark_mm):
     if not (shared / "challenges/turntable_truth").is_dir():
         pytest.skip("no turntable challenges")
-    monkeypatch.syspath_prepend(str(TOOLS))
-    monkeypatch.delitem(sys.modules, "turntable_challenge", raising=False)
-    from turntable_challenge import measure
+    from tools.reproduce.scans.turntable_challenge import measure
 
     found = measure(shared / "challenges", case, asked(correction="true", poses="true"))
     # measured 0.34 and 0.68 mm rms with voxels of 3 mm; as recorded, with the nominal camera, 4.0 and 8.2 mm
@@ -36,9 +30,7 @@ def test_true_errors_are_undone(shared, monkeypatch, case, mark_mm):
 def test_the_statue(shared, monkeypatch):
     if not (shared / "challenges/turntable_truth").is_dir():
         pytest.skip("no turntable challenges")
-    monkeypatch.syspath_prepend(str(TOOLS))
-    monkeypatch.delitem(sys.modules, "turntable_challenge", raising=False)
-    from turntable_challenge import measure
+    from tools.reproduce.scans.turntable_challenge import measure
 
     found = measure(shared / "challenges", "turntable_v1_statue", asked())
     assert found["slip found"].startswith("frame 84,") and found["slip found"].count("frame") == 1

@@ -1,8 +1,6 @@
 """The view keeps up with a camera: by a clock that goes on by a stated time for each step, on any machine."""
 
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +10,7 @@ from fusion.commands.main import main
 from fusion.live import feed, grow
 from fusion.recording.open import open_recording
 from fusion.volume.prepared import fuse
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-from live_rate import fed
+from tools.endurance.live_rate import fed
 
 pytestmark = pytest.mark.slow
 CAMERA = {"width": 320, "height": 240, "fx": 288, "fy": 288, "cx": 159.5, "cy": 119.5, "depth_scale": 5000}
@@ -32,7 +28,7 @@ def turn(tmp_path_factory):
 
 
 def test_every_frame_of_a_turn_is_placed_and_none_is_shown_late(turn):
-    """How long a step takes is measured by tools/live_rate.py, at 640 x 480."""
+    """How long a step takes is measured by tools/endurance/live_rate.py, at 640 x 480."""
     watch, _ = fed(turn, 30.0, pace=0.02)
     assert (watch.tracked, watch.untracked, len(watch.waiting), watch.feed.dropped) == (FRAMES, 0, 0, 0)
     assert np.median(watch.behind) < 0.15

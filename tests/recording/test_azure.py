@@ -1,4 +1,4 @@
-"""Azure Kinect's `.mkv`: a file of the maker's own library (tools/azure_sample.py), and files written as described."""
+"""Azure Kinect's `.mkv`: a file of the maker's own library (tools/formats/samples), and files written as described."""
 
 import gzip
 import json

@@ -1,4 +1,4 @@
-"""Kinect Studio's `.xef`: samples of tools/formats_judge/xef.py, which KinectXEFTools reads as written.
+"""Kinect Studio's `.xef`: samples of tools/formats/writers/xef.py, which KinectXEFTools reads as written.
 
 They hold three (plain) and two (archived) views of the rendered scene, with infrared of 800 + depth / 8.
 """

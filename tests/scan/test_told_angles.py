@@ -11,7 +11,7 @@ from fusion.recording.recording import Recording
 from fusion.scan.finding.frames import told_angles
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.axis import Axis
-from fusion.turntable.pairs.edges import edge_sums
+from fusion.turntable.pairs.edges import AskedErrors, edge_sums
 from fusion.turntable.selfcheck import SelfCheck
 
 
@@ -38,4 +38,4 @@ def test_views_without_any_overlap_are_told_with_their_turn():
     axis = Axis(np.array([0, 0, 1.0]), np.array([0, -1.0, 0]))
     angles = np.deg2rad([0, 90, 180, 270.0])
     with pytest.raises(TrackingError, match=r"no two views overlap.*90 deg.*check --step, or turntable_deg"):
-        edge_sums(None, (axis, angles), [], 0.03, (SelfCheck(np.zeros(10), 0.5, 1.0), ()))
+        edge_sums(None, (axis, angles), [], 0.03, AskedErrors(SelfCheck(np.zeros(10), 0.5, 1.0)))

@@ -1,6 +1,6 @@
 """Whatever two threads call at the same time, they get what they get one after the other.
 
-tools/thread_rounds.py repeats it 100 times, in an order that is another every time.
+tools/endurance/thread_rounds.py repeats it 100 times, in an order that is another every time.
 """
 
 import inspect

@@ -1,16 +1,11 @@
 """The benchmark compares with peers that do the work right only."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-from bench_stages.contest import CONTESTANTS, Score
-from bench_stages.judge import misses
-from bench_stages.table import Row, Table, text
+from tools.benchmarks.stages.contest import CONTESTANTS, Score
+from tools.benchmarks.stages.judge import misses
+from tools.benchmarks.stages.table import Row, Table, text
 
 
 def table(*rows):

@@ -5,11 +5,11 @@ import sys
 from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[2]
-TOOL = PROJECT / "tools" / "document_cameras.py"
+TOOL = [sys.executable, "-m", "tools.documentation.cameras"]
 
 
 def test_committed_texts_are_up_to_date():
-    done = subprocess.run([sys.executable, TOOL, "--check"], capture_output=True, text=True, check=False)
+    done = subprocess.run([*TOOL, "--check"], cwd=PROJECT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
 
 

@@ -1,13 +1,11 @@
 """The real checkerboard of a Kinect v2: brightness moves the depth, and a law with it in holds on views left out."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
-import checkerboard_depth
+from tools.reproduce.calibration import checkerboard_depth
 
 
 @pytest.fixture

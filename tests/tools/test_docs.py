@@ -36,5 +36,23 @@ def test_a_picture_is_in_the_first_screen_and_small():
 
 
 def test_the_noise_over_the_distance_is_that_of_the_presets():
-    command = [sys.executable, PROJECT / "tools" / "what_to_expect.py", "--check"]
-    assert subprocess.run(command, check=False).returncode == 0
+    command = [sys.executable, "-m", "tools.documentation.what_to_expect", "--check"]
+    assert subprocess.run(command, cwd=PROJECT, check=False).returncode == 0
+
+
+def test_every_tool_is_listed():
+    """Each command has a row in tools/README.md, and each row a command; parts that others start have none."""
+    own = {"trial.engine_side", "trial.naive", "formats.opening", "system_packages"}
+    main = 'if __name__ == "__main__"'
+    folder = PROJECT / "tools"
+    files = [path.relative_to(folder) for path in folder.rglob("*.py") if main in path.read_text(encoding="utf-8")]
+    commands = {
+        ".".join(path.with_suffix("").parts) for path in files if len(path.parts) < 3 or path.parts[0] == "reproduce"
+    }
+    text, room, listed = (folder / "README.md").read_text(encoding="utf-8"), "", set()
+    for line in text.splitlines():
+        if found := re.match(r"\| `python -m tools\.([\w.]+)\.` \|", line):
+            room = found[1]
+        elif found := re.match(r"\| `(\w+)` \|", line):
+            listed.add(f"{room}.{found[1]}")
+    assert commands - own == listed

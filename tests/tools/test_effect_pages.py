@@ -14,21 +14,20 @@ from fusion.sensor.files.entries import given_effects
 from fusion.sensor.files.sensor_fields import FORMAT
 
 PROJECT = Path(__file__).resolve().parents[2]
-TOOL = PROJECT / "tools" / "document_effects.py"
+TOOL = [sys.executable, "-m", "tools.documentation.effects"]
 LARGEST, LARGEST_FOLDER = 30_000, 1_200_000  # bytes: pages that load at once, a repository that stays small
 
 
 @pytest.fixture
-def pages(monkeypatch):
+def pages():
     """The room of the tool, which is no part of the package."""
-    monkeypatch.syspath_prepend(TOOL.parent)
-    from effect_pages import text
+    from tools.documentation.effect_pages import text
 
     return text
 
 
 def test_committed_texts_are_up_to_date():
-    done = subprocess.run([sys.executable, TOOL, "--check"], capture_output=True, text=True, check=False)
+    done = subprocess.run([*TOOL, "--check"], cwd=PROJECT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
 
 
@@ -49,7 +48,8 @@ def test_examples_can_be_read(pages, kind):
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
 def test_every_law_shows_in_its_picture(pages, kind):
     import numpy as np
-    from effect_pages.pictures import PICTURES
+
+    from tools.documentation.effect_pages.pictures import PICTURES
 
     picture = PICTURES[kind.name]
     for panel in picture.panels:

@@ -1,19 +1,16 @@
 """Rows of what was once explained wrongly: each is made with what its name says, and judged strictly."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-from once_wrong.row import verdict_on
-from once_wrong.rows import ROWS
-from spoiled.case import put
-from spoiled.running import Run
-from spoiled.scoring import Score
+from tools.trial.once_wrong.row import verdict_on
+from tools.trial.once_wrong.rows import ROWS
+from tools.trial.spoiled.case import put
+from tools.trial.spoiled.running import Run
+from tools.trial.spoiled.scoring import Score
 
 
 def made(name, folder, variant=0):

@@ -1,29 +1,24 @@
 """The spoilers of the stress test: each does what it says to the files and no more, and scores are strict."""
 
 import json
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fusion.commands.main import main as fusion_main
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-from concealed.rays import looking
-from judging.command import Ran
-from spoiled.bases import Base
-from spoiled.case import Case, Spoiled, Told, put
-from spoiled.catalogue import CONTROL, SPOILS
-from spoiled.folder import Taken, quaternion_of, read, rotation_of, write
-from spoiled.planes import planes_of, seen
-from spoiled.ply import changed_ply, read_ply
-from spoiled.running import Run
-from spoiled.scoring import score
-from spoiled.surfaces import walls_bowed
-from spoiled.telling import line, summary
+from tools.sets.judging.command import Ran
+from tools.trial.concealed.rays import looking
+from tools.trial.spoiled.bases import Base
+from tools.trial.spoiled.case import Case, Spoiled, Told, put
+from tools.trial.spoiled.catalogue import CONTROL, SPOILS
+from tools.trial.spoiled.folder import Taken, quaternion_of, read, rotation_of, write
+from tools.trial.spoiled.geometry.planes import planes_of, seen
+from tools.trial.spoiled.geometry.ply import changed_ply, read_ply
+from tools.trial.spoiled.running import Run
+from tools.trial.spoiled.scoring import score
+from tools.trial.spoiled.surfaces import walls_bowed
+from tools.trial.spoiled.telling import line, summary
 
 WALL = b"""ply
 format ascii 1.0

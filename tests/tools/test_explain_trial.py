@@ -2,33 +2,30 @@
 
 import ast
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+from tools.trial.asked import kind_asked
+from tools.trial.case import Order, tried
+from tools.trial.concealed.decks import Setting, camera_of, shots_of
+from tools.trial.concealed.laws.flight import Flight
+from tools.trial.concealed.laws.law import Law
+from tools.trial.concealed.laws.matching import Matching
+from tools.trial.concealed.making import make
+from tools.trial.concealed.more import ASKED, asked_shots
+from tools.trial.concealed.oracle import _mean as tile_mean
+from tools.trial.concealed.oracle import _poses as oracle_columns
+from tools.trial.concealed.oracle import oracle_of
+from tools.trial.concealed.rays import cast, nudged
+from tools.trial.concealed.turning import Turn, runs_of, table_shots
+from tools.trial.figures import figures, table
+from tools.trial.on_batch import tried_on_workers
+from tools.trial.scoring import interval, likeness, score
+from tools.trial.sealing import digest, sealed
 
-from concealed.decks import Setting, camera_of, shots_of
-from concealed.flight import Flight
-from concealed.law import Law
-from concealed.making import make
-from concealed.matching import Matching
-from concealed.more import ASKED, asked_shots
-from concealed.oracle import _mean as tile_mean
-from concealed.oracle import _poses as oracle_columns
-from concealed.oracle import oracle_of
-from concealed.rays import cast, nudged
-from concealed.turning import Turn, runs_of, table_shots
-from trial.asked import kind_asked
-from trial.case import Order, tried
-from trial.figures import figures, table
-from trial.on_batch import tried_on_workers
-from trial.scoring import interval, likeness, score
-from trial.sealing import digest, sealed
-
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
+TRIAL = Path(__file__).resolve().parents[2] / "tools" / "trial"
 
 
 def made(family, folder, seed=(5, 1)):
@@ -94,7 +91,7 @@ def test_a_seal_holds_its_label():
     assert digest({**label, "z_o": 7.1}, salt) != seal
 
 
-@pytest.mark.parametrize("path", sorted((TOOLS / "concealed").glob("*.py")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted((TRIAL / "concealed").rglob("*.py")), ids=lambda p: p.stem)
 def test_the_generator_imports_nothing_of_the_package_or_of_the_harness(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
     names = [n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)]

@@ -2,7 +2,6 @@
 
 import ast
 import json
-import sys
 from pathlib import Path
 
 import cv2
@@ -10,29 +9,27 @@ import numpy as np
 import pytest
 import trimesh
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+from tools.sets.fresh import dots, flight
+from tools.sets.fresh.information import depth_std, focal_std
+from tools.sets.fresh.judged import Judged
+from tools.sets.fresh.lens import Lens
+from tools.sets.fresh.making import _scan, held
+from tools.sets.fresh.table import row, summary
+from tools.sets.fresh.unit import drawn
+from tools.sets.fresh.views import Plane
+from tools.sets.judging.command import Ran
+from tools.sets.judging.measured import angle_errors, offset, own_fit
+from tools.sets.judging.said import Said, read
+from tools.sets.planted.measure import Surface
 
-from fresh import dots, flight
-from fresh.information import depth_std, focal_std
-from fresh.judged import Judged
-from fresh.lens import Lens
-from fresh.making import _scan, held
-from fresh.table import row, summary
-from fresh.unit import drawn
-from fresh.views import Plane
-from judging.command import Ran
-from judging.measured import angle_errors, offset, own_fit
-from judging.said import Said, read
-from planted.measure import Surface
-
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
+SETS = Path(__file__).resolve().parents[2] / "tools" / "sets"
 LENS = Lens(64, 48, 45.0, 45.2, 31.0, 24.5, (0.05, -0.06, 4e-4, -3e-4))
 WALL = Plane(np.array([0.05, -0.02, -0.9985]) / np.linalg.norm([0.05, -0.02, -0.9985]), 0.9)
 
 
 @pytest.mark.parametrize("package", ["judging", "fresh", "hard"])
 def test_the_judges_use_nothing_of_the_package(package):
-    for file in [*(TOOLS / package).glob("*.py"), TOOLS / "fresh_units.py", TOOLS / "hard_scans.py"]:
+    for file in [*(SETS / package).rglob("*.py"), SETS / "fresh_units.py", SETS / "hard_scans.py"]:
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
@@ -147,7 +144,7 @@ def test_what_was_said_is_read(tmp_path):
 
 
 def one(scale, verdict="good", words=()):
-    from fresh.information import Allowed
+    from tools.sets.fresh.information import Allowed
 
     said = Said(verdict, True, 0, tuple(words))
     return Judged("unit", "itof", "statue", said, Allowed(0.0005, 0.0003, 0.0004, 0.02), scale, scale, 0.1, 0.2)

@@ -1,28 +1,24 @@
 """The hard set: what is drawn, what is rendered, what is planted, and the rules by which a scan is good."""
 
 import json
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-import hard_scans
-from hard import judged as judging
-from hard.cameras import Stereo, shaded, smoothed
-from hard.drawing import drawn
-from hard.judged import Judged, summary
-from hard.making import make
-from hard.planting import PLANTED, STILL, SWAPPED, TIPPED, TUMBLED, UNIT, WALK
-from hard.stage import OBJECT
-from hard.turning import MOST, by_hand, whole
-from judging.measured import Compared
-from judging.said import Said
-from planted.measure import Surface
+from tools.sets import hard_scans
+from tools.sets.hard import judged as judging
+from tools.sets.hard.cameras import Stereo, shaded, smoothed
+from tools.sets.hard.drawing import drawn
+from tools.sets.hard.judged import Judged, summary
+from tools.sets.hard.making import make
+from tools.sets.hard.planting import PLANTED, STILL, SWAPPED, TIPPED, TUMBLED, UNIT, WALK
+from tools.sets.hard.stage import OBJECT
+from tools.sets.hard.turning import MOST, by_hand, whole
+from tools.sets.judging.measured import Compared
+from tools.sets.judging.said import Said
+from tools.sets.planted.measure import Surface
 
 
 def first(scan, count=2):
@@ -143,7 +139,7 @@ def test_a_mesh_is_good_by_its_rms_and_what_it_covers(tmp_path, monkeypatch):
 
 
 def judging_ran():
-    from judging.command import Ran
+    from tools.sets.judging.command import Ran
 
     return Ran(0, "", 1.0)
 

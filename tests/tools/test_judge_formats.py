@@ -1,20 +1,16 @@
 """The judge of the formats: it sees what is planted, and nothing where nothing is."""
 
-import sys
 import zlib
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-from formats_judge import xef
-from formats_judge.boxes import seen, way
-from formats_judge.cases import PLAIN, RATIONAL, cases
-from formats_judge.scenes import row
-from formats_judge.writers import Tools
+from tools.formats.boxes import seen, way
+from tools.formats.cases import PLAIN, RATIONAL, cases
+from tools.formats.scenes import row
+from tools.formats.writers import xef
+from tools.formats.writers.programs import Tools
 
 CASES = {case.name: case for case in cases(Tools(only="none of them"))}
 

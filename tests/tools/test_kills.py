@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-import kills
+from tools.endurance import kills
 
 PROJECT = Path(__file__).resolve().parents[2]
 
@@ -22,7 +21,7 @@ for name in "ab":
 
 @pytest.mark.slow
 def test_nothing_is_lost():
-    command = [sys.executable, "tools/kills.py", "--kills", "10", "--seed", "7"]
+    command = [sys.executable, "tools/endurance/kills.py", "--kills", "10", "--seed", "7"]
     done = subprocess.run(command, cwd=PROJECT, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "10 kills, 0 lost" in done.stdout

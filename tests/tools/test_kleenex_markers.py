@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-TOOL = Path(__file__).resolve().parents[2] / "tools" / "kleenex_markers.py"
+PROJECT = Path(__file__).resolve().parents[2]
+TOOL = [sys.executable, "-m", "tools.reproduce.scans.kleenex_markers"]
 
 
 def run(*options: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, TOOL, *map(str, options)], capture_output=True, text=True, check=False)
+    return subprocess.run([*TOOL, *map(str, options)], cwd=PROJECT, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.real

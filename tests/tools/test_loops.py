@@ -10,14 +10,12 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-import loops
-from judging.command import Ran
-from judging.writing import Recording, trajectory
-from loop_scenes import course, frames, judged, kinect, making, walks, words
-from loop_scenes.scenery import Lens, View
-from planted.measure import Surface
+from tools.sets import loops
+from tools.sets.judging.command import Ran
+from tools.sets.judging.writing import Recording, trajectory
+from tools.sets.loop_scenes import course, frames, judged, kinect, making, walks, words
+from tools.sets.loop_scenes.place.scenery import Lens, View
+from tools.sets.planted.measure import Surface
 
 TINY = Lens(80, 60, 72.0)
 EVERY = {"plain": 40, "lost": 3, "table": 40, "open": 20}

@@ -1,24 +1,20 @@
 """Planted faults: the generator's own laws, the measuring of meshes, and the rules by which a scan is right."""
 
 import json
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-from planted.cases import CASES, CLEAN, FAULTS
-from planted.devices import DEVICES, Matching
-from planted.making import make
-from planted.measure import Measured, Surface, compared
-from planted.ruling import rule
-from planted.said import Light, Said, visible_text
-from planted.shapes import SHAPES
-from planted.stage import OBJECT, PLATE, STILL, Hits, Pinhole, stage_of, turned
+from tools.sets.planted.cases import CASES, CLEAN, FAULTS
+from tools.sets.planted.devices import DEVICES, Matching
+from tools.sets.planted.making import make
+from tools.sets.planted.measure import Measured, Surface, compared
+from tools.sets.planted.ruling import rule
+from tools.sets.planted.said import Light, Said, visible_text
+from tools.sets.planted.shapes import SHAPES
+from tools.sets.planted.stage import OBJECT, PLATE, STILL, Hits, Pinhole, stage_of, turned
 
 SMALL = Pinhole(160, 120, 143.75, 79.5, 59.5)
 

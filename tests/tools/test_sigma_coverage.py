@@ -1,19 +1,13 @@
 """The judge of vertices' standard deviations: right ones are found right, wrong ones wrong."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-from judging.coverage import coverage
-from sigma_coverage import Judged, summary
-
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
+from tools.sets.judging.coverage import coverage
+from tools.sets.sigma_coverage import Judged, summary
 
 TRUE_M = 5e-4
 

@@ -1,12 +1,9 @@
 """System packages: installed where nobody has to be asked, else one line with the command, before any download."""
 
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from fusion.commands.terminal import system_libraries
 from tools import system_packages

@@ -1,7 +1,6 @@
 """The judge of merges shares no code with the package, and knows the true transform."""
 
 import ast
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +8,16 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+from tools.sets.judging.writing import trajectory
+from tools.sets.two_passes.cases import CASES, REFUSED, made
+from tools.sets.two_passes.judged import true_transform
+from tools.sets.two_passes.making import _turned_over
 
-from judging.writing import trajectory
-from two_passes.cases import CASES, REFUSED, made
-from two_passes.judged import true_transform
-from two_passes.making import _turned_over
-
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
+SETS = Path(__file__).resolve().parents[2] / "tools" / "sets"
 
 
 def test_it_imports_nothing_of_the_package():
-    for file in [*(TOOLS / "two_passes").glob("*.py"), TOOLS / "passes.py"]:
+    for file in [*(SETS / "two_passes").glob("*.py"), SETS / "passes.py"]:
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []

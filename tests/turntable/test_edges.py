@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.tracking.pairs import find_pairs
-from fusion.turntable.pairs.edges import edge_sums, paired, stack
+from fusion.turntable.pairs.edges import AskedErrors, edge_sums, paired, stack
 from fusion.turntable.selfcheck import NAMES, PRIOR, SelfCheck
 
 EDGE, REACH = [(0, 1)], 0.02
@@ -19,7 +19,7 @@ def views(owl_scene):
 
 def residuals(views, motion, check):
     axis, angles = motion
-    code, out = paired(stack(views), (axis, np.diff(angles)), EDGE, (REACH, 0.7), (check, len(NAMES)))
+    code, out = paired(stack(views), (axis, np.diff(angles)), EDGE, (REACH, 0.7), AskedErrors(check, NAMES))
     there = code[0] == 2
     return np.where(there, out[0, :, 0], np.nan), np.where(there[:, None], out[0, :, 2:], np.nan)
 
@@ -57,7 +57,7 @@ def test_pairs_are_those_of_the_views(owl_scene, views):
     check = SelfCheck(values, 0.5, 0.9)
     there, back = check.view(views[0]), check.view(views[1])
     expected = find_pairs(there.sampled, owl_scene.axis.turn(turn), back.map, REACH, 0.7)
-    code, out = paired(stack(views), (owl_scene.axis, np.array([turn])), EDGE, (REACH, 0.7), (check, 0))
+    code, out = paired(stack(views), (owl_scene.axis, np.array([turn])), EDGE, (REACH, 0.7), AskedErrors(check))
     both = np.intersect1d(np.flatnonzero(code[0] == 2), expected.index)
     # a point on the border of two pixels may take the other one
     assert len(both) > 0.999 * len(expected.index)
@@ -70,5 +70,5 @@ def test_pairs_are_those_of_the_views(owl_scene, views):
 def test_an_edge_with_few_pairs_says_nothing(owl_scene, views):
     check = SelfCheck(np.zeros(len(NAMES)), 0.5, 0.9)
     far = (owl_scene.axis.moved(np.array([0, 0, 0.5, 0.5])), np.array([0.0, 1.5]))
-    sums = edge_sums(stack(views), far, EDGE, 0.002, (check, NAMES))
+    sums = edge_sums(stack(views), far, EDGE, 0.002, AskedErrors(check, NAMES))
     assert not sums.H.any() and not sums.visible.any()

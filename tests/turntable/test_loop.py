@@ -86,7 +86,7 @@ def test_errors_that_run_away_with_more_points_are_not_taken(owl_scene, monkeypa
         return loop
 
     monkeypatch.setattr(motion, "close_loop", run_away)
-    ran_away, *_ = motion._refine((views, lambda: views), start, None, None)
+    ran_away, *_ = motion._refine(views, lambda: views, start, None, None)
     stated = next(loop for loop, settings in calls if not settings.free_camera)
     assert any(settings.reaches[-1] == 0.006 for _, settings in calls)
     assert ran_away is stated

@@ -124,4 +124,4 @@ def test_what_moves_in_no_place_for_long_is_told(call, monkeypatch):
     ):
         find_moving(depths(), SMALL, sigma)
     with pytest.raises(TrackingError, match="in no place for long"):
-        persistent(np.zeros((0, 3)), np.zeros(0, np.int64), (FRAMES, 100.0))
+        persistent(np.zeros((0, 3)), np.zeros(0, np.int64), FRAMES, 100.0)

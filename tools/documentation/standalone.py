@@ -1,6 +1,6 @@
 """A built site needs nothing but itself: no page, style or picture of it loads anything from elsewhere.
 
-    python -m tools.documentation.standalone out/site      exit status 1, and a line for each thing that is loaded
+    python -m tools.documentation.standalone out/site    exit status 1, and a line for each thing that is loaded
 
 Links that a person may follow lead anywhere; scripts, styles, fonts, frames and pictures are in the site.
 """

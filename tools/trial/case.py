@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from concealed.making import Made, make, write_recordings
-from concealed.more import asked_shots
 
-from trial.asked import kind_asked
-from trial.engine import explained, naively
-from trial.gain import gains, sizes_of
-from trial.scoring import POSSIBLE, score
-from trial.sealing import sealed
+from tools.trial.asked import kind_asked
+from tools.trial.concealed.making import Made, make, write_recordings
+from tools.trial.concealed.more import asked_shots
+from tools.trial.engine import explained, naively
+from tools.trial.gain import gains, sizes_of
+from tools.trial.scoring import POSSIBLE, score
+from tools.trial.sealing import sealed
 
 Result = dict[str, Any]
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from trial.gain import share
-from trial.scoring import interval, stratum
+from tools.trial.gain import share
+from tools.trial.scoring import interval, stratum
 
 Result = dict[str, Any]
 

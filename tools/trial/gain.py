@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from concealed.decks import BEYOND, USUAL
-from concealed.making import Made, oracle_for, write_recordings
-from concealed.more import more_shots
-from concealed.oracle import Oracle
-from concealed.plan import Plan
-from concealed.rays import cast
-from concealed.shot import Shot
 from numpy.typing import NDArray
 
-from trial.engine import predicted
+from tools.trial.concealed.decks import BEYOND, USUAL
+from tools.trial.concealed.making import Made, oracle_for, write_recordings
+from tools.trial.concealed.more import more_shots
+from tools.trial.concealed.oracle import Oracle
+from tools.trial.concealed.plan import Plan
+from tools.trial.concealed.rays import cast
+from tools.trial.concealed.shot import Shot
+from tools.trial.engine import predicted
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from fusion.discrepancy.observe.observations import observe
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from trial.pixelwise import lasso, nearest_cosine, pixelwise, stepwise_bic
+from tools.trial.pixelwise import lasso, nearest_cosine, pixelwise, stepwise_bic
 
 METHODS = {"pixel BIC stepwise": stepwise_bic, "lasso": lasso, "nearest cosine": nearest_cosine}
 

@@ -15,10 +15,10 @@ from typing import Any
 from fusion.batch.listing import Item
 from fusion.batch.run import Batch, BatchSettings, run_batch
 from fusion.files.output.publish import output_folder
-from trial.case import Order, tried
+from tools.trial.case import Order, tried
 
-TOOLS = Path(__file__).resolve().parents[1]
-RUNNER = "trial.on_batch:run"
+PROJECT = Path(__file__).resolve().parents[2]
+RUNNER = "tools.trial.on_batch:run"
 
 
 def tried_on_workers(
@@ -31,7 +31,7 @@ def tried_on_workers(
         told = {**asdict(order), "output": "", "shared": None if order.shared is None else str(order.shared.resolve())}
         (listed / f"{order.name}.json").write_text(json.dumps(told), encoding="utf-8")
     items = [Item(order.name, listed / f"{order.name}.json") for order in orders]
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(TOOLS), os.environ.get("PYTHONPATH")]))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(PROJECT), os.environ.get("PYTHONPATH")]))
     batch = run_batch(items, ["{rec}", "{out}"], home, BatchSettings(workers, scheduler, runner=RUNNER))
     return _results(batch, home)
 

@@ -14,7 +14,7 @@ from fusion.passes.poses.placing import Placing, place
 from fusion.passes.poses.sides import PassSide
 
 Array = NDArray[np.float64]
-# the thresholds are guesses, looked at on development seeds of tools/passes.py (101 and above)
+# the thresholds are guesses, looked at on development seeds of tools/sets/passes.py (101 and above)
 LEAST_OVERLAP = 0.12  # of both surfaces together
 LEAST_AGREEMENT = 0.93  # of what the other pass can say something of
 LOOSE = 0.4  # rms over the noise: surfaces that cross at random have 0.5, those of one object 0.1 to 0.25

@@ -68,8 +68,8 @@ def _beside(pairs: Sequence[PhotoPair]) -> Figure:
     caption = (
         "Above photographs, below the textured mesh from the same places, in the light that stood still while the "
         "object turned. It was made of these photographs too; how well it foretells others: "
-        "tools/texture_held_out.py. The picture itself holds one colour for a place, without that light; cast shadows "
-        "and gloss are in the photographs alone."
+        "`python -m tools.reproduce.scans.texture_held_out`. The picture itself holds one colour for a place, without "
+        "that light; cast shadows and gloss are in the photographs alone."
     )
     height, width = (max(pair.shown.shape[axis] for pair in pairs) for axis in (0, 1))
     with styled():

@@ -14,7 +14,7 @@ from fusion.scan.finding.passing import without_passing
 from fusion.scan.finding.plate_seen_whole import on_its_plate
 from fusion.scan.finding.poses import about_axis
 from fusion.scan.finding.relieved import relieved
-from fusion.scan.finding.turn import find_motion
+from fusion.scan.finding.turn import Asked, find_motion
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.together import WORTH
@@ -66,9 +66,10 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings, start:
     told = told_angles(recording, settings)
     # print helps to find what nothing was told of
     frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
-    moved = _moved(frames, (recording, sensor, settings), region, told, start)
+    asked = Asked(recording, sensor, settings)
+    moved = _moved(frames, asked, region, told, start)
     if told is None and moved.passed > FEW:  # what passes pulls the views along
-        moved = _moved(moved.frames, (recording, sensor, settings), region, told, moved.motion)
+        moved = _moved(moved.frames, asked, region, told, moved.motion)
     motion, frames = moved.motion, relieved(moved.frames, moved.motion.taken_out)
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
 
@@ -84,17 +85,16 @@ class _Moved:
 
 def _moved(
     frames: list[Prepared | None],
-    how: tuple[Recording, Sensor, ScanSettings],
+    asked: Asked,
     region: Region,
     told: NDArray[np.float64] | None,
     start: Motion | None = None,
 ) -> _Moved:
-    recording, sensor, settings = how
-    motion = find_motion(frames, (recording.camera, settings), region, told, start)
+    motion = find_motion(frames, asked, region, told, start)
     if start is not None:
         motion = replace(motion, rejected={**motion.rejected, **start.rejected})
-    motion = on_its_plate(motion, recording, sensor)
-    cut = region.cut(region.window(recording.camera))
+    motion = on_its_plate(motion, asked.recording, asked.sensor)
+    cut = region.cut(region.window(asked.recording.camera))
     alone = object_alone(frames, cut, motion)
     clean = without_passing(alone, cut, about_axis(motion.axis, motion.angles, motion.shifts))
     changed = [a is not b for a, b in zip(alone, clean, strict=True)]

@@ -23,9 +23,8 @@ CLEAR_OF_PLATE = 0.004  # [m] the plate is cut away up to here
 
 
 def choose_volume(
-    settings: ScanSettings, camera: Camera, found: tuple[list[Prepared | None], Region, Motion]
+    settings: ScanSettings, camera: Camera, frames: list[Prepared | None], region: Region, motion: Motion
 ) -> VolumeSettings:
-    frames, region, motion = found
     shown = [f for f in frames if f is not None]
     inside = shown[0].surface.points[region.holds(shown[0].surface.points)]
     distance = float(np.median(inside[:, 2])) if len(inside) else float(np.linalg.norm(motion.axis.point))

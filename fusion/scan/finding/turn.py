@@ -1,6 +1,7 @@
 """The motion of a scan: between pairs of frames first, then of every frame against the model of all."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each, stage
+from fusion.recording.recording import Recording
 from fusion.scan.finding.frames import object_alone
 from fusion.scan.finding.object import choose_volume
 from fusion.scan.finding.poses import about_axis
@@ -29,9 +31,26 @@ from fusion.volume.volume import Volume, VolumeSettings
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Asked:
+    """What is scanned, and how: the recording, its sensor and the settings."""
+
+    recording: Recording
+    sensor: Sensor
+    settings: ScanSettings
+
+
+class _Known(NamedTuple):
+    """Told angles (n,) [rad], how well the depth is known, and whether the angles are of a log."""
+
+    commanded: Array | None
+    depth: DepthKnown | None
+    logged: bool
+
+
 def find_motion(
     frames: list[Prepared | None],
-    how: tuple[Camera, ScanSettings],
+    asked: Asked,
     region: Region,
     commanded: Array | None,
     start: Motion | None = None,
@@ -40,7 +59,7 @@ def find_motion(
 
     Args:
         frames: cut to the window of the region.
-        how: the camera of the whole image, and the settings.
+        asked: recording and settings.
         region: where the object is.
         commanded: (n,) angles [rad] as told, or None.
         start: a motion that was found before, see `estimate_motion`.
@@ -49,22 +68,22 @@ def find_motion(
         RecordingError: the images contradict the step that was told.
         TrackingError: no frame can be read, or nothing turns about one axis.
     """
-    camera = how[0]
+    camera, settings = asked.recording.camera, asked.settings
     cut = region.cut(region.window(camera))
     pixels = [None if f is None else usable(f.surface, cut) for f in frames]
     both = list(zip(frames, pixels, strict=True))
     views = [_nothing(frames) if f is None or p is None else view(f.surface, p, f.color) for f, p in both]
     with stage("motion"):
-        if how[1].step is not None and not how[1].force:
-            refuse_contradicted_step(views, cut, how[1].step)
-        known = None if how[1].sensor is None else _known(how[1].sensor, camera, region)
-        motion, commanded = _motion(views, cut, (commanded, known), how[1].step is None, start)
+        if settings.step is not None and not settings.force:
+            refuse_contradicted_step(views, cut, settings.step)
+        known = None if settings.sensor is None else _known(settings.sensor, camera, region)
+        motion, commanded = _motion(views, cut, _Known(commanded, known, settings.step is None), start)
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is None and (motion.camera_check.values == motion.taken_out.values).all():
         rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
         with stage("motion"):
             frames = object_alone(frames, cut, motion)
-            volume = choose_volume(how[1], camera, (frames, cut, motion))
+            volume = choose_volume(settings, camera, frames, cut, motion)
             doubt = None if known is None else prior_of(camera, known)
             motion = _finished(frames, rays, volume, motion, How(held=motion.held, doubt=doubt))
     if commanded is not None:
@@ -81,15 +100,14 @@ def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
 def _motion(
     views: list[ObjectView],
     region: Region,
-    known: tuple[Array | None, DepthKnown | None],
-    logged: bool,
+    known: _Known,
     start: Motion | None = None,
 ) -> tuple[Motion, Array | None]:
-    """The motion between the views, and the told angles that it follows; `known`: these, and how well the depth is.
+    """The motion between the views, and the told angles that it follows.
 
     Where a log leads nowhere, as one in radians does, the images are asked alone; what is wrong with it shows then.
     """
-    commanded, depth = known
+    commanded, depth, logged = known
     try:
         return estimate_motion(views, region, commanded, depth, start), commanded
     except TrackingError:

@@ -1,7 +1,7 @@
 """How sure each vertex of a turntable scan is."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,30 @@ from fusion.volume.volume import VolumeSettings
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class MadeWith:
+    """What a scan was made with.
+
+    Attributes:
+        camera: as used.
+        focal: what the scan says of its focal length.
+        sensor: that rated the pixels; `given`: the one that was given, or None.
+        volume: its settings.
+    """
+
+    camera: Camera
+    focal: FocalCheck
+    sensor: Sensor
+    given: Sensor | None
+    volume: VolumeSettings
+
+
 def scan_sigma(
     mesh: Mesh,
     frames: list[Prepared | None],
     poses: Array,
-    how: tuple[Camera, Sensor, Sensor | None, VolumeSettings],
-    told: tuple[Motion, FocalCheck],
+    used: MadeWith,
+    motion: Motion,
 ) -> Sure:
     """How sure each vertex is.
 
@@ -35,13 +53,13 @@ def scan_sigma(
         mesh: of the object, with normals.
         frames: (n) as they were fused.
         poses: (n, 4, 4) `T_object_camera`.
-        how: camera as used, sensor that rated the pixels, the one that was given or None, the volume's settings.
-        told: the table's motion, and what the scan says of the focal length.
+        used: camera, sensor and volume.
+        motion: of the table.
     """
-    (camera, sensor, given, volume), (motion, focal) = how, told
+    camera, sensor, volume = used.camera, used.sensor, used.volume
     distance = float(np.linalg.norm(motion.axis.point))
-    seen = float(np.hypot(focal.std, SYSTEMATIC)), float(PRIOR[0])
-    common = replace(common_errors(camera, given, distance, seen), size=motion.size_std)
+    seen = float(np.hypot(used.focal.std, SYSTEMATIC)), float(PRIOR[0])
+    common = replace(common_errors(camera, used.given, distance, seen), size=motion.size_std)
     causes = Causes(len(frames), blur_px(sensor, camera), volume.voxel, common, axis_errors(motion, poses))
     return vertex_sigma(mesh, frames, poses, causes, volume.truncation)
 

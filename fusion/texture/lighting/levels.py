@@ -11,7 +11,7 @@ from fusion.texture.lighting.parted import parted
 
 WHITE, BRIGHTEST = 255.0, 0.99  # [counts]; share of the surface that is to be no brighter
 # [counts] a view that differs by more from the middle of all shows another thing, or a gloss. 20 cost 0.2 dB of a real
-# box whose sides a lamp lights differently while they turn (tools/texture_held_out.py)
+# box whose sides a lamp lights differently while they turn (tools/reproduce/scans/texture_held_out.py)
 ALIKE = 40.0
 LITTLE = 1e-3  # of trust is left to each view: where all disagree, the best one stands
 

@@ -94,7 +94,7 @@ class Free:
     focal: bool = False
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Last:
     std: Array = field(default_factory=lambda: np.zeros(0))
     found: Twists | None = None
@@ -119,7 +119,7 @@ def fit_jointly(
         def say(poses: Array, centre: Array, focal: float, limits: ViewPairLimits = limits) -> Twists:
             return twists(seen, edges, poses, centre, limits, focal)
 
-        state = _fit(state, edges, say, (free, iterations), last)
+        state, last = _fit(state, edges, say, free, iterations)
     assert last.found is not None
     n, i = len(state.angles), np.array(edges, np.intp)[:, 0]
     count = np.maximum(np.bincount(i, minlength=n), 1)
@@ -151,7 +151,7 @@ def fit_to_pairs(start: State, edges: Edges, poses: Array, worth: Array, iterati
         g = -weight[:, None] * ((off / size**2) @ own.T)
         return Twists(H, g, none, none + 2 * FEWEST, none, none, none, none, none)
 
-    return _fit(start, edges, say, (Free(1.0, axis=False), iterations), _Last())
+    return _fit(start, edges, say, Free(1.0, axis=False), iterations)[0]
 
 
 def angle_stds(seen: ViewStack, state: State, edges: Edges, limits: ViewPairLimits) -> Array:
@@ -170,10 +170,9 @@ def angle_stds(seen: ViewStack, state: State, edges: Edges, limits: ViewPairLimi
 
 
 def _fit(
-    state: State, edges: Edges, say: Callable[[Array, Array, float], Twists], how: tuple[Free, int], last: _Last
-) -> State:
-    free, iterations = how
-    n = len(state.angles)
+    state: State, edges: Edges, say: Callable[[Array, Array, float], Twists], free: Free, iterations: int
+) -> tuple[State, _Last]:
+    n, last = len(state.angles), _Last()
     i, j = np.array(edges, np.intp).T
     held = np.zeros(SHARED + 3 * n, bool)
     held[: SHARED - 1], held[SHARED - 1] = not free.axis, not free.focal
@@ -188,12 +187,12 @@ def _fit(
         g[across] += state.shifts.ravel() / free.loose**2
         H[SHARED - 1, SHARED - 1] += 1 / FOCAL**2
         g[SHARED - 1] += state.focal / FOCAL**2
-        step, last.std = _solve(H, g, held)
-        last.found = found
+        step, std = _solve(H, g, held)
+        last = _Last(std, found)
         state = _moved(state, step)
         if np.abs(step).max() < SETTLED:
             break
-    return state
+    return state, last
 
 
 def _spread(seen: ViewStack, state: State, edges: Edges) -> float:

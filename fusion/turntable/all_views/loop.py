@@ -15,7 +15,7 @@ from scipy.linalg import solve
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import log_equations
 from fusion.turntable.axis import Axis, Turns
-from fusion.turntable.pairs.edges import ViewStack, edge_sums, stack
+from fusion.turntable.pairs.edges import AskedErrors, Sums, ViewStack, edge_sums, stack
 from fusion.turntable.selfcheck import NAMES, DepthKnown, SelfCheck, prior_of
 from fusion.turntable.views import ObjectView
 
@@ -151,7 +151,8 @@ def close_loop(
         some = seen if reach == settings.reaches[-1] else seen.thinned(COARSE_POINTS)
         for _ in range(iterations):
             system = _System(n)
-            _add_edges(system, some, Turns(axis, angles), edges, (reach, check, settings.free_camera))
+            asked = AskedErrors(check, settings.free_camera)
+            _add_edges(system, edges, edge_sums(some, Turns(axis, angles), edges, reach, asked))
             _add_prior(system, check)
             if settings.told is not None:
                 _add_log(system, angles, settings.told)
@@ -203,15 +204,7 @@ def _add_log(system: _System, angles: Array, told: Array) -> None:
     np.add.at(system.H, (after, before), -weight)
 
 
-def _add_edges(
-    system: _System,
-    seen: ViewStack,
-    motion: Turns,
-    edges: list[tuple[int, int]],
-    how: tuple[float, SelfCheck, tuple[str, ...]],
-) -> None:
-    reach, check, free_camera = how
-    sums = edge_sums(seen, motion, edges, reach, (check, free_camera))
+def _add_edges(system: _System, edges: list[tuple[int, int]], sums: Sums) -> None:
     H, g = EFFECTIVE * sums.H, EFFECTIVE * sums.g
     i, j = np.array(edges).T
     wide = slice(0, H.shape[1] - 1)  # axis, and camera where it is free

@@ -90,10 +90,10 @@ def finish(
             e = equations(seen.without(check), Turns(axis, angles), volume, check)
             if len(e.rows) == 0:  # nothing of what was seen lies near the model
                 return Finished(axis, angles, np.full(len(angles), np.nan), check)
-            firm = solve(e, (check, alike), steady=True)
+            firm = solve(e, check, alike, steady=True)
             steady = firm.step
             # the angles need all relief there is; what it gets wrong goes into shared unknowns of their own, dropped
-            found = solve(e, (check, alike))
+            found = solve(e, check, alike)
             alike = _alike(e, seen.tiles, found)
             axis = moved_axis(axis, steady[:AXIS])
             check = check.moved(steady[AXIS : e.shared])

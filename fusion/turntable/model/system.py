@@ -87,12 +87,13 @@ class ModelSolution:
     scale: float
 
 
-def solve(e: CellEquations, known: tuple[SelfCheck, float], steady: bool = False) -> ModelSolution:
+def solve(e: CellEquations, check: SelfCheck, alike: float, steady: bool = False) -> ModelSolution:
     """One Gauss-Newton step; the cells' offsets are eliminated.
 
     Args:
         e: the equations.
-        known: of the errors of depth, and by how much neighbouring pixels, which err alike, say less than they count.
+        check: of the errors of depth.
+        alike: by how much neighbouring pixels, which err alike, say less than they count.
         steady: only what tells where the axis is: not the object's foot, and of rough places as much as their windows
             tell.
     """
@@ -100,7 +101,7 @@ def solve(e: CellEquations, known: tuple[SelfCheck, float], steady: bool = False
     offset, scale = _settled(e, steady, lowest)
     H, g = normal_equations(e.rows, e.frame, e.first, offset, e.n, (scale, steady, lowest))
     if e.shared > AXIS:
-        (check, alike), errors = known, np.arange(AXIS, e.shared)
+        errors = np.arange(AXIS, e.shared)
         information = alike**2 * check.information
         H[errors, errors] += information
         g[errors] += information * check.values[len(LENS) :]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,18 @@ class ViewStack:
         return replace(self, first=first, points=self.points[chosen], tones=tones)
 
 
+class AskedErrors(NamedTuple):
+    """Errors of camera and depth as they are now, and the names of those that a fit asks for."""
+
+    check: SelfCheck
+    names: Sequence[str] = ()
+
+    @property
+    def places(self) -> list[int]:
+        """Of the asked ones in the order of all."""
+        return [k for k, name in enumerate(NAMES) if name in self.names]
+
+
 @dataclass(frozen=True)
 class Sums:
     """What each of m edges adds: normal matrices (m, 15, 15) and vectors (m, 15) in [turn, axis (4), camera (10)],
@@ -100,7 +113,7 @@ def edge_sums(
     motion: Turns,
     edges: Edges,
     reach: float,
-    check: tuple[SelfCheck, Sequence[str]],
+    errors: AskedErrors,
 ) -> Sums:
     """Equations of all edges.
 
@@ -109,7 +122,7 @@ def edge_sums(
         motion: axis and angles (n,) [rad].
         edges: m pairs of views.
         reach: largest distance of a pair [m], see `Stack.reach`.
-        check: errors of camera and depth, and the names of those that are asked for; the columns of the others stay 0.
+        errors: of camera and depth; the columns of those that are not asked for stay 0.
 
     Raises:
         TrackingError: there is no pair of views to compare.
@@ -121,18 +134,17 @@ def edge_sums(
         raise TrackingError("no two views overlap", found=found, expected="25 deg or less", do=do)
     most = int(np.max(np.diff(seen.first)))
     part = max(1, PART // max(most, 1))
-    parts = [_some(seen, motion, edges[k : k + part], reach, check) for k in range(0, len(edges), part)]
+    parts = [_some(seen, motion, edges[k : k + part], reach, errors) for k in range(0, len(edges), part)]
     return Sums(*(np.concatenate([getattr(p, name) for p in parts]) for name in Sums.__dataclass_fields__))
 
 
-def _some(seen: ViewStack, motion: Turns, edges: Edges, reach: float, check: tuple[SelfCheck, Sequence[str]]) -> Sums:
+def _some(seen: ViewStack, motion: Turns, edges: Edges, reach: float, errors: AskedErrors) -> Sums:
     from fusion.turntable.pairs.edge_pairs import PAIRED, sum_edges
 
-    (axis, angles), (errors, names) = motion, check
+    axis, angles = motion
     source, model = np.array(edges).T
     turns = angles[model] - angles[source]
-    asked = [k for k, name in enumerate(NAMES) if name in names]
-    code, out = paired(seen, Turns(axis, turns), edges, (reach, LEAST_COSINE), (errors, max(asked, default=-1) + 1))
+    code, out = paired(seen, Turns(axis, turns), edges, (reach, LEAST_COSINE), errors)
     pair = code == PAIRED
     count = pair.sum(axis=1)
     ratio = np.full(code.shape, np.inf, np.float32)
@@ -140,7 +152,7 @@ def _some(seen: ViewStack, motion: Turns, edges: Edges, reach: float, check: tup
     scale = np.where(count >= LEAST_PAIRS, _scale(ratio, count), 0)
     m, k = len(edges), 5 + len(NAMES)
     H, g, totals = np.zeros((m, k, k)), np.zeros((m, k)), np.zeros((m, 3))
-    sum_edges(code, out, scale, np.array([*range(5), *(5 + k for k in asked)], np.int32), H, g, totals)
+    sum_edges(code, out, scale, np.array([*range(5), *(5 + k for k in errors.places)], np.int32), H, g, totals)
     squares, fitting, visible = totals.T
     return Sums(H + np.tril(H, -1).swapaxes(1, 2), g, squares, fitting.astype(np.int64), visible.astype(np.int64))
 
@@ -158,7 +170,7 @@ def paired(
     motion: Turns,
     edges: Edges,
     limits: tuple[float, float],
-    check: tuple[SelfCheck, int],
+    errors: AskedErrors,
 ) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
     """What became of every source point of every edge (see `edge_pairs`); of pairs residual, sigma and derivatives.
 
@@ -167,26 +179,26 @@ def paired(
         motion: axis, and the turn (m,) [rad] of each edge.
         edges: m pairs of views.
         limits: largest distance of a pair [m] where noise does not ask for more, least cosine between its normals.
-        check: errors of camera and depth, and how many of them, in their order, have columns too.
+        errors: of camera and depth; those up to the last that is asked for have columns too.
     """
     from fusion.turntable.pairs.edge_pairs import pair_edges  # starts Taichi
 
     start()
-    (axis, turns), (errors, columns) = motion, check
+    (axis, turns), check = motion, errors.check
     camera = seen.views[0].map.camera
     most = int(np.max(np.diff(seen.first)))
     code = np.empty((len(edges), most), np.int8)
-    out = np.empty((len(edges), most, 7 + columns), np.float32)
+    out = np.empty((len(edges), most, 7 + max(errors.places, default=-1) + 1), np.float32)
     pair_edges(
         np.array(edges, np.int32),
         axis.turns(turns).astype(np.float32),
         seen.first,
         seen.points,
         seen.maps,
-        errors.camera(camera).parameters,
+        check.camera(camera).parameters,
         np.array([camera.fx, camera.fy], np.float32),
-        errors.values.astype(np.float32),
-        errors.span,
+        check.values.astype(np.float32),
+        check.span,
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
         np.array([seen.reach(limits[0]), limits[1], seen.stride], np.float32),
         np.empty(code.shape, np.int32),

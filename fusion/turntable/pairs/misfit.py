@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.turntable.axis import Turns
-from fusion.turntable.pairs.edges import PART, Edges, ViewStack, paired
+from fusion.turntable.pairs.edges import PART, AskedErrors, Edges, ViewStack, paired
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ def misfits(seen: ViewStack, edges: Edges, motion: Turns, reach: float, check: S
 def _some(seen: ViewStack, edges: Edges, motion: Turns, reach: float, check: SelfCheck) -> Array:
     from fusion.turntable.pairs.edge_pairs import PAIRED, SEEN
 
-    code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), (check, 0))
+    code, out = paired(seen, motion, edges, (reach, LEAST_COSINE), AskedErrors(check))
     pair = code == PAIRED
     far = np.ones(code.shape, np.float32)
     np.divide(out[..., 0], 0.5 * seen.reach(reach), out=far, where=pair)

@@ -102,7 +102,7 @@ def look_at(views: Sequence[ObjectView], axis: Axis, plane: Array, reach: float)
         reach: radius of the outermost ring [m].
     """
     cells = cells_of(axis, plane, reach)
-    return counted(views, axis, (plane, THICK), [cells] * len(views))
+    return counted(views, axis, plane, THICK, [cells] * len(views))
 
 
 def cells_of(axis: Axis, plane: Array, reach: float) -> Array:
@@ -114,18 +114,16 @@ def cells_of(axis: Axis, plane: Array, reach: float) -> Array:
     return np.asarray(axis.point + np.column_stack([x, y, z]) @ np.vstack([axis.across(), axis.direction]))
 
 
-def counted(
-    views: Sequence[ObjectView], axis: Axis, surface: tuple[Array, float], cells: Sequence[Array]
-) -> CellCounts:
+def counted(views: Sequence[ObjectView], axis: Axis, plane: Array, thick: float, cells: Sequence[Array]) -> CellCounts:
     """What the views measure where cells (n, 3), of each view its own, should be.
 
     Args:
         views: the frames.
         axis: as in `look_at`.
-        surface: (c, a, b) of the plane, and what off it still counts as it [m].
+        plane: its (c, a, b).
+        thick: what off it still counts as it [m].
         cells: ring by ring.
     """
-    plane, thick = surface
     count = np.zeros((3, RINGS * SECTORS))
     for v, places in zip(views, cells, strict=True):
         camera = v.map.camera

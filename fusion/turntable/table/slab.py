@@ -56,7 +56,7 @@ def _is_slab(
     thick = min(THICK, HALFWAY * over)
     plane = np.array([height, 0.0, 0.0])
     cells = cells_of(axis, plane, reach)
-    seen = counted(views, axis, (plane, thick), [transform(T, cells) for T in motions])
+    seen = counted(views, axis, plane, thick, [transform(T, cells) for T in motions])
     told, share, there = steady(seen)
     if there.any(axis=0).mean() < SIDES or (there.sum(axis=1) >= LEAST_SECTORS).sum() < LEAST_RINGS:
         return False

@@ -73,7 +73,7 @@ def find_moving(
     points, frames, stride = _points_of(moved, depths, camera)
     if len(points) < LEAST * len(depths):
         raise _nothing(f"{len(points) / len(depths):.0f} moving pixels a frame")
-    kept = _persistent(points, frames, (len(depths), camera.fx**2 / stride))
+    kept = _persistent(points, frames, len(depths), camera.fx**2 / stride)
     if not kept.any():
         raise _nothing("what moves is in no place for long")
     points, frames = points[kept], frames[kept]
@@ -91,7 +91,7 @@ def find_moving(
     before = without_visitors(before, depths)
     before[visited] = False
     points, frames, stride = _points_of(before, depths, camera)
-    chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride), chosen)]
+    chosen = points[_persistent(points, frames, len(depths), camera.fx**2 / stride, chosen)]
     return Moving(chosen, *_box(chosen), behind.still, wall)
 
 
@@ -117,7 +117,7 @@ def find_wall(
     if inside.sum() * stride < LEAST * len(depths):
         return None
     points, frames = points[inside], frames[inside]
-    chosen = points[_persistent(points, frames, (len(depths), camera.fx**2 / stride))]
+    chosen = points[_persistent(points, frames, len(depths), camera.fx**2 / stride)]
     behind = _without_print(behind, depths, colors, outline_of(chosen, camera))
     return find_background(behind, outside_of(_box(chosen), behind.far, camera))
 
@@ -210,16 +210,16 @@ def _points_of(
 
 
 def _persistent(
-    points: Array, frames: NDArray[np.int64], how: tuple[int, float], near: Array | None = None
+    points: Array, frames: NDArray[np.int64], n_frames: int, density: float, near: Array | None = None
 ) -> NDArray[np.bool_]:
     """(n,) bool: points in the largest connected region that holds moving surface in most frames.
 
     Args:
         points, frames: (n, 3) [m], (n,).
-        how: number of frames; points that a surface square to the sight has per steradian in one frame.
+        n_frames: how many there are.
+        density: points that a surface square to the sight has per steradian in one frame.
         near: (m, 3) points that the region must hold, when some are known.
     """
-    n_frames, density = how
     if not len(points):
         raise _nothing("what moves is in no place for long")
     cell = max(0.01, float(np.median(points[:, 2])) / 60)

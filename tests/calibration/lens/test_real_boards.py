@@ -1,21 +1,13 @@
 """The Kinect v2's own boards, and challenges whose truth is known."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
-
-TOOL = Path(__file__).resolve().parents[3] / "tools" / "calibrate_checkerboard.py"
 
 
 @pytest.fixture(scope="module")
 def tool():
-    spec = importlib.util.spec_from_file_location("calibrate_checkerboard", TOOL)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    from tools.reproduce.calibration import boards
+
+    return boards
 
 
 @pytest.mark.real

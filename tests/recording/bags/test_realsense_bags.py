@@ -1,4 +1,4 @@
-"""Recordings by RealSense's own recorders (tools/realsense_sample.py): .bag of SDK 2.56, .db3 of SDK 2.59."""
+"""Recordings by RealSense's own recorders (tools/formats/samples/realsense.py): .bag of SDK 2.56, .db3 of SDK 2.59."""
 
 import shutil
 from pathlib import Path

@@ -1,8 +1,8 @@
 """The corners of a checkerboard in one picture, speckled and dim ones too.
 
 Several attempts, the quickest first; whatever finds the board, the corners are then refined in the picture itself, at
-its own size. Measured with tools/calibrate_checkerboard.py: the classic detector needs a twentieth of the time of the
-sector-based one and finds more boards as soon as small ones are enlarged.
+its own size. Measured with tools/reproduce/calibration/boards.py: the classic detector needs a twentieth of the time of
+the sector-based one and finds more boards as soon as small ones are enlarged.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """Azure Kinect's `calibration.json`: its two cameras in the pixels of a mode.
 
 Lengths and centres are told in parts of the sensor (depth) or of the image's width (colour), the lens as OpenCV's
-rational one; how a mode cuts the sensor was seen with the maker's library (`tools/azure_sample.py`).
+rational one; how a mode cuts the sensor was seen with the maker's library (`tools/formats/samples/azure.py`).
 """
 
 from dataclasses import dataclass

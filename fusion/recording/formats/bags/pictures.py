@@ -3,7 +3,6 @@
 import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -13,7 +12,7 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.recording.formats.bags.containers.store import Topic
 from fusion.recording.formats.bags.messages.rvl import unpack_rvl
-from fusion.recording.formats.bags.messages.values import decoded
+from fusion.recording.formats.bags.messages.values import RosValues, decoded
 from fusion.recording.images.header import JPEG_START, PNG_START
 from fusion.recording.images.read import decode_image
 
@@ -73,7 +72,7 @@ def look_at(topic: Topic) -> FirstImage:
     return FirstImage(kind, encoding, width, height, encoding in METRES, found.rest)
 
 
-def encoding_of(topic: Topic, values: dict[str, Any]) -> str:
+def encoding_of(topic: Topic, values: RosValues) -> str:
     """The encoding of the image that a message holds, in small letters."""
     if topic.type == IMAGE:
         return str(values.get("encoding", "")).lower()
@@ -143,7 +142,7 @@ def _kind(encoding: str) -> str:
     return "grey" if encoding in GREYS else "color" if encoding in COLORS or encoding in JPEG else ""
 
 
-def _pixels(values: dict[str, Any], channels: int, kind: np.dtype, where: str) -> NDArray:
+def _pixels(values: RosValues, channels: int, kind: np.dtype, where: str) -> NDArray:
     """The pixels of a raw image: rows of `step` bytes."""
     height, width, step = int(values["height"]), int(values["width"]), int(values["step"])
     kind, data = kind.newbyteorder(">" if values["is_bigendian"] else "<"), np.asarray(values["data"], np.uint8)
@@ -158,7 +157,7 @@ def _pixels(values: dict[str, Any], channels: int, kind: np.dtype, where: str) -
     return (image if channels > 1 else image[..., 0]).astype(kind.newbyteorder("="), copy=False)
 
 
-def _unpacked(topic: Topic, values: dict[str, Any], shape: tuple[int, int] | None = None) -> NDArray:
+def _unpacked(topic: Topic, values: RosValues, shape: tuple[int, int] | None = None) -> NDArray:
     """The image of a CompressedImage; depth of 32FC1 as metres. compressed_depth_image_transport of ROS."""
     data, form, where = bytes(values["data"]), str(values.get("format", "")).lower(), Path(topic.name)
     if data.startswith((PNG_START, JPEG_START)):

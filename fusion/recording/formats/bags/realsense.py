@@ -5,7 +5,6 @@ In both `Depth_Units` says metres per count, and extrinsics are those from a com
 
 import re
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, from_tum, inverse, pose
 from fusion.recording.formats.bags.containers.store import Store, Topic
 from fusion.recording.formats.bags.lens import camera_of, made_camera
-from fusion.recording.formats.bags.messages.values import decoded, message
+from fusion.recording.formats.bags.messages.values import RosValues, decoded, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE
 from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stream_stamps
 
@@ -151,7 +150,7 @@ def _place(store: Store, name: str) -> Array | None:
     found = next((t for n, t in sorted(store.topics.items()) if n.startswith(f"{root}/tf/")), None)
     if found is None:
         return None
-    values: dict[str, Any] = message(found, 0)
+    values: RosValues = message(found, 0)
     if "data" in values:
         given = _words(str(values["data"]))
         numbers = [np.array([_number(w) for w in given.get(k, "").split(",")]) for k in ("rotation", "translation")]
@@ -194,7 +193,7 @@ def _options(store: Store, name: str) -> dict[str, str]:
     return found
 
 
-def _option(values: dict[str, Any]) -> str:
+def _option(values: RosValues) -> str:
     value = _number(str(values.get("data", "")))
     return f"{value:.6g}" if np.isfinite(value) else str(values.get("data", ""))
 

@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse, to_tum
 from fusion.recording.formats.bags.containers.mcap_writer import McapWriter
+from fusion.recording.formats.bags.messages.values import RosValues
 from fusion.recording.formats.bags.ros import CAMERA_TOPIC, DEVICE_TOPIC, SCENE_TOPIC, TELEMETRY_TOPIC
 from fusion.recording.native.camera_file import camera_to_dict
 from fusion.recording.native.device_file import device_text
@@ -34,7 +34,7 @@ def write_mcap(path: Path, recording: Recording) -> None:
     first = min(stamps, default=0)
     with path.open("wb") as file, McapWriter(file) as out:
         for topic, text in _own_texts(recording).items():
-            out.write(topic, "std_msgs/String", first, {"data": text})
+            out.write(topic, "std_msgs/String", first, RosValues(data=text))
         if recording.color_is_apart and camera.T_color_depth is not None:
             place = to_tum(inverse(np.asarray(camera.T_color_depth)))
             out.write("/tf_static", "tf2_msgs/TFMessage", first, _transform(first, DEPTH_FRAME, COLOR_FRAME, place))
@@ -104,45 +104,45 @@ def _nanoseconds(stamp: float, recording: Recording) -> int:
     return round(float(stamp) * 1e9)
 
 
-def _header(stamp: int, frame: str) -> dict[str, Any]:
-    return {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": frame}
+def _header(stamp: int, frame: str) -> RosValues:
+    return RosValues(stamp={"sec": stamp // 10**9, "nanosec": stamp % 10**9}, frame_id=frame)
 
 
-def _image(pixels: np.ndarray, encoding: str, header: dict[str, Any]) -> dict[str, Any]:
+def _image(pixels: np.ndarray, encoding: str, header: RosValues) -> RosValues:
     rows = np.ascontiguousarray(pixels).view(np.uint8).reshape(pixels.shape[0], -1)
-    return {
-        "header": header,
-        "height": pixels.shape[0],
-        "width": pixels.shape[1],
-        "encoding": encoding,
-        "is_bigendian": 0,
-        "step": rows.shape[1],
-        "data": rows.reshape(-1),
-    }
+    return RosValues(
+        header=header,
+        height=pixels.shape[0],
+        width=pixels.shape[1],
+        encoding=encoding,
+        is_bigendian=0,
+        step=rows.shape[1],
+        data=rows.reshape(-1),
+    )
 
 
-def _info(camera: Camera, header: dict[str, Any]) -> dict[str, Any]:
+def _info(camera: Camera, header: RosValues) -> RosValues:
     rational = any(camera.distortion[5:])
     K = camera.matrix
-    return {
-        "header": header,
-        "height": camera.height,
-        "width": camera.width,
-        "distortion_model": "rational_polynomial" if rational else "plumb_bob",
-        "d": camera.distortion if rational else camera.distortion[:5],
-        "k": K.ravel(),
-        "r": np.eye(3).ravel(),
-        "p": np.hstack([K, np.zeros((3, 1))]).ravel(),
-        "binning_x": 0,
-        "binning_y": 0,
-        "roi": {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False},
-    }
+    return RosValues(
+        header=header,
+        height=camera.height,
+        width=camera.width,
+        distortion_model="rational_polynomial" if rational else "plumb_bob",
+        d=camera.distortion if rational else camera.distortion[:5],
+        k=K.ravel(),
+        r=np.eye(3).ravel(),
+        p=np.hstack([K, np.zeros((3, 1))]).ravel(),
+        binning_x=0,
+        binning_y=0,
+        roi={"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False},
+    )
 
 
-def _transform(stamp: int, parent: str, child: str, place: np.ndarray) -> dict[str, Any]:
+def _transform(stamp: int, parent: str, child: str, place: np.ndarray) -> RosValues:
     x, y, z, *q = (float(value) for value in place)
     moved = {
         "translation": {"x": x, "y": y, "z": z},
         "rotation": {"x": q[0], "y": q[1], "z": q[2], "w": q[3]},
     }
-    return {"transforms": [{"header": _header(stamp, parent), "child_frame_id": child, "transform": moved}]}
+    return RosValues(transforms=[{"header": _header(stamp, parent), "child_frame_id": child, "transform": moved}])

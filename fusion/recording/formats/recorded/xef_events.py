@@ -1,7 +1,7 @@
 """The container of Kinect Studio's `.xef`: which streams there are, and where the images of each lie.
 
 The maker publishes no layout; this is the one of KinectXEFTools' own description (`kinect_xef_documentation.txt` and
-`XEFEventReader.cs` of github.com/Isaac-W/KinectXEFTools, tried there by `tools/formats_judge`). Records of unknown
+`XEFEventReader.cs` of github.com/Isaac-W/KinectXEFTools, tried there by `tools/formats`). Records of unknown
 content carry no length: that description tries three; here one is believed only where something whole follows it.
 """
 

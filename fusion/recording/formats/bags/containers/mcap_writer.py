@@ -17,6 +17,7 @@ from fusion.recording.formats.bags.containers.mcap import (
     START,
 )
 from fusion.recording.formats.bags.messages.cdr import definition_text, encoded, long_type
+from fusion.recording.formats.bags.messages.values import RosValues
 
 HEADER, DATA_END, STATISTICS = 1, 0x0F, 0x0B
 CHUNK_BYTES = 4 << 20  # that of ROS 2's recorder is alike: a few images, so that a reader seeks and keeps little
@@ -48,7 +49,7 @@ class McapWriter:
         if error is None:
             self._end()
 
-    def write(self, topic: str, name: str, stamp: int, values: dict) -> None:
+    def write(self, topic: str, name: str, stamp: int, values: RosValues) -> None:
         """A message of a built-in type at a stamp [ns]."""
         channel = self._channel(topic, name)
         data = encoded(name, values)

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from fusion.recording.formats.bags.messages.definitions import ANY, Field, built_in, built_in_text, dtype
+from fusion.recording.formats.bags.messages.values import RosValues
 
 HEAD = b"\0\1\0\0"  # plain CDR, little endian
 
 
-def encoded(name: str, values: dict[str, Any]) -> bytes:
+def encoded(name: str, values: RosValues) -> bytes:
     """A message of a built-in type; `values` by field name, all of them."""
     out = bytearray(HEAD)
     _put_struct(out, name, values)
@@ -35,7 +36,7 @@ def long_type(name: str) -> str:
     return name.replace("/", "/msg/", 1)
 
 
-def _put_struct(out: bytearray, name: str, values: dict[str, Any]) -> None:
+def _put_struct(out: bytearray, name: str, values: RosValues) -> None:
     for field in built_in(True)[name]:
         _put(out, field, values[field.name])
 

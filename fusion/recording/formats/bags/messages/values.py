@@ -15,11 +15,15 @@ MOST_VALUES = 200_000  # in one message; arrays of numbers count as one
 CDR_HEAD = 4  # bytes before a CDR message: its byte order, from which alignment counts
 
 
+class RosValues(dict[str, Any]):
+    """Values of a ROS message, or of a part of one, by field name in small letters; arrays of numbers as arrays."""
+
+
 @dataclass(frozen=True)
 class Message:
-    """A message: `values` by field name in small letters (arrays of numbers as arrays), and the bytes behind it."""
+    """A message, and the bytes behind it."""
 
-    values: dict[str, Any]
+    values: RosValues
     rest: bytes
 
 
@@ -44,7 +48,7 @@ def decoded(topic: Topic, data: bytes) -> Message:
         raise RecordingError("a message cannot be read", topic.name, problem, topic.type) from problem
 
 
-def message(topic: Topic, index: int) -> dict[str, Any]:
+def message(topic: Topic, index: int) -> RosValues:
     """The values of one message of a topic. Raises RecordingError."""
     return decoded(topic, topic.read(index, -1)).values
 
@@ -104,10 +108,10 @@ class _MessageReader:
         text = self.take(self.number("uint32"))
         return text.removesuffix(b"\0").decode("utf-8", "replace") if self.ros2 else text.decode("utf-8", "replace")
 
-    def struct(self, types: Types, name: str, depth: int) -> dict[str, Any]:
+    def struct(self, types: Types, name: str, depth: int) -> RosValues:
         if depth > DEEPEST or name not in types:
             raise ValueError(f"the type {name}, {'types in types without end' if depth > DEEPEST else 'not defined'}")
-        return {field.name: self.field(types, field, depth) for field in types[name]}
+        return RosValues({field.name: self.field(types, field, depth) for field in types[name]})
 
     def field(self, types: Types, field: Field, depth: int) -> Any:
         if field.count is None:

@@ -1,0 +1,1 @@
+"""What the project is measured, judged and written with; README.md lists the commands."""

@@ -1,0 +1,1 @@
+"""How fast: stages beside their peers, commands as a person waits for them."""

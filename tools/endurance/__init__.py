@@ -1,0 +1,1 @@
+"""What the program withstands: broken input, kills, threads, long and large recordings."""

@@ -1,0 +1,1 @@
+"""Small recordings by makers' own libraries, without a camera."""

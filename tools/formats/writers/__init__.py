@@ -1,0 +1,1 @@
+"""Recordings written by the formats' own or independent libraries."""

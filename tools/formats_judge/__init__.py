@@ -1,1 +1,0 @@
-"""The judge of the readers of recordings: scenes, writers by the formats' own or independent libraries, measures."""

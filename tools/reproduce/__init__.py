@@ -1,0 +1,1 @@
+"""Figures of papers, of README and docs, measured again."""

@@ -1,0 +1,1 @@
+"""Figures of calibrations, simulated and real."""

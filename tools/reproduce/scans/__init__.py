@@ -1,0 +1,1 @@
+"""Figures of scans, with a reference and without."""

@@ -1,0 +1,1 @@
+"""What stands in a room, and how it looks."""

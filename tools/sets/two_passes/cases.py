@@ -1,0 +1,77 @@
+"""What is scanned twice: six objects before three cameras, and pairs of passes that must not be merged."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+
+from tools.sets.fresh.statue import statue
+from tools.sets.hard.cameras import HALF, Stereo
+from tools.sets.hard.things import lifted, shape
+from tools.sets.planted.devices import DEVICES, Device, Flight
+from tools.sets.planted.shapes import SHAPES, Rng, joined
+from tools.sets.planted.stage import Pinhole
+
+# a Kinect v2's image: 70 deg over 512 columns; its indoor spread is that of tools/sets/planted/devices.py
+CAMERAS: dict[str, Device | Stereo] = {
+    "kinect-v1": DEVICES["matching"],
+    "kinect-v2": Flight(Pinhole(512, 424, 366.0, 255.5, 211.5)),
+    "d435": Stereo(HALF, baseline=0.05, noise=0.06, shared=1.5),
+}
+FAR = {"kinect-v1": 0.65, "kinect-v2": 0.65, "d435": 0.45}  # [m] nearest distance of the object's middle
+
+
+def mug(rng: Rng, height: float) -> trimesh.Trimesh:
+    """A closed cylinder with a handle: only the handle tells how far it is turned."""
+    body = lifted(trimesh.creation.cylinder(0.36 * height, height, sections=180))
+    ring = trimesh.creation.torus(0.26 * height, 0.06 * height, major_sections=64, minor_sections=24)
+    ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    ring.apply_translation([0.38 * height, 0, height * rng.uniform(0.4, 0.6)])
+    return joined([body, ring])
+
+
+def box(rng: Rng, height: float) -> trimesh.Trimesh:
+    """A closed box: four ways to lie in itself, which only its print tells apart."""
+    return shape(rng, "box", height)
+
+
+OBJECTS: dict[str, Callable[[Rng, float], trimesh.Trimesh]] = {
+    "lumpy": SHAPES["lumpy"], "tower": SHAPES["tower"], "bricks": SHAPES["bricks"], "statue": statue, "mug": mug,
+    "box": box,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Case:
+    """Two passes.
+
+    Attributes:
+        shape, camera: names in OBJECTS and CAMERAS.
+        second: shape of what stands on the plate in the second pass; "" for the same object.
+        color: the recordings have colour images.
+        degrees: of the table, in each pass.
+        refused: what `fusion merge` ought to say; "" where it ought to merge.
+    """
+
+    shape: str
+    camera: str
+    second: str = ""
+    color: bool = True
+    degrees: float = 350.0
+    refused: str = ""
+
+
+CASES = tuple(Case(name, camera) for name in OBJECTS for camera in CAMERAS)
+REFUSED = (
+    Case("lumpy", "kinect-v2", second="statue", refused="different"),
+    Case("bricks", "kinect-v1", second="tower", refused="different"),
+    Case("box", "kinect-v2", color=False, refused="symmetric"),
+    Case("box", "d435", color=False, refused="symmetric"),
+    Case("lumpy", "kinect-v2", degrees=50.0, refused="overlap"),
+)
+
+
+def made(name: str, rng: Rng, height: float) -> trimesh.Trimesh:
+    """A closed object that stands at z = 0."""
+    return OBJECTS[name](rng, height)

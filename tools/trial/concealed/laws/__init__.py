@@ -1,0 +1,1 @@
+"""What may be concealed: laws of the light, the electronics and the matching."""

@@ -1,0 +1,1 @@
+"""Planes and meshes that are moved, by numpy alone."""
