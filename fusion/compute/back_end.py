@@ -5,9 +5,9 @@ from threading import RLock
 from fusion.compute.choice import quadrants
 
 if quadrants():
-    from fusion.compute.quadrants_copy import KEPT, KNOWN, NAME, compiled, func, init, reading, ti
+    from fusion.compute.back_ends.quadrants_copy import KEPT, KNOWN, NAME, compiled, func, init, reading, ti
 else:
-    from fusion.compute.taichi_copy import KEPT, KNOWN, NAME, compiled, func, init, reading, ti
+    from fusion.compute.back_ends.taichi_copy import KEPT, KNOWN, NAME, compiled, func, init, reading, ti
 
 __all__ = ["KEPT", "KNOWN", "NAME", "PROCESSORS", "compiled", "func", "init", "reading", "ti", "turn"]
 

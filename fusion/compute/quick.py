@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fusion.compute.back_end import PROCESSORS, ti
-from fusion.compute.taichi_copy import kernel_impl
+from fusion.compute.back_ends.taichi_copy import kernel_impl
 
 impl = kernel_impl.impl  # no import of Taichi beside the one that keeps it from greeting
 Put = Callable[[Any, tuple[int], Any], None]

@@ -18,8 +18,8 @@ SHORTEST = 0.5  # step [voxels]
 HALVINGS = 12  # of the last step: to a thousandth of a voxel
 
 
-def raycast(blocks, camera, T_world_camera, reach, canvas):
-    """The surface seen between two depths [m], as `fusion.volume.raycasting.raycast.raycast`; the canvas stays."""
+def raycast(blocks, camera, T_world_camera, reach, images):
+    """The surface seen between two depths [m], as `fusion.volume.raycasting.raycast.raycast`; the images stay."""
     voxel, (h, w) = blocks.settings.voxel, camera.shape
     box = np.array([blocks.low, blocks.high + 1]) * BLOCK  # [voxels] nothing lies outside
     T = np.array(T_world_camera)

@@ -47,7 +47,7 @@ def load() -> None:
     for found in pkgutil.walk_packages(fusion.__path__, "fusion."):
         try:
             importlib.import_module(found.name)
-        except ImportError:  # of an extra that is not installed
+        except (ImportError, fusion.FusionError):  # of an extra that is not installed
             continue
     for name in (
         "open3d",

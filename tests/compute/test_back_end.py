@@ -122,7 +122,7 @@ import taichi
 taichi.__version__ = (1, 8, 0)
 {WORK}
 from fusion.compute.launch import Kernel
-from fusion.compute.taichi_copy import kernel_impl
+from fusion.compute.back_ends.taichi_copy import kernel_impl
 from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 assert kernel_impl.ASTTransformerContext is ASTTransformerContext and not Kernel.quick
 print(told)

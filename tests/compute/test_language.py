@@ -5,8 +5,8 @@ import inspect
 
 import pytest
 
-from fusion.compute import taichi_copy
-from fusion.compute.taichi_copy import reading
+from fusion.compute.back_ends import taichi_copy
+from fusion.compute.back_ends.taichi_copy import reading
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.partial_residual import beside
+from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.plain_pairs import as_two, like_two
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
@@ -27,7 +27,7 @@ def wave_of(period: float, *hidden: Effect) -> tuple[PartsFit, list[Candidate]]:
 
 
 def rivals(fit: PartsFit, candidates: list[Candidate]) -> tuple[str, ...]:
-    space, _ = beside(fit, 0)
+    space, _ = partial_residual(fit, 0)
     return tuple(
         c.name for c in like_two(fit, fit.parts[0], [c for c in candidates if c.name != "cyclic_error"], space)
     )

@@ -36,7 +36,7 @@ def maps_section(seen: Compared, unit: Unit) -> Section:
         for model in (0, 1) if seen.changed else (1,):
             misfit = short(float(np.mean(seen.white[model][rows] ** 2)))
             image = painted(patch, seen.clean[model][rows] / sizes[rows]) * unit.factor
-            column.append((f"{names[patch.look.place]}: misfit {misfit}", image))
+            column.append((f"{names[patch.block.place]}: misfit {misfit}", image))
         columns.append(column)
     rms = [1e3 * size for size in seen.beyond_noise]
     told = f"The error of the depth beyond noise goes from {rms[0]:.2f} to {rms[1]:.2f} mm"
