@@ -25,15 +25,15 @@ def asked(monkeypatch):
 
 
 def test_without_the_log(asked):
-    assert motion._motion([], None, (TOLD, None), logged=True) == ("by the images", None)
+    assert motion._motion([], None, motion._Known(TOLD, None, True)) == ("by the images", None)
     assert [commanded is None for commanded in asked] == [False, True]
 
 
 @pytest.mark.parametrize(("told", "logged"), [(TOLD, False), (None, True)])
 def test_a_told_step_stays_and_nothing_is_asked_twice(asked, told, logged):
     if told is None:
-        assert motion._motion([], None, (None, None), logged)[0] == "by the images"
+        assert motion._motion([], None, motion._Known(None, None, logged))[0] == "by the images"
     else:
         with pytest.raises(TrackingError):
-            motion._motion([], None, (told, None), logged)
+            motion._motion([], None, motion._Known(told, None, logged))
     assert len(asked) == 1
