@@ -1,8 +1,8 @@
 """Colours of the texels: what is coarse is the mean of all good views, what is fine comes from the best.
 
 Exposure and light are taken out of each view first. So what light is left leaves no seam, and print is not smeared by
-poses that are off by a pixel
-(Allene, Pons and Keriven, Seamless image-based texture atlases using multi-band blending, ICPR 2008).
+poses that are off by a pixel (Allene, Pons and Keriven, Seamless image-based texture atlases using multi-band blending,
+ICPR 2008).
 """
 
 from dataclasses import dataclass, replace

@@ -10,10 +10,7 @@ from fusion.files.extra import extra
 __all__ = ["KNOWN", "compiled", "func", "init", "reading", "ti"]
 
 NAME = "quadrants"
-KEPT = (
-    "QD_OFFLINE_CACHE_FILE_PATH",
-    "kernels_quadrants",
-)  # compiled kernels: its variable, our folder
+KEPT = ("QD_OFFLINE_CACHE_FILE_PATH", "kernels_quadrants")  # compiled kernels: its variable, our folder
 KNOWN = False  # kernels are called as it calls them
 
 with said(ENABLE_QUADRANTS_HEADER_PRINT="0", QD_ENABLE_PYBUF="0"), unheard():

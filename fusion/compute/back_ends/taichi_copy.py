@@ -23,10 +23,7 @@ from fusion.compute.process import own_process
 __all__ = ["KNOWN", "compiled", "func", "init", "kernel_impl", "reading", "ti"]
 
 NAME = "taichi"
-KEPT = (
-    "TI_OFFLINE_CACHE_FILE_PATH",
-    "kernels",
-)  # compiled kernels: its variable, our folder
+KEPT = ("TI_OFFLINE_CACHE_FILE_PATH", "kernels")  # compiled kernels: its variable, our folder
 
 
 def _told(frame: FrameType, context: int = 1) -> inspect.Traceback:

@@ -135,7 +135,7 @@ def _held_out(fit: PartsFit, part: EffectPart, seen: Matrix, target: Vector, gai
         return gain * replicated_share(part.candidate, fit.observations.place, fit.covariance, target)
     share = left_out_gain(seen, target, fit.observations.replicate, part.size)
     if of_time(part.candidate) and share < REPLICATED * gain:
-        return left_out_gain(seen, target, fit.observations.block, part.size)
+        return left_out_gain(seen, target, fit.observations.block_number, part.size)
     return share
 
 

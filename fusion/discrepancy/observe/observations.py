@@ -92,7 +92,7 @@ class Observations:
         return np.concatenate([np.full(len(patch.tiles), patch.block.place) for patch in self.patches])
 
     @cached_property
-    def block(self) -> NDArray[np.intp]:
+    def block_number(self) -> NDArray[np.intp]:
         """(n,) recording of each tile; the blocks of a long series count one by one."""
         number, out = len(self.patches), []
         for k, patch in enumerate(self.patches):

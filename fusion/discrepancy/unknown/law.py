@@ -165,8 +165,8 @@ def _elsewhere(variables: Sequence[str], own: Vector, white: Vector, observation
     """Drop of the chi2 in recordings left out; one alone tells nothing, but of what changes while it goes on."""
     if len(np.unique(observations.place)) > 1:
         return gain_elsewhere(own, white, observations.place)
-    changes = len(np.unique(observations.block)) > 1 and set(variables) & set(WITHIN)
-    return gain_elsewhere(own, white, observations.block) if changes else 0.0
+    changes = len(np.unique(observations.block_number)) > 1 and set(variables) & set(WITHIN)
+    return gain_elsewhere(own, white, observations.block_number) if changes else 0.0
 
 
 def _ridge(columns: Vector, white: Vector) -> Vector:

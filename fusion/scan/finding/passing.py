@@ -23,7 +23,6 @@ from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 SOME = 1500  # pixels of a frame that are asked: what passes is wider than what lies between them
-NORMAL = 1.4826  # standard deviations of a normal distribution in its median absolute deviation
 BESIDE = np.ones((3, 3), np.uint8)
 AROUND = np.ones((5, 5), np.uint8)  # pixels that are asked beside those that pass: rims of it, which lie nearer (guess)
 
@@ -87,7 +86,7 @@ def _passing(asked: _Asked, others: list[tuple[Prepared | None, Array]]) -> NDAr
     known = np.abs(beyond[np.isfinite(beyond)])
     if not len(known):
         return np.zeros(len(asked.points), bool)
-    near = max(NOISES * NORMAL * float(np.median(known)), asked.beside)
+    near = max(NOISES * 1.4826 * float(np.median(known)), asked.beside)
     with np.errstate(invalid="ignore"):
         shown, through = (np.abs(beyond) <= near).sum(axis=0), (beyond > near).sum(axis=0)
     return np.asarray(through > shown + 1)

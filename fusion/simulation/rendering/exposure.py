@@ -56,13 +56,13 @@ class Exposures:
         if self._last is None or self._last[0] != key:
             bodies = self._bodies(T_world_object, twists[0])
 
-            def paint(view: View) -> View:
+            def on_all(view: View) -> View:
                 for paint in self._scene.paints:
                     T_paint = T_world_object @ paint.T_world_picture if paint.turns else paint.T_world_picture
                     view = with_paint(view, paint, inverse(T_paint) @ T_world_camera)
                 return view
 
-            view = view_of(bodies, self._true, T_world_camera, self._channels(), twists[1], paint)
+            view = view_of(bodies, self._true, T_world_camera, self._channels(), twists[1], on_all)
             self._last = (key, self._as_stated(view))
         return replace(self._last[1], moment=moment)
 

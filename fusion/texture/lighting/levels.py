@@ -65,8 +65,6 @@ def _sharp(looks: list[SampledView], points: int) -> NDArray[np.float32]:
 def _medians(looks: list[SampledView], values: list[NDArray], points: int) -> NDArray[np.float32]:
     """(points, 3) weighted medians, 0 where no view sees a point."""
     middle = np.zeros((points, 3), np.float32)
-    if not looks:
-        return middle
     index = np.concatenate([look.index for look in looks])
     weight = np.concatenate([look.weight for look in looks]).astype(float)
     for channel in range(3):

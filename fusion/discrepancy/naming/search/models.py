@@ -84,7 +84,7 @@ def _sound(fit: PartsFit, k: int) -> bool:
     space, target = partial_residual(fit, k)
     seen = space.of(part.candidate.white)
     own = scored(part.candidate, seen, target)
-    place = fit.observations.block if of_time(part.candidate) else fit.observations.replicate
+    place = fit.observations.block_number if of_time(part.candidate) else fit.observations.replicate
     return own.score > 0 and left_out_gain(seen, target, place) >= REPLICATED * own.gain
 
 

@@ -88,7 +88,7 @@ def best_part(
     probability = by_chance(result, seen @ result.weights, target, tried)
     held_out = left_out_gain(seen, target, observations.replicate, result.size)
     if held_out < REPLICATED * result.gain and of_time(candidate):
-        held_out = left_out_gain(seen, target, observations.block, result.size)
+        held_out = left_out_gain(seen, target, observations.block_number, result.size)
     if candidate.name in held:
         held_out = result.gain * replicated_share(candidate, observations.place, covariance, target)
     return NextPart(part, result.gain, result.score, held_out, probability)
@@ -178,7 +178,7 @@ def _replicates_more(
 ) -> bool:
     space, target = aim
     size = scored(whole, space.of(whole.white), target).size
-    place = observations.block if of_time(regional.candidate) else observations.replicate
+    place = observations.block_number if of_time(regional.candidate) else observations.replicate
     inside = left_out_gain(space.of(regional.candidate.white), target, place, regional.scored.size)
     outside = left_out_gain(space.of(whole.white), target, place, size)
     return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
