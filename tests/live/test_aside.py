@@ -45,6 +45,8 @@ def test_work_under_way_is_given_up_at_the_end():
     with Aside() as aside:
         aside.submit(os.getpid).result(30)
         waiting = aside.submit(time.sleep, 60)
+        while not waiting.running():  # else it is cancelled before it is under way
+            time.sleep(0.01)
     assert time.monotonic() - begin < 30
     assert isinstance(waiting.exception(1), CancelledError)
 
