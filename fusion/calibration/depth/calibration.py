@@ -16,12 +16,12 @@ from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, tol
 from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, fit, judge, judge_all, level
 from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
 from fusion.calibration.depth.laws.variance import spread_of, with_variance
-from fusion.calibration.depth.maps.axis_curve import axis_curve
+from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
-from fusion.calibration.depth.notes import notes_on
+from fusion.calibration.depth.notes import Chosen, notes_on
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.walls.board_walls import board_walls
 from fusion.calibration.depth.walls.lamp import with_lamp
@@ -196,8 +196,8 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     sensor = _named(sensor, begin, walls, judged[chosen])
     if any(key.startswith("amplitude") for key in judged[chosen].law.keys):
         sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
-    curve, offset, deviation = axis_curve(walls, (judged, chosen, terms), fitted, setting)
-    notes = (*begin.notes, *notes_on(seen, walls, (judged[0], judged[chosen], refused(judged, chosen)), fitted))
+    curve, offset, deviation = axis_curve(walls, rivals_of(judged, chosen, terms), fitted, setting)
+    notes = (*begin.notes, *notes_on(seen, walls, Chosen(judged[0], judged[chosen], refused(judged, chosen)), fitted))
     evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 

@@ -82,7 +82,7 @@ def read_camera(path: Path | str) -> Camera:
     Raises:
         RecordingError: the file cannot be read, or a field is absent, not a number, not finite or out of range.
     """
-    return camera_from_dict(read_json(path, RecordingError, "the camera file"), path)
+    return camera_of(camera_content(read_json(path, RecordingError, "the camera file"), path))
 
 
 def write_camera(path: Path | str, camera: Camera) -> None:
@@ -94,9 +94,9 @@ def write_camera(path: Path | str, camera: Camera) -> None:
         partial.write_text(json.dumps(camera_to_dict(camera), indent=1) + "\n", encoding="utf-8")
 
 
-def camera_from_dict(fields: dict[str, Any], where: object) -> Camera:
-    """The camera of `camera.json`'s fields; `where` names them in errors. Raises RecordingError."""
-    return camera_of(Content(fields, where, "the camera", RecordingError, DO))
+def camera_content(fields: object, where: object) -> Content:
+    """The content of a `camera.json`; `where` names it in errors."""
+    return Content(fields, where, "the camera", RecordingError, DO)
 
 
 def camera_of(content: Content) -> Camera:
