@@ -29,6 +29,7 @@ from fusion.calibration.depth.walls.wall import Wall, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.progress import each, stage
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.quantity import RADIAL_LIMIT
@@ -154,7 +155,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
     """The same from walls that are already reduced; walls whose stated distance cannot be are left out and named."""
     first = found = _calibrated(walls, begin, surface)
-    flight, left = begin.known.principle == "itof", []
+    flight, left = begin.known.principle == Principle.TIME_OF_FLIGHT, []
     for _ in range(int(MOST * len(walls))):
         if (which := misstated(found.walls, found.judged, found.chosen, flight)) is None:
             return first
@@ -170,7 +171,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     camera, known = begin.camera, begin.known
     nodes, light = _nodes(walls, begin), _ir_reference(walls)
     have = {effect.name for effect in begin.uncorrected.effects}
-    periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == "itof" else ()
+    periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == Principle.TIME_OF_FLIGHT else ()
     terms = [term for term in terms_for(known.principle, nodes, light, periods) if term.effect not in have]
     terms += [gloss_term()] if any(wall.gloss is not None for wall in walls) else []
     problem, seen = _problem(walls, begin, terms)
@@ -239,19 +240,20 @@ def _problem(walls: list[Wall], begin: Start, terms: list[LawTerm]) -> tuple[Pro
 
 
 def _candidates(
-    principle: str, seen: list[TermVisibility], walls: list[Wall], periods: tuple[float, ...]
+    principle: Principle, seen: list[TermVisibility], walls: list[Wall], periods: tuple[float, ...]
 ) -> list[CandidateLaw]:
     """Those made of terms that can be seen, and not richer than the walls: half as many numbers over distance."""
     left = [v.term for v in seen if v.seen]
     enough = max(len(walls) // 2, 1)
-    flight = principle == "itof"  # a wall's range grows to its corners, so one wall tells a piece of the curve
+    # a wall's range grows to its corners, so one wall tells a piece of the curve
+    flight = principle == Principle.TIME_OF_FLIGHT
     return [c for c in candidates_for(principle, left, periods) if flight or c.over_distance <= enough]
 
 
 def _nodes(walls: list[Wall], begin: Start) -> tuple[float, ...]:
     """Nodes of the curve of straight pieces: one for two walls; for time of flight one every 8 cm of range."""
     low, high = span(walls)
-    if begin.known.principle == "itof":
+    if begin.known.principle == Principle.TIME_OF_FLIGHT:
         longest = float(np.percentile(stretch(begin.camera), 95))
         count = int(np.clip((high * longest - low) / NODE, 2, 100))
         return tuple(float(r) for r in np.linspace(low, high * longest, count))

@@ -20,6 +20,7 @@ from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
 from fusion.discrepancy.unknown.variables import law_variables
+from fusion.geometry.robust import robust_std
 from fusion.sensor.effects.readout.tabulated import Tabulated
 
 Vector = NDArray[np.float64]
@@ -156,7 +157,7 @@ def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: MeasuredTil
     own = covariance.whiten(columns)
     native, footprint = columns @ weights, own @ weights
     gain = float(white @ white - ((white - footprint) ** 2).sum())
-    inflated = max(1.0, float((np.median(np.abs(white - footprint)) / 0.6745) ** 2))
+    inflated = max(1.0, robust_std(white - footprint) ** 2)
     probability = float(min(1.0, TRIED * chi2.sf(max(gain, 0.0) / inflated, columns.shape[1])))
     held_out = _elsewhere(variables, own, white, observations)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))

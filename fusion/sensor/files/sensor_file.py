@@ -12,6 +12,7 @@ from fusion.files.json_file import read_json, shown
 from fusion.files.json_values import json_values
 from fusion.files.output.publish import atomic_file
 from fusion.files.schema import one_of
+from fusion.geometry.principle import Principle
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects
@@ -51,7 +52,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
             warnings += one.missing()
     return Sensor(
         name=str(fields.name or path.stem),
-        principle=fields.principle or "unknown",
+        principle=fields.principle or Principle.UNKNOWN,
         effects=tuple(computed.values()),
         sensor=str(fields.sensor or ""),
         serial=str(fields.serial or ""),

@@ -18,6 +18,7 @@ from fusion.calibration.lens.fit.solve import placed
 from fusion.calibration.lens.views import BoardView, view_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.progress import each
 from fusion.recording.looking.sample import spread
 from fusion.recording.recording import Frame, Recording
@@ -99,7 +100,7 @@ def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) 
     except FusionError:  # a hand before the board, a reflection: one picture of many
         return None
     wall = wall if board.is_charuco else _in_squares(wall, patches(board, pose, camera), camera)
-    if known.principle == "itof":
+    if known.principle == Principle.TIME_OF_FLIGHT:
         wall = _with_gloss(wall, frame, camera, seen, known.frequencies or MODULATIONS_HZ)
     return _as_the_board_stands(wall, pose, pose_covariance(view, pose, camera))
 
