@@ -64,6 +64,10 @@ def _on_look(look: "StretchLook") -> list[Note]:
         notes.append(("warning", f"{unread_text(still.failures)}."))
     if len(still.disturbed):
         notes.append(("warning", _movement(look)))
+    known = still.depth.std[np.isfinite(still.depth.std)]
+    if still.frames > 1 and known.size and not known.any():
+        text = f"all {still.frames} frames hold the same depth: copies of one, or a scene without noise"
+        notes.append(("bad", f"{text}; nothing is told about noise."))
     notes += _shared_noise(look)
     with_depth = still.depth.mean[np.isfinite(still.depth.mean)]
     if with_depth.size and (text := implausible(float(np.median(with_depth)))):
