@@ -29,7 +29,7 @@ DO = "record without it where you can: what it smooths or invents is taken for m
 def check_processed(sample: Sample) -> list[Finding]:
     """Holes that were filled, frames that repeat, smoothing over frames or neighbours; nothing where unseen."""
     frames = _frames(sample)
-    new = [b for a, b in pairwise([None, *frames]) if a is None or not np.array_equal(a, b, equal_nan=True)]
+    new = frames[:1] + [b for a, b in pairwise(frames) if not np.array_equal(a, b, equal_nan=True)]
     principle = sample.recording.camera.principle
     return _filled(sample) + _repeated(len(frames), len(new)) + _smoothed(new, principle)
 
