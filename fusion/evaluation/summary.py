@@ -44,7 +44,7 @@ def _offset(found: Evaluation) -> str:
 
 def _noise(found: Evaluation) -> str:
     known = [(look.surface.distance, _typical(look)) for look in found.looks
-             if np.isfinite(look.still.depth.std).any()]  # fmt: skip
+             if (np.isfinite(look.still.depth.std) & (look.still.depth.std > 0)).any()]  # fmt: skip
     if not known:
         return ""
     sigma = np.array([s for _, s in known]) * 1e3

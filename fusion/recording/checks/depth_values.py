@@ -98,6 +98,9 @@ def _scale(sample: Sample) -> list[Finding]:
     nearest = range_m(sample)
     too_near = nearest is not None and nearest[0] < low
     if too_near or not PLAUSIBLE[0] <= median <= min(high, PLAUSIBLE[1]):
+        if not sample.recording.in_counts:
+            seen = f"median depth {median:.3g} m, as real numbers are metres: not what such cameras measure"
+            return [Finding("depth", "error", seen, "write metres, or whole mm (16-bit PNG, depth_scale 1000)")]
         fitting = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
         others = ", ".join(f"{s:g} (median {median * camera.depth_scale / s:.3g} m)" for s in fitting)
         seen = f"median depth {median:.3g} m with depth_scale {camera.depth_scale:g}: not plausible indoors"
@@ -106,7 +109,13 @@ def _scale(sample: Sample) -> list[Finding]:
             seen = f"{near}: nearer than such cameras measure"
         do = f"pass --camera with depth_scale {others}" if fitting else "pass --camera with the right depth_scale"
         return [Finding("depth", "error", seen, do)]
-    return [Finding("depth", "ok", f"median depth {median:.3g} m, a plausible unit")]
+    seen = f"median depth {median:.3g} m"
+    nearer = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
+    if median > LIKELY[1] and nearer and sample.recording.in_counts:
+        others = " or ".join(f"{s:g} ({median * camera.depth_scale / s:.3g} m)" for s in nearer)
+        do = f"if that is no hall, pass --camera with depth_scale {others}"
+        return [Finding("depth", "warning", f"{seen} with depth_scale {camera.depth_scale:g}: far for a room", do)]
+    return [Finding("depth", "ok", f"{seen}, a plausible unit")]
 
 
 def _common_step(sample: Sample) -> int:

@@ -59,7 +59,7 @@ def demo_scene(frames: int = 72, turns: float = 1.2) -> Scene:
 def demo_sensor() -> Sensor:
     """A Kinect v2 that was calibrated: the preset's own errors are taken as exactly known, and can be undone."""
     usual = preset("kinect-v2-indoors")
-    return replace(usual, name="kinect-v2-indoors, calibrated", std={}, left_out=())
+    return replace(usual, name="kinect-v2-indoors, calibrated", sensor=CAMERA.sensor, std={}, left_out=())
 
 
 def demo_truth() -> Mesh:
