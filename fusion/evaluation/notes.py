@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.evaluation.still.statistics import centre_of
+from fusion.geometry.robust import robust_std
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
@@ -87,7 +88,7 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
     known = np.flatnonzero(np.isfinite(centre))
     if len(known) < 6:
         return notes
-    spread = 1.4826 * float(np.median(np.abs(centre[known] - np.median(centre[known]))))
+    spread = robust_std(centre[known] - np.median(centre[known]))
     off = np.abs(centre - np.nanmedian(centre))
     jumps = known[off[known] > max(JUMP * spread, JUMP_M)]
     if len(jumps):

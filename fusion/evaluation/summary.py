@@ -26,8 +26,8 @@ def summary(found: Evaluation) -> str:
 
 
 def _between_moves(look: StretchLook) -> bool:
-    """Whether it is one of the pieces (`name [3:5]`) of a recording that stands still for a few frames at most."""
-    return look.still.frames < STILL and look.name.endswith("]")
+    """Whether it is one of the pieces of a recording that stands still for a few frames at most."""
+    return look.still.frames < STILL and not look.stretch.alone
 
 
 def _offset(found: Evaluation) -> str:

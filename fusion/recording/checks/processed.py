@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.geometry.principle import Principle
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
 
@@ -20,7 +21,6 @@ LAGS = (1, 2, 6, 8)
 SMOOTH = 15  # [px] what the differences of two frames have in common over so many pixels is motion, and no noise
 STILL = 0.05  # of the depth: a pixel that spans more has seen two surfaces
 FEWEST = 2000  # pixels that show noise alone, or a rim
-TRIANGULATING = ("structured_light", "active_stereo")
 ALIKE = 0.3  # correlation of neighbours; 0.00 raw, 0.4 to 0.6 behind a filter of 3 x 3 or 5 x 5 pixels
 FILLED, JUMP, JUMPS = 0.999, 0.05, 0.002  # valid share inside the image; a rim, of the depth; share of pixels at rims
 DO = "record without it where you can: what it smooths or invents is taken for measured"
@@ -45,7 +45,7 @@ def _repeated(frames: int, new: int) -> list[Finding]:
 
 def _filled(sample: Sample) -> list[Finding]:
     """Cameras that triangulate see one side of each rim not at all."""
-    if sample.recording.camera.principle not in TRIANGULATING or not sample.depths:
+    if not sample.recording.camera.principle.triangulates or not sample.depths:
         return []
     rims = inner = 0
     for depth in sample.depths.values():
@@ -61,7 +61,7 @@ def _filled(sample: Sample) -> list[Finding]:
     return [Finding("processing", "warning", seen, DO)]
 
 
-def _smoothed(frames: list[NDArray[np.float32]], principle: str) -> list[Finding]:
+def _smoothed(frames: list[NDArray[np.float32]], principle: Principle) -> list[Finding]:
     if len(frames) <= max(LAGS):
         return []
     noise = noise_of(frames)
@@ -76,7 +76,7 @@ def _smoothed(frames: list[NDArray[np.float32]], principle: str) -> list[Finding
         seen = f"a frame differs from the next by {share} of what frames far apart differ: smoothed in time"
         findings.append(Finding("processing", "warning", seen, DO))
     # others match windows, whose neighbours share their noise without any filter
-    if principle == "itof" and neighbours > ALIKE:
+    if principle == Principle.TIME_OF_FLIGHT and neighbours > ALIKE:
         seen = f"neighbours share their noise (correlation {neighbours:.2f}): smoothed over pixels, as many drivers do"
         findings.append(Finding("processing", "ok", seen))
     return findings

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.progress import each
 from fusion.scan.finding.frames import masked
 from fusion.scan.finding.seen import ASKED, facing
@@ -87,7 +88,7 @@ def _passing(asked: _Asked, others: list[tuple[Prepared | None, Array]]) -> NDAr
     known = np.abs(beyond[np.isfinite(beyond)])
     if not len(known):
         return np.zeros(len(asked.points), bool)
-    near = max(NOISES * 1.4826 * float(np.median(known)), asked.beside)
+    near = max(NOISES * MAD_TO_STD * float(np.median(known)), asked.beside)
     with np.errstate(invalid="ignore"):
         shown, through = (np.abs(beyond) <= near).sum(axis=0), (beyond > near).sum(axis=0)
     return np.asarray(through > shown + 1)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
@@ -72,4 +73,11 @@ def _kinect_v2(light: str, noise: tuple[Effect, ...], equations: str) -> Sensor:
         "depth_quantization": "files hold millimetres",
     }
     sources |= {effect.name: f"{PAPER}, {equations}" for effect in noise}
-    return Sensor(f"kinect-v2-{light}", "itof", (*common, *noise), sensor="Kinect v2", std=dict(_OWN), sources=sources)
+    return Sensor(
+        f"kinect-v2-{light}",
+        Principle.TIME_OF_FLIGHT,
+        (*common, *noise),
+        sensor="Kinect v2",
+        std=dict(_OWN),
+        sources=sources,
+    )
