@@ -14,7 +14,8 @@ from fusion.report.kit.tables import shown
 # what a person looks at first, by the endings of their names; the tables have all
 TELLING = (
     "radial_rms", "axial_rms", "closure.distance", "radius", "accuracy.rms", "accuracy.median", "completeness.rms",
-    "agreement.median_m", "scale", "frames_used", "frames",
+    "agreement.median_m", "scale", "bias.offset_m", "noise.axial_m", "depth.std_m.median", "shares.valid",
+    "frames_used", "frames",
 )  # fmt: skip
 MOST = 6  # of them
 LIGHTS = {"good": "ok", "done": "ok", "doubtful": "warning", "failed": "bad"}
