@@ -53,10 +53,10 @@ def run(options: argparse.Namespace) -> int | None:
     simulation = simulate(_scene(options), sensor, options.seed)
     total = len(simulation)
     with options.claim.folder() as partial:
-        fill_simulation(partial, simulation)
+        missed = fill_simulation(partial, simulation)
     sensor = simulation.sensor
     if not options.quiet:
-        notes = (*sensor.warnings, *(text for text in sensor.left_out if "not computed" in text))
+        notes = (*missed, *sensor.warnings, *(text for text in sensor.left_out if "not computed" in text))
         sys.stderr.writelines(f"note: {text}\n" for text in notes)
     numbers: dict[str, object] = {"output": str(options.output), "scene": simulation.scene.name, "sensor": sensor.name}
     numbers |= {"seed": options.seed, "frames": total}

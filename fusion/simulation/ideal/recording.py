@@ -95,6 +95,8 @@ def fill_sensed(
     fill_recording(folder, camera, sensed, recording.poses, recording.telemetry, scene)
     copy_color_apart(recording, folder)
     unknown = unknown_to(sensor, first)
+    if missed := sensor.works.told(np.asarray(first.depth), sensor.name):
+        unknown.insert(0, missed)
     _write_truth(folder / "truth", recording, sensor, seed, unknown)
     return unknown
 
