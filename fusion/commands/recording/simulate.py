@@ -28,8 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's or recording's own")
     add_ideal_arguments(parser)
     passes = (
-        "what stood before the sensor into REC/truth/passes, for --ideal: perfect depth, normals, reflectance, what the "
-        "projector lights; N: depth N times as fine along rows and columns too (64 tells edges as the simulator does)"
+        "what stood before the sensor, into REC/truth/passes for --ideal: perfect depth, normals, reflectance, what "
+        "its projector lights; N: depth N times as fine along rows and columns too (64: as the simulator sees edges)"
     )
     add("--passes", type=whole_number(FINER), nargs="?", const=1, metavar="N", help=passes)
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of a built-in scene; repeatable")
