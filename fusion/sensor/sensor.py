@@ -15,6 +15,7 @@ from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
 from fusion.sensor.laws.moving import CameraEffect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import BASELINE_M, MODULATIONS_HZ, Image, View
+from fusion.sensor.working_range import ANY, WorkingRange
 
 SMALLEST_SIGMA = 1e-5  # [m] weights stay finite for a sensor without noise
 CONVERGED = 1e-6  # [m] a tenth of what `correct` promises
@@ -32,6 +33,7 @@ class Sensor:
         sensor, serial: name of the sensor and number of the unit ("" when not known).
         frequencies: modulations of a time-of-flight sensor [Hz]; those of the Kinect v2 where empty.
         baseline: place of the projector on the camera's x axis [m], for triangulating sensors; negative to the left.
+        works: between which depths it gives values.
         std: (effect, parameter) to how well the value is known, in the parameter's unit; 0 exact; a list has one
             number for all its values or one for each.
         sources: effect to where its values come from.
@@ -49,6 +51,7 @@ class Sensor:
     serial: str = ""
     baseline: float = BASELINE_M
     frequencies: tuple[float, ...] = ()
+    works: WorkingRange = ANY
     std: dict[tuple[str, str], float | tuple[float, ...]] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     fitted: frozenset[str] = frozenset()
@@ -115,7 +118,7 @@ class Sensor:
         view = self._view(View(camera, depth, incidence, ir=ir), depth)
         sigma = np.maximum(self.sigma(depth, incidence, camera, ir), SMALLEST_SIGMA)
         with np.errstate(all="ignore"):
-            return np.nan_to_num((1.0 - self.dropout(depth, view)) / sigma**2).astype(depth.dtype)
+            return np.nan_to_num((1.0 - self.doubt(depth, view)) / sigma**2).astype(depth.dtype)
 
     def repeated(self, depth: Image, view: View) -> tuple[Image, Image]:
         """Mean and standard deviation (h, w) [m] of repeated frames of a true depth image: what is frozen repeats."""
@@ -130,7 +133,14 @@ class Sensor:
         return mean, sigma
 
     def dropout(self, depth: Image, view: View) -> Image:
-        """Probability (h, w) that a pixel has no value, of all effects together."""
+        """Probability (h, w) that a pixel has no value, of all effects together, and outside the working range."""
+        lost = self.doubt(depth, view)
+        with np.errstate(all="ignore"):
+            missed = self.works.misses(depth)
+        return np.where(missed, np.ones((), lost.dtype), lost) if missed.any() else lost
+
+    def doubt(self, depth: Image, view: View) -> Image:
+        """The same (h, w) of the effects alone, which is what speaks against a value that is there."""
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
             seen = np.ones((), depth.dtype)
@@ -185,7 +195,9 @@ class Sensor:
                     depth = _valid(effect.sampled(depth, view, rng)).astype(depth.dtype, copy=False)
         if seen.ndim or seen < 1:
             depth = np.where(rng.random(depth.shape, dtype=depth.dtype.type) < seen, depth, depth.dtype.type(np.nan))
-        return depth
+        with np.errstate(all="ignore"):
+            missed = self.works.misses(depth)
+        return np.where(missed, depth.dtype.type(np.nan), depth) if missed.any() else depth
 
     def correct(self, depth: Image, view: View | Camera) -> NDArray[np.floating]:
         """The true depth (h, w) [m] of a measured one, as far as it can be undone (see `left_out`).

@@ -100,6 +100,8 @@ def table(content: "SensorDescription", width: int | None = None) -> list[str]:
     if content.principle.triangulates:
         named.append(f"baseline {abs(content.baseline_m):g} m")
     lines = [f"{content.name}: " + ", ".join(filter(None, [content.principle, *named]))]
+    if content.gives_values:
+        lines += textwrap.wrap(f"gives values: {content.gives_values}", width, subsequent_indent="  ")
     lines += ["", f"{'effect, parameter':<22}{'value':>13} {'std':>9}  {'unit':<6} meaning"]
     for effect in content.effects:
         lines.append(effect.effect)

@@ -30,10 +30,13 @@ def camera_page(sensor: Sensor, camera: Camera, picture: str) -> str:
     """The text, beside a picture of that file name."""
     content = description(sensor)
     missing = shortcomings(sensor)
+    if not content.gives_values:
+        missing = ["range: between which depths it gives values", *missing]
     known = "## What is not known" + "\n\n" + "\n".join(f"- {text}" for text in missing) if missing else ""
     parts = [
         f"# {sensor.sensor or sensor.name}",
         f"Model `{sensor.name}`: {_kind(sensor)}. Computed for images of {camera.width} x {camera.height} pixels.",
+        f"Gives values: {content.gives_values}." if content.gives_values else "",
         f"![mean error and spread over depth]({picture})",
         _over_depth(stated(sensor, camera)),
         f"{WALL}: the mean error, the spread of repeated frames, and pixels without a value.",

@@ -17,11 +17,12 @@ from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects
 from fusion.sensor.files.map_files import store_map
-from fusion.sensor.files.sensor_fields import FORMAT, SensorFields
+from fusion.sensor.files.sensor_fields import FORMAT, RangeFields, SensorFields
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import BASELINE_M
+from fusion.sensor.working_range import ANY, WorkingRange
 
 LONGEST_INLINE = 1000  # more numbers than a person would read: they go into a file of their own
 
@@ -58,6 +59,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
         serial=str(fields.serial or ""),
         baseline=_baseline(fields, given, content),
         frequencies=tuple(fields.modulation_hz or ()),
+        works=_works(fields.range),
         std=std,
         sources={one.name: str(one.entry.source) for one in given if one.entry.source},
         fitted=frozenset(one.name for one in given if one.entry.fitted),
@@ -81,6 +83,9 @@ def write_sensor(path: str | Path, sensor: Sensor) -> None:
     content["baseline_m"] = sensor.baseline
     if sensor.frequencies:
         content["modulation_hz"] = list(sensor.frequencies)
+    if (works := sensor.works) != ANY:
+        farthest = works.farthest if np.isfinite(works.farthest) else None
+        content["range"] = {"nearest_m": works.nearest, "farthest_m": farthest, "source": works.source}
     content["effects"] = [*entries, *sensor.kept]
     with atomic_file(path) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -127,6 +132,13 @@ def _content(path: Path) -> Content:
             raise
         known = "a sensor.json or " + one_of(list(PRESETS), path)
         raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
+
+
+def _works(given: RangeFields | None) -> WorkingRange:
+    if given is None:
+        return ANY
+    farthest = np.inf if given.farthest_m is None else given.farthest_m
+    return WorkingRange(given.nearest_m, farthest, str(given.source or ""))
 
 
 def _baseline(fields: SensorFields, given: list[GivenEffect], content: Content) -> float:

@@ -47,4 +47,5 @@ def iphone_truedepth() -> Sensor:
 def _primesense(name: str, sensor: str) -> Sensor:
     kinect = kinect_v1()
     sources = {effect: f"{SAME_CHIP}; {source}" for effect, source in kinect.sources.items()}
-    return replace(kinect, name=name, sensor=sensor, sources=sources)
+    works = replace(kinect.works, source=f"{SAME_CHIP}; {kinect.works.source}")
+    return replace(kinect, works=works, name=name, sensor=sensor, sources=sources)

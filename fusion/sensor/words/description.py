@@ -10,6 +10,7 @@ from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters, settings
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.working_range import ANY
 
 LONGEST = 64  # numbers that are given one by one; a longer table is told by its shape, mean and rms
 
@@ -58,6 +59,7 @@ class SensorDescription:
     sensor: str
     serial: str
     baseline_m: float
+    gives_values: str
     effects: tuple[DescribedEffect, ...]
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -80,6 +82,7 @@ def description(sensor: Sensor) -> SensorDescription:
         sensor=sensor.sensor,
         serial=sensor.serial,
         baseline_m=sensor.baseline,
+        gives_values="" if sensor.works == ANY else f"{sensor.works} ({sensor.works.source or 'no source'})",
         effects=tuple(effects),
         left_out=tuple(sensor.left_out),
         warnings=tuple(sensor.warnings),
