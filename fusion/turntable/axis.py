@@ -75,3 +75,21 @@ class Turns(NamedTuple):
 
     axis: Axis
     angles: Array
+
+
+def about_axis(axis: Axis, angles: Array, shifts: Array | None = None) -> Array:
+    """The camera in the object's frame (n, 4, 4), NaN where the angle is NaN.
+
+    Args:
+        axis: about which the object turns.
+        angles: (n,) [rad].
+        shifts: (n, 2) across the axis [m], where a hand moved the object too (see `Motion`).
+    """
+    T_object_camera = axis.object_frame()
+    poses = np.full((len(angles), 4, 4), np.nan)
+    moved = np.zeros((len(angles), 2)) if shifts is None else shifts
+    for i in np.flatnonzero(np.isfinite(angles)):
+        back = axis.turn(-float(angles[i]))
+        back[:3, 3] -= back[:3, :3] @ (moved[i] @ axis.across())
+        poses[i] = T_object_camera @ back
+    return poses

@@ -8,24 +8,23 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
-from fusion.progress import each, stage
+from fusion.progress import stage
 from fusion.recording.recording import Recording
-from fusion.scan.finding.frames import object_alone
+from fusion.scan.finding.alone import object_alone
 from fusion.scan.finding.object import choose_volume
-from fusion.scan.finding.poses import about_axis
 from fusion.scan.finding.relieved import relieved
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.calibrated import depth_std, tilt_std
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.log import with_log
-from fusion.turntable.axis import Axis, Turns
+from fusion.turntable.axis import Axis, Turns, about_axis
 from fusion.turntable.guess.told_step import refuse_contradicted_step
 from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion, estimate_motion
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck, prior_of
 from fusion.turntable.views import ObjectView, Region, usable, view
-from fusion.volume.prepared import Prepared, fuse
+from fusion.volume.prepared import Prepared, fused
 from fusion.volume.volume import Volume, VolumeSettings
 
 Array = NDArray[np.float64]
@@ -120,11 +119,7 @@ def _finished(
     frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion, how: How
 ) -> Motion:
     def model_of(axis: Axis, angles: Array, check: SelfCheck) -> Volume:
-        volume = Volume(settings)
-        for frame, T in zip(each(relieved(frames, check), "model"), about_axis(axis, angles), strict=True):
-            if frame is not None and np.isfinite(T).all():
-                fuse(volume, frame, T)
-        return volume
+        return fused(settings, relieved(frames, check), about_axis(axis, angles), "model")
 
     found = finish(rays, Turns(motion.axis, motion.angles), model_of, motion.taken_out, how)
     std = motion.angle_std if motion.held else found.angle_std

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import of_its_sign
-from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
+from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
 from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.pairs.edges import ViewStack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, DepthKnown, SelfCheck
+from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, DepthKnown, SelfCheck, no_errors
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres

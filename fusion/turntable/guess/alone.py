@@ -21,8 +21,7 @@ from fusion.turntable.guess.start import axis_guesses
 from fusion.turntable.pairs.edges import Edges, ViewStack, stack
 from fusion.turntable.pairs.pairwise import ViewPairLimits
 from fusion.turntable.table.foot import axis_through, foot_normal
-from fusion.turntable.table.plate import above
-from fusion.turntable.views import ObjectView, Region
+from fusion.turntable.views import ObjectView, Region, above
 
 Array = NDArray[np.float64]
 KEYS = 24  # views of which all pairs are compared; the others find their place between them

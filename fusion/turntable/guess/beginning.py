@@ -15,8 +15,8 @@ from fusion.turntable.guess.alone import Alone, find_alone, found_again
 from fusion.turntable.guess.start import axis_guesses, find_turns, search_range
 from fusion.turntable.pairs.edges import ViewStack, stack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.table.plate import above, ground_height
-from fusion.turntable.views import ObjectView, Region
+from fusion.turntable.table.plate import ground_height
+from fusion.turntable.views import ObjectView, Region, above
 
 Array = NDArray[np.float64]
 POINTS_FIRST = 1000  # source points per frame
