@@ -12,9 +12,9 @@ from fusion.scan.cleaning.clean import clean
 from fusion.scan.finding.frames import load
 from fusion.scan.finding.object import choose_volume
 from fusion.scan.finding.relieved import relieved
-from fusion.scan.finding.settled_camera import find_motion_and_camera
 from fusion.scan.judging.judged import judged
 from fusion.scan.making import make
+from fusion.scan.motion import find_motion_and_camera
 from fusion.scan.opening import open_scan
 from fusion.scan.placing import place
 from fusion.scan.result import Scan

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fusion.geometry.trajectory import Trajectory
 from fusion.scan.finding.object import choose_volume
 from fusion.scan.finding.poses import FreeCourse, constrained, track_freely, wobble
-from fusion.scan.finding.settled_camera import FoundMotion
+from fusion.scan.motion import FoundMotion
 from fusion.turntable.circle import Circle, fit_circle, onto_circle
 from fusion.turntable.steps import Steps, judge_steps
 from fusion.volume.settings import VolumeSettings

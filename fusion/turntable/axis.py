@@ -1,6 +1,6 @@
 """The axis of a turntable and how points move about it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,10 @@ class Axis:
     def turn(self, angle_rad: float) -> Array:
         """The pose (4, 4) that moves the object by an angle, right-handed about the direction."""
         return pose.about_axis(self.point, self.direction, angle_rad)
+
+    def raised(self, height: float) -> "Axis":
+        """The same with its point so much higher [m]."""
+        return replace(self, point=self.point + height * self.direction)
 
     def turns(self, angles_rad: Array) -> Array:
         """The poses (n, 4, 4) of several turns (n,)."""

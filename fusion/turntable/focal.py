@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.turntable.all_views.together import fit_camera, together
+from fusion.turntable.all_views.camera_fit import fit_camera
+from fusion.turntable.all_views.together import together
 from fusion.turntable.guess.beginning import begin
 from fusion.turntable.motion import Motion
 from fusion.turntable.pairs.edges import stack

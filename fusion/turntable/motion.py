@@ -11,11 +11,12 @@ from fusion.geometry import pose
 from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.refined import refined
 from fusion.turntable.axis import Axis, Turns
-from fusion.turntable.guess.alone import Alone
 from fusion.turntable.guess.beginning import Begun, begun_with
+from fusion.turntable.guess.decided import Alone
+from fusion.turntable.pairs.edges import above
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck, no_errors
-from fusion.turntable.table.plate import THICKEST, Plate, find_plate
-from fusion.turntable.views import ObjectView, Region, above
+from fusion.turntable.table.plate import THICKEST, find_plate
+from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
@@ -122,7 +123,7 @@ def estimate_motion(
     final = fit.axis.nearest_to(centre)
     seen = [taken_out.view(v) for v in seen] if taken_out.wrong_depth else seen
     plate = find_plate(seen, final, final.turns(fit.angles))
-    final = _at(final, plate)
+    final = final if plate is None else final.raised(plate.height)
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
     reach, above_point = final.distance(np.concatenate([v.points[::some] for v in seen]).astype(float))
     return Motion(
@@ -159,7 +160,7 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
     axis = state.axis.nearest_to(centre)
     # what a hand moves about stands on no turntable, or on one that is: a carton below it is part of it, a board is not
     plate = find_plate(seen, axis, state.motions(), BOARD if found.wanders else THICKEST)
-    axis = _at(axis, plate)
+    axis = axis if plate is None else axis.raised(plate.height)
     back = pose.inverse(state.motions())
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
     points = np.concatenate(
@@ -200,11 +201,6 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
         held=True,
         spread=found.joint.spread,
     )
-
-
-def _at(axis: Axis, plate: Plate | None) -> Axis:
-    """The axis with its point at the plate's height."""
-    return axis if plate is None else replace(axis, point=axis.point + plate.height * axis.direction)
 
 
 def _refuse_still(angles: Array) -> None:

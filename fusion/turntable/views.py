@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.turntable.axis import Axis
 from fusion.turntable.tones import contrast
 
 Array = NDArray[np.float64]
@@ -142,14 +141,3 @@ def _overlaid(surface: PointMap) -> NDArray[np.bool_]:
     farthest = cv2.dilate(np.nan_to_num(depth).astype(np.float32), around)
     # a surface seen at 80 degrees changes its depth by 5.7 pixel widths from one pixel to the next
     return np.asarray(farthest - depth > 5.7 * WINDOW * depth / camera.fx)
-
-
-def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:
-    """The view with only source points above a height [m], at most about so many.
-
-    The plate turns into itself: it tells nothing of the angle, and what the camera bends in it pulls to no turn at all.
-    """
-    kept = np.flatnonzero(axis.distance(view.points.astype(float))[1] > height)
-    if len(kept) > most:  # a fixed seed: the same scan gives the same result
-        kept = np.sort(np.random.default_rng(0).permutation(kept)[:most])
-    return view.of(kept)

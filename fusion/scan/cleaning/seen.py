@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
-from fusion.scan.finding.facing import facing
+from fusion.scan.cleaning.facing import facing
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]

@@ -1,46 +1,19 @@
 """The focal length that a scan itself settles."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.scan.finding.attempt import Attempt, attempt
-from fusion.scan.opening import OpenedScan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.all_views.together import WORTH
+from fusion.turntable.all_views.camera_fit import WORTH
 from fusion.turntable.axis import Axis
 from fusion.turntable.focal import SURE, FocalCheck, focal_of
 
 ROUNDS = 2  # corrections of the focal length: each starts from a nominal one, pairs points anew and is nearer
-
-
-@dataclass(frozen=True)
-class FoundMotion:
-    """What turns and how, as the camera sees it that is used.
-
-    Attributes:
-        opened: the recording, and what was asked for.
-        attempt: with the camera that is used.
-        focal: what the scan says of the stated focal length.
-    """
-
-    opened: OpenedScan
-    attempt: Attempt
-    focal: FocalCheck
-
-
-def find_motion_and_camera(opened: OpenedScan) -> FoundMotion:
-    """The motion, and the camera that it was found with.
-
-    Raises:
-        RecordingError: too few readable frames.
-        TrackingError: nothing turns, or not about one axis.
-    """
-    first = attempt(opened.recording, opened.sensor, opened.settings)
-    return FoundMotion(opened, *settle_camera(first, opened.sensor, opened.settings))
 
 
 def settle_camera(first: Attempt, sensor: Sensor, settings: ScanSettings) -> tuple[Attempt, FocalCheck]:

@@ -21,12 +21,14 @@ def judged(made: MadeObject) -> Scan:
     placed, free, course = made.placed, made.placed.free, made.placed.course
     seen, motion, opened = placed.found.attempt, placed.found.attempt.motion, placed.found.opened
     frames, region, camera = seen.frames, seen.region, seen.recording.camera
+    chosen = _chosen(made)
     with stage("judging"):
         agreed = agreement(made.volume, frames, course.poses, motion)
         cut = region.cut(region.window(camera))
         prints = print_agreement(frames, cut, course.poses, motion.angles)
     jump = find_jump(free.course.poses, course.poses, made.cleaned.mesh.vertices.mean(axis=0))
     gaps = closing_gaps(frames, region, (course, free.course), motion.angles)
+    jump = confirmed(jump, frames, region, course)
     return Scan(
         mesh=made.colored.mesh,
         mesh_raw=made.rough.mesh,
@@ -41,14 +43,14 @@ def judged(made: MadeObject) -> Scan:
         inlier_share=free.inlier_share,
         wobble=placed.wobble,
         camera=camera,
-        settings=_chosen(made) | made.colored.values(),
+        settings=chosen | made.colored.values(),
         told=seen.told,
         sure=made.sure,
         evidence=Evidence(
             stated_camera=opened.stated,
             focal=placed.found.focal,
             refined=camera != opened.stated,
-            jump=confirmed(jump, frames, region, course),
+            jump=jump,
             noise=typical_noise(frames, region),
             kept_share=made.cleaned.kept,
             hidden=made.cleaned.hidden,

@@ -7,19 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.principle import Principle
+from fusion.turntable.all_views.camera_fit import DEPTH_ERRORS, WORTH, believed, fit_camera, misfit
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
-from fusion.turntable.all_views.together import (
-    DEPTH_ERRORS,
-    LEFT_OPEN,
-    TILTS,
-    WIDEST,
-    WORTH,
-    believed,
-    fit_camera,
-    misfit,
-    together,
-)
+from fusion.turntable.all_views.together import LEFT_OPEN, TILTS, WIDEST, together
 from fusion.turntable.axis import Turns
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck, no_errors

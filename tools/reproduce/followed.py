@@ -3,8 +3,8 @@
 Functions are listed in the order in which a small scan first calls them, as a reader would open them. Each file that
 is opened again after others were opened since is one return; the files of the scan and of the turntable count.
 
-python -m tools.documentation.followed
-python -m tools.documentation.followed --list      the files in that order
+python -m tools.reproduce.followed
+python -m tools.reproduce.followed --list      the files in that order
 """
 
 import argparse
