@@ -58,6 +58,11 @@ class Axis:
         direction = pose.exp([*tilt, 0, 0, 0])[:3, :3] @ self.direction
         return Axis(self.point + step[2] * across[0] + step[3] * across[1], direction / np.linalg.norm(direction))
 
+    def before_moved_camera(self, step: Array) -> "Axis":
+        """The axis after tilts [rad] and shifts [m] (4,) of the camera along x and y of the object's frame."""
+        T = pose.inverse(pose.exp([step[0], step[1], 0, step[2], step[3], 0]) @ self.object_frame())
+        return Axis(T[:3, 3], T[:3, 2])
+
     def distance(self, points: Array) -> tuple[Array, Array]:
         """Distance from the axis and height along it, each (n,) [m], of points (n, 3)."""
         offset = points - self.point

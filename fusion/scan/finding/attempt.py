@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.finding.frames import load, told_angles
-from fusion.scan.finding.motion_alone import motion_alone
+from fusion.scan.finding.pair_fit import Asked
 from fusion.scan.finding.region import find_region
 from fusion.scan.finding.relieved import relieved
-from fusion.scan.finding.turn import Asked
+from fusion.scan.finding.turn import motion_alone
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.motion import Motion

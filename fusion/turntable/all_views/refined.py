@@ -33,7 +33,8 @@ def refined(
         taken out of the views, with what may still be found of them.
     """
     seen = stack(views)
-    middle, edges = together(seen, *guess, commanded, known)
+    stated = no_errors(seen.views, known)
+    middle, edges = together(seen, guess, stated, commanded)
     told = None if commanded is None else of_its_sign(middle.angles, commanded)
     flight = known is not None and seen.views[0].map.camera.principle == Principle.TIME_OF_FLIGHT
     # pairs of views tell the tilts only; of what else is left their own errors are as large, and the model tells it
@@ -45,7 +46,6 @@ def refined(
         passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free, told=told)
         return close_loop(some, Turns(middle.axis, middle.angles), edges, passes, check)
 
-    stated = no_errors(seen.views, known)
     plain = fitted(first, stated)
     lens = () if "fx" in seen.views[0].map.camera.std else ((*first, "focal"),)
     ways = (*lens, DEPTH_ERRORS) if known is None else lens

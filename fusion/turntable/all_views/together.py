@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from fusion.turntable.all_views.camera_fit import misfit
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
-from fusion.turntable.axis import Axis, Turns
+from fusion.turntable.axis import Turns
 from fusion.turntable.pairs.edges import ViewStack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.selfcheck import DEPTH, DepthKnown, SelfCheck, no_errors
+from fusion.turntable.selfcheck import DEPTH, SelfCheck
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
@@ -22,23 +22,23 @@ OTHER = np.deg2rad(1.0)  # between two beginnings that are worth trying both
 
 
 def together(
-    shown: ViewStack, axis: Axis, angles: Array, commanded: Array | None = None, known: DepthKnown | None = None
+    shown: ViewStack, guess: Turns, check: SelfCheck, commanded: Array | None = None
 ) -> tuple[Loop, list[tuple[int, int]]]:
     """All turns brought together with the focal length free, and the pairs of views that overlap then.
 
     Args:
         shown: the views.
-        axis, angles: first guess, (n,) [rad].
+        guess: first, angles (n,) [rad].
+        check: errors of camera and depth to begin with, see `no_errors`.
         commanded: (n,) what the table was told [rad], of either sign; the fit begins there too, and the better
             beginning is gone on with: errors that stand still in the image may have pulled the first guess.
-        known: how well a calibrated depth is known, else None.
     """
-    told = None if commanded is None else of_its_sign(angles, commanded)
+    told = None if commanded is None else of_its_sign(guess.angles, commanded)
     coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",), told=told)
-    some, check = shown.thinned(COARSE_POINTS), no_errors(shown.views, known)
-    first = _begun(some, Turns(axis, angles), coarse, check)
-    if told is not None and np.ptp(angles - told) > OTHER:
-        first = min(first, _begun(some, Turns(axis, told), coarse, check), key=misfit)
+    some = shown.thinned(COARSE_POINTS)
+    first = _begun(some, guess, coarse, check)
+    if told is not None and np.ptp(guess.angles - told) > OTHER:
+        first = min(first, _begun(some, Turns(guess.axis, told), coarse, check), key=misfit)
     angles = _close_turns(some, first)
     edges = choose_edges(angles, WIDEST, 4)
     middle = close_loop(some, Turns(first.axis, angles), edges, coarse, first.check)
