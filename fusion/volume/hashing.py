@@ -55,7 +55,7 @@ class Hash(NamedTuple):
     around: I32
 
 
-class Places(NamedTuple):
+class HashedBlocks(NamedTuple):
     """The blocks themselves, see `Blocks`."""
 
     coordinates: I32_2
@@ -71,7 +71,7 @@ def find(coordinates: I32_2, keys: I64, ids: I32, found: I32):
 
 
 @kernel
-def add(added: I64, first: ti.i32, new: ti.i32, places: Places, known: Hash):
+def add(added: I64, first: ti.i32, new: ti.i32, places: HashedBlocks, known: Hash):
     """Unpack the new blocks, hash those from the first on, and link the new ones; one after the other, as threads wake
     late for a few."""
     coordinates, low, high, neighbours = ti.static((places.coordinates, places.low, places.high, places.neighbours))

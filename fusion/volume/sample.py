@@ -13,7 +13,7 @@ from fusion.volume.hashing import lookup
 from fusion.volume.settings import BLOCK, LATTICE
 
 
-class Field(NamedTuple):
+class SampledField(NamedTuple):
     """What of the blocks tells distances, see `Blocks`, and the size of a voxel [m]."""
 
     keys: I64
@@ -23,9 +23,9 @@ class Field(NamedTuple):
     voxel: ti.f32
 
 
-def field(blocks: Blocks) -> Field:
+def field(blocks: Blocks) -> SampledField:
     """As kernels take it."""
-    return Field(blocks.keys, blocks.ids, blocks.neighbours, blocks.flat, blocks.settings.voxel)
+    return SampledField(blocks.keys, blocks.ids, blocks.neighbours, blocks.flat, blocks.settings.voxel)
 
 
 def sample(blocks: Blocks, points: NDArray[np.float64]) -> tuple[NDArray[np.float32], ...]:
@@ -148,7 +148,7 @@ def smooth(
 
 
 @kernel
-def _sample(base: I32_2, part: F32_2, field: Field, distance: F32, gradient: F32_2, weight: F32):
+def _sample(base: I32_2, part: F32_2, field: SampledField, distance: F32, gradient: F32_2, weight: F32):
     """Fills in what is known at places of cells."""
     for p in range(base.shape[0]):
         a = ti.Vector([part[p, 0], part[p, 1], part[p, 2]])

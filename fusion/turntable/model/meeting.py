@@ -5,7 +5,7 @@ from fusion.compute.arrays import F32, F32_2, I32
 from fusion.compute.language import kernel, ti
 from fusion.turntable.pairs.edge_pairs import ERRORS, depth_terms
 from fusion.volume.hashing import lookup
-from fusion.volume.sample import Field, blend, corners, slope
+from fusion.volume.sample import SampledField, blend, corners, slope
 
 vec3 = ti.types.vector(3, ti.f32)
 # columns of a ray's equation: residual [m], derivative in the angle, sigma [m], spoilt, height [m], and derivatives in
@@ -24,7 +24,7 @@ def meet(
     frame: I32,  # (m,)
     rays: F32_2,  # (m, 8) as in `Rays`
     poses: F32_2,  # (n, 14) rows of T_object_camera, turn taken back; cosine and sine of the turn; NaN takes no part
-    model: Field,
+    model: SampledField,
     reach: ti.f32,  # largest distance from the model [m]
     span: F32,  # (4,) of the errors of depth, see `pair_edges`
     cell: I32,  # (m,) out: place on the model, -1 for a ray that says nothing
@@ -65,10 +65,8 @@ def meet(
                 cell[i] = block * CELLS + (at[0] >> 1) * 16 + (at[1] >> 1) * 4 + (at[2] >> 1)
                 c, s = poses[frame[i], 12], poses[frame[i], 13]
                 # place and normal on the table, before its turn is undone
-                y, m = (
-                    vec3(c * x[0] - s * x[1], s * x[0] + c * x[1], x[2]),
-                    vec3(c * n[0] - s * n[1], s * n[0] + c * n[1], n[2]),
-                )
+                y = vec3(c * x[0] - s * x[1], s * x[0] + c * x[1], x[2])
+                m = vec3(c * n[0] - s * n[1], s * n[0] + c * n[1], n[2])
                 arm = y.cross(m)
                 sigma = ti.max(rays[i, 6] * cosine, 1e-5)
                 turning = n[0] * x[1] - n[1] * x[0]

@@ -16,7 +16,7 @@ from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
 from fusion.volume.hashing import Hash
 from fusion.volume.integration.frame import CELL, PAD, STRIP, Work, whole
-from fusion.volume.integration.missing import FILTER, Missing, look
+from fusion.volume.integration.missing import FILTER, MissingBlocks, look
 from fusion.volume.lens import rows
 from fusion.volume.settings import BLOCK, LATTICE, VolumeSettings
 
@@ -24,7 +24,7 @@ CELLS = STRIP // CELL  # that are looked at side by side
 NEAREST = 1e-6  # [m], nothing is measured so close
 
 
-class Raw(NamedTuple):
+class RawImages(NamedTuple):
     """Depth and weight as they were measured, flat, in rows of `width` pixels."""
 
     depth: F32
@@ -80,14 +80,14 @@ def allocate(
     depth, weight = images
     weighted = weight.size > 1 or depth.size == 1
     depth, weight = whole(depth), whole(weight) if weighted else weight
-    raw = Raw(depth.reshape(-1), weight.reshape(-1), depth.shape[1])
+    raw = RawImages(depth.reshape(-1), weight.reshape(-1), depth.shape[1])
     cleaned = Cleaned(frame.inverse, frame.weight, frame.farthest, frame.filled)
     cells = Cells(known.cells, known.x, known.y, known.margin, camera.fx)
     horizon = settings.voxel * BLOCK * (LATTICE - 4)
     lattice = Lattice(settings.voxel, settings.truncation, _span(settings), horizon)
     there, pose, size, count = Hash(blocks.keys, blocks.ids, blocks.around), rows(T_world_camera), FILTER, 0
     while True:
-        missing = Missing(np.empty(size, np.int64), np.zeros(1, np.int32), np.full(FILTER, -1, np.int64))
+        missing = MissingBlocks(np.empty(size, np.int64), np.zeros(1, np.int32), np.full(FILTER, -1, np.int64))
         _scan(raw, cleaned, cells, pose, lattice, there, missing, weighted)
         count = int(missing.count[0])
         if count <= size:
@@ -190,7 +190,7 @@ def _reaches(box: ti.template(), begins: ti.template(), ends: ti.template(), pos
 
 @kernel
 def _scan(
-    raw: Raw, out: Cleaned, cells: Cells, pose: F32, lattice: Lattice, there: Hash, missing: Missing,
+    raw: RawImages, out: Cleaned, cells: Cells, pose: F32, lattice: Lattice, there: Hash, missing: MissingBlocks,
     weighted: ti.template(),
 ):  # fmt: skip
     """Cleans a frame, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""

@@ -10,7 +10,7 @@ from fusion.volume.hashing import lookup, pack
 FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks
 
 
-class Missing(NamedTuple):
+class MissingBlocks(NamedTuple):
     """The list of missing blocks: as many packed coordinates as there is room for, how many there are (1,), and the
     filter (FILTER,) of -1 at the start."""
 

@@ -31,7 +31,7 @@ class Boxes(NamedTuple):
     voxel: ti.f32
 
 
-class Table(NamedTuple):
+class BlockTable(NamedTuple):
     """Blocks by their place, see `Window`."""
 
     low: I32
@@ -98,8 +98,8 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
     if blocks.count:
         _range(
             Boxes(blocks.coordinates, blocks.count, blocks.solid, blocks.settings.voxel),
-            eye(camera, inverse(T_world_camera)), Table(found.low, size, grid), Reach(found.first, found.last, *reach),
-            dealt(), any(camera.distortion),
+            eye(camera, inverse(T_world_camera)), BlockTable(found.low, size, grid),
+            Reach(found.first, found.last, *reach), dealt(), any(camera.distortion),
         )  # fmt: skip
     return found
 
@@ -143,7 +143,7 @@ def _box(
 
 
 @kernel
-def _range(blocks: Boxes, eye: Eye, table: Table, reach: Reach, deal: Deal, distorted: ti.template()):
+def _range(blocks: Boxes, eye: Eye, table: BlockTable, reach: Reach, deal: Deal, distorted: ti.template()):
     """Fills in the table, and the depths of each tile."""
     coordinates, solid, pose, voxel = ti.static((blocks.coordinates, blocks.solid, eye.pose, blocks.voxel))
     first, last, near, far = ti.static((reach.first, reach.last, reach.near, reach.far))
