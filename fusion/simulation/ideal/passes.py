@@ -1,5 +1,6 @@
 """What stood before the sensor of a simulation, as a renderer's passes beside its recording: `truth/passes/`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,7 @@ def passes_of(recording: Recording, sensor: Sensor) -> Further | None:
     own = read_sensor(home.parent / "sensor.json")
     if own.effect("projector_shadow") != sensor.effect("projector_shadow"):
         found.pop("lit", None)  # it was another projector's
-    return Further(**found)
+    return replace(Further(), **found)
 
 
 def _write(path: Path, values: Image) -> None:
