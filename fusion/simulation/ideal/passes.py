@@ -1,6 +1,5 @@
 """What stood before the sensor of a simulation, as a renderer's passes beside its recording: `truth/passes/`."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +43,10 @@ def passes_of(recording: Recording, sensor: Sensor) -> Further | None:
     own = read_sensor(home.parent / "sensor.json")
     if own.effect("projector_shadow") != sensor.effect("projector_shadow"):
         found.pop("lit", None)  # it was another projector's
-    return replace(Further(), **found)
+    return Further(
+        found.get("normals"), reflectance=found.get("reflectance"), depth=found.get("depth"), rows=found.get("rows"),
+        columns=found.get("columns"), lit=found.get("lit"),
+    )  # fmt: skip
 
 
 def _write(path: Path, values: Image) -> None:
