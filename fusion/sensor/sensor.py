@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import place_of
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
@@ -27,7 +28,7 @@ class Sensor:
 
     Attributes:
         name: preset or file.
-        principle: "structured_light", "itof", "active_stereo" or "unknown".
+        principle: how it measures; a word of `Principle` is taken too.
         effects: implemented effects, in light-path order.
         sensor, serial: name of the sensor and number of the unit ("" when not known).
         frequencies: modulations of a time-of-flight sensor [Hz]; those of the Kinect v2 where empty.
@@ -44,7 +45,7 @@ class Sensor:
     """
 
     name: str = "ideal"
-    principle: str = "unknown"
+    principle: Principle = Principle.UNKNOWN
     effects: tuple[Effect, ...] = ()
     sensor: str = ""
     serial: str = ""
@@ -59,13 +60,14 @@ class Sensor:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "principle", Principle(self.principle))
         object.__setattr__(self, "effects", tuple(sorted(self.effects, key=place_of)))
-        undone = tuple(
-            f"{effect.name}: not undone by the correction ({why})"
+        left = tuple(
+            f"{effect.name}: not corrected ({why})"
             for effect in self.effects
-            if (why := self.left(effect))
+            if (why := self.why_not_corrected(effect))
         )
-        object.__setattr__(self, "left_out", (*self.left_out, *(t for t in undone if t not in self.left_out)))
+        object.__setattr__(self, "left_out", (*self.left_out, *(t for t in left if t not in self.left_out)))
 
     def __repr__(self) -> str:
         names = ", ".join(effect.name for effect in self.effects)
@@ -80,10 +82,10 @@ class Sensor:
         others = tuple(own for own in self.effects if own.name != effect.name)
         return replace(self, effects=(*others, effect), fitted=self.fitted - {effect.name}, left_out=())
 
-    def left(self, effect: Effect) -> str:
+    def why_not_corrected(self, effect: Effect) -> str:
         """Why the correction leaves an effect of this sensor; empty when it undoes it."""
-        if not effect.changes("bias") or effect.left():
-            return effect.left()
+        if not effect.changes("bias") or effect.why_not_corrected():
+            return effect.why_not_corrected()
         return self.usual(effect)
 
     def usual(self, effect: Effect) -> str:
@@ -207,8 +209,8 @@ class Sensor:
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
             for effect in reversed(self.effects):
-                if effect.changes("bias") and not self.left(effect):
-                    depth = _undo(effect, depth, view)
+                if effect.changes("bias") and not self.why_not_corrected(effect):
+                    depth = _corrected(effect, depth, view)
         return depth
 
     def true_camera(self, stated: Camera) -> Camera:
@@ -238,8 +240,8 @@ class Sensor:
             depth=depth if view.depth is None else view.depth,
             incidence=view.incidence if incidence is None else incidence,
             baseline=self.baseline,
-            frequencies=self.frequencies or (MODULATIONS_HZ if self.principle == "itof" else ()),
-            principle=view.principle or (self.principle if self.principle != "unknown" else ""),
+            frequencies=self.frequencies or (MODULATIONS_HZ if self.principle == Principle.TIME_OF_FLIGHT else ()),
+            principle=view.principle.or_else(self.principle),
         )
         return view if view.ir is not None else replace(view, ir=self.amplitude(view))
 
@@ -257,9 +259,9 @@ class Sensor:
                     )
 
 
-def _undo(effect: Effect, measured: Image, view: View) -> Image:
+def _corrected(effect: Effect, measured: Image, view: View) -> Image:
     """In closed form, or the fixed point x <- measured - bias(x), for one effect."""
-    closed = effect.undone(measured, view)
+    closed = effect.corrected(measured, view)
     if closed is not None:
         return _valid(closed)
     x = measured

@@ -50,7 +50,7 @@ def fill_simulation(folder: Path, simulation: Simulation) -> list[str]:
     fill_recording(folder, simulation.camera, frames, simulation.stated, telemetry, content)
     write_mesh(folder / "scene.ply", mesh)
     if simulation.scene.board is not None:
-        _write_json(folder / "board.json", simulation.scene.board)
+        _write_json(folder / "board.json", simulation.scene.board.file())
     _write_truth(folder / "truth", simulation)
     return missed
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.report.kit.palette import BLUE, new_figure, styled, to_svg
 from fusion.sensor.files.contributed import shortcomings
 from fusion.sensor.sensor import Sensor
@@ -15,6 +16,14 @@ from fusion.simulation.exporting.target import StatedWall
 
 COMMAND = "fusion sensor page"
 WALL = "White walls, square to the camera, over the whole image"
+
+
+KINDS = {
+    Principle.STRUCTURED_LIGHT: "structured light",
+    Principle.TIME_OF_FLIGHT: "time of flight",
+    Principle.ACTIVE_STEREO: "active stereo",
+    Principle.UNKNOWN: "of an unknown principle",
+}
 
 
 def camera_page(sensor: Sensor, camera: Camera, picture: str) -> str:
@@ -55,11 +64,8 @@ def camera_picture(sensor: Sensor, camera: Camera) -> str:
 
 
 def _kind(sensor: Sensor) -> str:
-    kinds = {"structured_light": "structured light", "itof": "time of flight", "active_stereo": "active stereo"}
-    base = sensor.principle in ("structured_light", "active_stereo")
-    return kinds.get(sensor.principle, "of an unknown principle") + (
-        f", baseline {1e3 * abs(sensor.baseline):.3g} mm" if base else ""
-    )
+    base = sensor.principle.triangulates
+    return KINDS[sensor.principle] + (f", baseline {1e3 * abs(sensor.baseline):.3g} mm" if base else "")
 
 
 def _over_depth(found: StatedWall) -> str:

@@ -7,7 +7,7 @@ import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
 from fusion.files.values import Name
-from fusion.recording.native.camera_file import Principle
+from fusion.geometry.principle import Principle
 from fusion.sensor.catalogue import IMPLEMENTED, KNOWN
 from fusion.sensor.parameter import Parameter, Setting, parameters, settings
 from fusion.sensor.where import BoundFields

@@ -12,6 +12,7 @@ from fusion.files.json_file import read_json, shown
 from fusion.files.json_values import json_values
 from fusion.files.output.publish import atomic_file
 from fusion.files.schema import one_of
+from fusion.geometry.principle import Principle
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects
@@ -39,7 +40,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
     name, path = str(path_or_preset), Path(path_or_preset)
     if name in PRESETS or not (path.suffix or path.exists()):
         return preset(name)
-    content = Content(_read(path), path, "the sensor", SensorError)
+    content = _content(path)
     given = given_effects(content)
     computed = {one.name: one.effect() for one in given if one.name in IMPLEMENTED}
     kept = [one for one in given if one.name not in computed]
@@ -52,7 +53,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
             warnings += one.missing()
     return Sensor(
         name=str(fields.name or path.stem),
-        principle=fields.principle or "unknown",
+        principle=fields.principle or Principle.UNKNOWN,
         effects=tuple(computed.values()),
         sensor=str(fields.sensor or ""),
         serial=str(fields.serial or ""),
@@ -123,9 +124,9 @@ def _stored(effect: Effect, about: Parameter, path: Path) -> Any:
     return store_map(path.parent, f"{path.stem}_{effect.name}_{about.name}", value)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _content(path: Path) -> Content:
     try:
-        return read_json(path, SensorError, "the sensor file")
+        return Content(read_json(path, SensorError, "the sensor file"), path, "the sensor", SensorError)
     except SensorError as error:
         if not isinstance(error.__cause__, FileNotFoundError):
             raise

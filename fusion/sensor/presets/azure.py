@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.effects.phase.mixed_pixels import MixedPixels
 from fusion.sensor.effects.readout.amplitude_dropout import AmplitudeDropout
@@ -26,7 +27,7 @@ def azure_kinect() -> Sensor:
     """1 mm near, 3 mm at 3 m; the stated limits of its error are far above what single units show."""
     return Sensor(
         "azure-kinect",
-        "itof",
+        Principle.TIME_OF_FLIGHT,
         (
             IlluminationVignetting(exponent=2.0),
             MixedPixels(fill=1.0),

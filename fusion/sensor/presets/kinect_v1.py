@@ -1,5 +1,6 @@
 """Kinect for Xbox 360: structured light of PrimeSense."""
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.light.projector_shadow import ProjectorShadow
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
@@ -17,7 +18,7 @@ def kinect_v1() -> Sensor:
     """0.0012 + 0.0019 (z - 0.4)^2 + 0.0001 z^-0.5 theta^2 / (pi/2 - theta)^2 [m]; 1/8 px; shadow; bands."""
     return Sensor(
         "kinect-v1",
-        "structured_light",
+        Principle.STRUCTURED_LIGHT,
         (
             ProjectorShadow(baseline=0.075),
             VerticalBanding(step=0.06),

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
@@ -75,4 +76,6 @@ def _kinect_v2(light: str, noise: tuple[Effect, ...], equations: str) -> Sensor:
     }
     sources |= {effect.name: f"{PAPER}, {equations}" for effect in noise}
     name, effects = f"kinect-v2-{light}", (*common, *noise)
-    return Sensor(name, "itof", effects, sensor="Kinect v2", works=RANGE, std=dict(_OWN), sources=sources)
+    return Sensor(
+        name, Principle.TIME_OF_FLIGHT, effects, sensor="Kinect v2", works=RANGE, std=dict(_OWN), sources=sources
+    )

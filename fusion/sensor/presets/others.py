@@ -1,5 +1,6 @@
 """Cameras of single makers: Luxonis OAK-D, and the LiDAR of iPhones and iPads."""
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.light.projector_shadow import ProjectorShadow
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
@@ -16,7 +17,7 @@ def oak_d() -> Sensor:
     """Stereo of two cameras 75 mm apart, disparities in eighths of a pixel."""
     return Sensor(
         "oak-d",
-        "active_stereo",
+        Principle.ACTIVE_STEREO,
         (
             ProjectorShadow(baseline=0.075),
             EdgeFattening(window_px=7.0),
@@ -43,7 +44,7 @@ def iphone_lidar() -> Sensor:
     """24 x 24 beams that a network fills up to 256 x 192 with the colour picture: neighbours share their errors."""
     return Sensor(
         "iphone-lidar",
-        "unknown",
+        Principle.UNKNOWN,
         (LateralNoise(sigma_px=2.0), AxialNoise(c0=0.005, c1=0.0, c2=0.001, correlation_px=10.0)),
         sensor="iPhone LiDAR",
         works=WorkingRange(0.0, 5.0, "Apple, of the iPad Pro of 2020, from memory: up to 5 m"),

@@ -1,5 +1,6 @@
 """RealSense D400 cameras: stereo, most with a projected texture; and the L515, a scanned beam."""
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.light.projector_shadow import ProjectorShadow
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
@@ -44,7 +45,7 @@ def realsense_l515() -> Sensor:
     """Scanned beam, modulated light: 2.5 mm at 1 m to 15.5 mm at 9 m; counts of 0.25 mm."""
     return Sensor(
         "realsense-l515",
-        "itof",
+        Principle.TIME_OF_FLIGHT,
         (
             LateralNoise(sigma_px=0.5),
             AxialNoise(c0=0.0025 - 0.00016, c1=0.0, c2=0.00016),
@@ -78,7 +79,7 @@ def _d400(
     own = "" if name == "realsense-d435" else "; as the D435: guess"
     return Sensor(
         name,
-        "active_stereo",
+        Principle.ACTIVE_STEREO,
         (
             # the depth image is that of the left imager; the right one stands on the side of +x
             ProjectorShadow(baseline=baseline),

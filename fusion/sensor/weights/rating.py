@@ -68,6 +68,5 @@ def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
 
 
 def _completed(sensor: Sensor, view: View) -> View:
-    principle = view.principle or (sensor.principle if sensor.principle != "unknown" else "")
     depth = np.asarray(view.depth, np.float32)
-    return replace(view, depth=depth, baseline=sensor.baseline, principle=principle)
+    return replace(view, depth=depth, baseline=sensor.baseline, principle=view.principle.or_else(sensor.principle))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters, settings
 from fusion.sensor.sensor import Sensor
@@ -45,7 +46,7 @@ class DescribedEffect:
 
     effect: str
     source: str
-    not_undone: str
+    not_corrected: str
     parameters: dict[str, DescribedParameter]
 
 
@@ -54,7 +55,7 @@ class SensorDescription:
     """All of a sensor model, its effects in light-path order."""
 
     name: str
-    principle: str
+    principle: Principle
     sensor: str
     serial: str
     baseline_m: float
@@ -68,7 +69,10 @@ def description(sensor: Sensor) -> SensorDescription:
     """A sensor model for a person, and for JSON."""
     effects = [
         DescribedEffect(
-            effect.name, sensor.sources.get(effect.name, ""), sensor.left(effect), _parameters(effect, sensor)
+            effect.name,
+            sensor.sources.get(effect.name, ""),
+            sensor.why_not_corrected(effect),
+            _parameters(effect, sensor),
         )
         for effect in sensor.effects
     ]

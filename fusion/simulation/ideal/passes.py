@@ -43,9 +43,10 @@ def passes_of(recording: Recording, sensor: Sensor) -> Further | None:
     own = read_sensor(home.parent / "sensor.json")
     if own.effect("projector_shadow") != sensor.effect("projector_shadow"):
         found.pop("lit", None)  # it was another projector's
+    get = found.get
     return Further(
-        found.get("normals"), reflectance=found.get("reflectance"), depth=found.get("depth"), rows=found.get("rows"),
-        columns=found.get("columns"), lit=found.get("lit"),
+        depth=get("depth"), normals=get("normals"), reflectance=get("reflectance"),
+        rows=get("rows"), columns=get("columns"), lit=get("lit"),
     )  # fmt: skip
 
 
