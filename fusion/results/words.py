@@ -47,7 +47,8 @@ def table_words(table: TableFacts) -> str:
     """ "15.63 deg a frame (std 1.38), no slip"."""
     slips = ", ".join(f"slip before frame {frame}" for frame in table.slips) or "no slip"
     mean, std = step_words(table)
-    return f"{mean} deg a frame (std {std}), {slips}"
+    rests = f"; in {table.rests} frames it stands as in the one before (frames there twice?)" if table.rests else ""
+    return f"{mean} deg a frame (std {std}), {slips}{rests}"
 
 
 def gap_words(gap: Gap) -> str:

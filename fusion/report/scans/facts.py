@@ -32,7 +32,8 @@ def fact_numbers(facts: ScanFacts) -> list[Number]:
         numbers.append(Number("Trajectory error", f"{error.rmse * 1e3:.1f}", "mm rms", note))
     if table is not None:
         mean, std = step_words(table)
-        numbers.append(Number("Turn a frame", mean, "deg", f"std {std} deg"))
+        rests = f", {table.rests} frames stand as the one before" if table.rests else ""
+        numbers.append(Number("Turn a frame", mean, "deg", f"std {std} deg{rests}"))
         if table.gap is not None:
             numbers.append(Number("Closing gap", gap_words(table.gap), "", worse_words(table)))
     return numbers

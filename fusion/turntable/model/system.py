@@ -13,6 +13,7 @@ from fusion.turntable.model.meeting import AXIS, CELLS, HEIGHT, RESIDUAL, SHARED
 from fusion.turntable.model.rays import Bundle
 from fusion.turntable.pairs.edge_pairs import ERRORS
 from fusion.turntable.selfcheck import LENS, SelfCheck
+from fusion.volume.sample import field
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -51,11 +52,8 @@ def equations(rays: Bundle, motion: Turns, volume: Volume, check: SelfCheck) -> 
     poses = np.column_stack([placed(axis, angles)[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])
     columns = SHARED + AXIS + (ERRORS if check.open.any() else 0)
     cell, out = np.empty(len(rays.frame), np.int32), np.empty((len(rays.frame), columns), np.float32)
-    blocks, reach = volume.blocks, 0.75 * volume.settings.truncation
-    meet(
-        rays.frame, rays.values, poses.astype(np.float32), blocks.keys, blocks.ids, blocks.neighbours, blocks.flat,
-        volume.settings.voxel, reach, check.span, cell, out,
-    )  # fmt: skip
+    reach = 0.75 * volume.settings.truncation
+    meet(rays.frame, rays.values, poses.astype(np.float32), field(volume.blocks), reach, check.span, cell, out)
     counts = np.bincount(cell[cell >= 0], minlength=volume.block_count * CELLS)
     ends = np.cumsum(counts)
     order = np.empty(int(counts.sum()), np.int32)
