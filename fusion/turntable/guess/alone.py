@@ -20,13 +20,15 @@ from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.start import axis_guesses
 from fusion.turntable.pairs.edges import Edges, ViewStack, stack
 from fusion.turntable.pairs.pairwise import ViewPairLimits
-from fusion.turntable.table.foot import axis_through, foot_normal
+from fusion.turntable.table.foot import axis_through, foot_normal, plate_among
 from fusion.turntable.table.plate import above
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 KEYS = 24  # views of which all pairs are compared; the others find their place between them
 POINTS, POINTS_JOINT = 800, 2000
+CLEAR = 0.008  # [m] above a plate both are seen in one pixel (guess)
+FEWEST = 150  # points of a view above it, or they are kept
 SOME = 4  # views that show what is behind them all
 PROBED = 8  # neighbours that tell the axis
 NEIGHBOURS = np.deg2rad(75)  # largest turn between these that is tried (guess)
@@ -68,8 +70,12 @@ def find_alone(views: Sequence[ObjectView], region: Region) -> Alone:
     """
     n = len(views)
     keys = np.unique(np.linspace(0, n - 1, min(n, KEYS)).round().astype(int))
+    plate = plate_among(views)
+    if plate is not None:  # it turns into itself: what fits it best is no turn at all
+        clear = [above(v, Axis(*plate), CLEAR, len(v.points)) for v in views]
+        views, plate = (clear, plate) if min(len(v.points) for v in clear) >= FEWEST else (views, None)
     seen = stack([_thin(v, POINTS) for v in views])
-    axis = _upright(views, seen, region, keys)
+    axis = _upright(views, seen, region, keys, None if plate is None else plate[1])
     pairs = [(int(i), int(j)) for k, i in enumerate(keys) for j in keys[k + 1 :]]
     heard = listen(seen, axis, pairs)
     printed = heard.printed()
@@ -109,11 +115,12 @@ def _thin(view: ObjectView, most: int) -> ObjectView:
     return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)
 
 
-def _upright(views: Sequence[ObjectView], seen: ViewStack, region: Region, keys: NDArray[np.intp]) -> Axis:
+def _upright(
+    views: Sequence[ObjectView], seen: ViewStack, region: Region, keys: NDArray[np.intp], foot: Array | None
+) -> Axis:
     """The axis that brings neighbours together best: upright on what the object stands on, or leaning like a guess."""
     points = np.concatenate([v.points[:: max(1, len(v.points) // 3000)] for v in views]).astype(float)
-    foot = None
-    if region.wall is not None and region.wall.shape == views[0].map.camera.shape:
+    if foot is None and region.wall is not None and region.wall.shape == views[0].map.camera.shape:
         foot = foot_normal(_seen_behind(views, region.wall), points)
     guesses = [axis_through(g.direction, points) for g in axis_guesses(np.median(points, axis=0))]
     tried = guesses if foot is None else [axis_through(foot, points)]
