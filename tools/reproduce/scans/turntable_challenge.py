@@ -28,7 +28,7 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.cleanup import largest_part
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
-from fusion.recording.native.camera_file import camera_from_dict, camera_to_dict
+from fusion.recording.native.camera_file import camera_content, camera_of, camera_to_dict
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
@@ -155,7 +155,7 @@ def _with_camera(recording: Recording, fields: dict[str, Any]) -> Recording:
     from dataclasses import replace
 
     known = camera_to_dict(recording.camera)
-    camera: Camera = camera_from_dict(known | fields, "truth.json")
+    camera: Camera = camera_of(camera_content(known | fields, "truth.json"))
     return replace(open_recording(recording.path, camera), camera=camera)
 
 
