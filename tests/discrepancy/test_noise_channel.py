@@ -7,13 +7,16 @@ import pytest
 from made_up_walls import KNOWN, looks_at, sensor_of
 
 from fusion.discrepancy.channels.noise import noise_steps
+from fusion.discrepancy.channels.scatter import scatter_of
 from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.sensor_interference import SensorInterference
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.effects.readout.temporal_filtering import TemporalFiltering
 from fusion.sensor.effects.rig.pose_jitter import PoseJitter
+from fusion.sensor.sensor import Sensor
 
 
 def found_in(given, hidden, seed):
@@ -117,3 +120,16 @@ def test_a_constant_that_is_not_there_is_corrected_to_zero_within_what_the_noise
     _, (step,) = found_in(given, replace(given, effects=(AxialNoise(sigma_px=0.05),)), 0)
     assert abs(step.effect.c0) < 2 * step.std["c0"]
     assert 1e-5 < step.std["c0"] < 0.002  # the constant that was stated is seen not to be there
+
+
+@pytest.mark.parametrize("size", [1.0, 2.8])
+def test_no_finding_denies_how_frames_scatter(size):
+    """A polynomial whose terms one distance cannot tell apart: its numbers may be open, their sum is not."""
+    told = AxialNoise(c0=0.0015 * size, c1=-0.00152 * size, c2=0.0019 * size, angle=0.0001, angle_exponent=-0.5)
+    rounding, wall = DepthQuantization(step_px=0.03), (0.8, 20, 0)
+    given = Sensor("given", "structured_light", (told, rounding))
+    hidden = Sensor("hidden", "structured_light", (AxialNoise(sigma_px=0.0172 * size, correlation_px=8.0), rounding))
+    observations = observe(given, looks_at(hidden, 1, [wall]))
+    for sensor in (given, noise_steps(observations)[0]):
+        scatter = scatter_of(observations.under(sensor).patches)
+        assert np.abs(np.median(scatter.excess)) < 0.3  # of the logarithm of a variance: 15 % of the noise

@@ -1,7 +1,7 @@
 """Judging what was tried of the noise: by chance, by its size, in recordings left out, in frames left out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, TunedParameters, Whitener, changes, turn
 from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.observe.observations import observe, predicted
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -90,6 +90,22 @@ def _unlike(param: NoiseParameter, value: float, scatter: Scatter) -> bool:
             lacking.append(HALF * due - alike)
             weights.append(share)
     return bool(lacking and np.any(np.average(lacking, axis=0, weights=weights)[APART:] > UNLIKE))
+
+
+def nearer(better: Sensor, scatter: Scatter) -> bool:
+    """True when repeated frames scatter more as the better model says, predicted anew.
+
+    What was tried is straight in every number; whatever that made of it, no claim denies what the frames show.
+    """
+    again = [replace(p, sensor=better, sigma=predicted(better, p.block)[1]) for p in scatter.patches]
+    return _off(scatter_of(again)) < _off(scatter)
+
+
+def _off(scatter: Scatter) -> float:
+    """Mean size of the logarithms by which frames scatter otherwise than is said."""
+    told = np.isfinite(scatter.renewal_sigma)
+    renewal = np.where(told, np.abs(scatter.renewal), 0.0)
+    return float(np.mean(np.abs(scatter.excess) + renewal))
 
 
 def replicated(best: Tried, before: TunedParameters, scatter: Scatter, whitener: Whitener) -> bool:

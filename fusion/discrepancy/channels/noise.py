@@ -15,6 +15,7 @@ from fusion.discrepancy.channels.judging import (
     explains,
     improbable,
     large,
+    nearer,
     probability,
     replicated,
 )
@@ -104,6 +105,8 @@ def _step(
     if not confirmed(best, before, sensor, held, whitener):
         return None
     better, std = _applied(sensor, best)
+    if not nearer(better, scatter):
+        return None
     gain = before.chi2 - best.turned.chi2
     return better, ChannelStep(
         "noise",

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,13 @@ class TileCovariance:
         return float(np.linalg.norm(self.whiten(values))) / max(float(np.linalg.norm(free)), 1e-300)
 
 
+class MeasuredTiles(NamedTuple):
+    """Tiles, and how far they may be off."""
+
+    observations: Observations
+    covariance: TileCovariance
+
+
 def covariance_of(observations: Observations) -> TileCovariance:
     """The covariance of observations: their frame noise averaged, frozen and common errors as covariance."""
     n = len(observations.residual)
@@ -88,7 +95,9 @@ def covariance_of(observations: Observations) -> TileCovariance:
     total += patterns
     common = np.column_stack([*pose_columns(observations), wrong, other, known])
     total += common @ common.T
-    total += rounding_covariance(observations, total, patterns)
+    # a law that nobody knows yet moves what is rounded too: as far as the tiles are off at all
+    moved = float(np.median(observations.residual**2))
+    total += rounding_covariance(observations, total + moved * np.eye(n), patterns)
     return TileCovariance(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 
 
