@@ -19,6 +19,7 @@ from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.settling import settled
 from fusion.reconstruction.sure import FusedWith, walk_sigma
 from fusion.reconstruction.walk import WalkedFrames, track
+from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
@@ -84,10 +85,14 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
 
 
 def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
-    # with given poses nothing is tracked, and in a box only what is in it
-    free = settings.poses is None and settings.box is None
-    checks = (voxel_check(settings.voxel), *((check_camera_moves,) if free else ()))
-    return refuse_if_certain(quick_look(recording, checks, settings.max_depth), recording, settings.force)
+    # with given poses nothing is tracked, but they may be inverted or in millimetres; in a box only what is in it
+    checks = [voxel_check(settings.voxel)]
+    if settings.poses is not None:
+        recording = replace(recording, poses=settings.poses)
+        checks.append(check_poses)
+    elif settings.box is None:
+        checks.append(check_camera_moves)
+    return refuse_if_certain(quick_look(recording, tuple(checks), settings.max_depth), recording, settings.force)
 
 
 def _check_enough(results: list[Tracked], recording: Recording, settings: ReconstructSettings) -> None:
