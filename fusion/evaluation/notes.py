@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.evaluation.still.statistics import centre_of
+from fusion.geometry.robust import robust_std
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
@@ -64,6 +65,10 @@ def _on_look(look: "StretchLook") -> list[Note]:
         notes.append(("warning", f"{unread_text(still.failures)}."))
     if len(still.disturbed):
         notes.append(("warning", _movement(look)))
+    known = still.depth.std[np.isfinite(still.depth.std)]
+    if still.frames > 1 and known.size and not known.any():
+        text = f"all {still.frames} frames hold the same depth: copies of one, or a scene without noise"
+        notes.append(("bad", f"{text}; nothing is told about noise."))
     notes += _shared_noise(look)
     with_depth = still.depth.mean[np.isfinite(still.depth.mean)]
     if with_depth.size and (text := implausible(float(np.median(with_depth)))):
@@ -83,7 +88,7 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
     known = np.flatnonzero(np.isfinite(centre))
     if len(known) < 6:
         return notes
-    spread = 1.4826 * float(np.median(np.abs(centre[known] - np.median(centre[known]))))
+    spread = robust_std(centre[known] - np.median(centre[known]))
     off = np.abs(centre - np.nanmedian(centre))
     jumps = known[off[known] > max(JUMP * spread, JUMP_M)]
     if len(jumps):

@@ -36,6 +36,7 @@ class TableFacts:
         slips: frames after a slip.
         gap, gap_raw: closing gap after and before the post-pass; None without a full turn.
         slab_cut: what the object stands on is no round plate, was told as a slab that turns, and is cut off.
+        hidden: so far above the plate the object cannot be told from it; its sides are carried down [m].
     """
 
     step_mean: float
@@ -44,6 +45,7 @@ class TableFacts:
     gap: Gap | None = None
     gap_raw: Gap | None = None
     slab_cut: bool = False
+    hidden: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,7 @@ class ScanFacts:
                     when: None if gap is None else float(np.rad2deg(gap.angle)) for when, gap in gaps.items()
                 },
                 "slab_cut": table.slab_cut,
+                "hidden_m": table.hidden,
             }
         if self.off_course is not None:
             out["trajectory_error"] = self.off_course.values()

@@ -33,6 +33,11 @@ def mesh_words(shape: MeshShape) -> str:
     return ", ".join([*parts, f"{shape.triangles:,} triangles"])
 
 
+def hidden_words(table: TableFacts) -> str:
+    """ "the lowest 1.6 mm cannot be told from the plate: the sides are carried down to it"."""
+    return f"the lowest {table.hidden * 1e3:.1f} mm cannot be told from the plate: the sides are carried down to it"
+
+
 def step_words(table: TableFacts) -> tuple[str, str]:
     """Mean and standard deviation of the steps [deg]: ("15.63", "1.38")."""
     return f"{np.rad2deg(table.step_mean):.2f}", f"{np.rad2deg(table.step_std):.2f}"

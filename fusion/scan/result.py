@@ -83,7 +83,9 @@ class Scan:
             placed=int(self.trajectory.valid.sum()),
             residual=rms_of(self.residual),
             inlier_share=median_of(self.inlier_share),
-            table=TableFacts(self.steps.mean, self.steps.std, slips, self.closure, self.closure_raw, cut),
+            table=TableFacts(
+                self.steps.mean, self.steps.std, slips, self.closure, self.closure_raw, cut, self.evidence.hidden
+            ),
             sure=SureFacts.of(self.sure),
         )
 
@@ -100,6 +102,7 @@ class Scan:
             axis_point=motion.axis.point,
             axis_direction=motion.axis.direction,
             plate_seen=motion.plate is not None,
+            hidden_m=self.evidence.hidden,
             radius=float(motion.axis.distance(np.zeros((1, 3)))[0][0]),
             angles_rad=motion.angles,
             angles_std_rad=motion.angle_std,

@@ -12,6 +12,7 @@ from fusion.compute.language import func, kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.tracking.pairs import CUT
 
 Array = NDArray[np.float64]
@@ -143,7 +144,7 @@ def equations(source: Points, T_model_source: Array, model: PointMap, limits: Pa
     information = total[_FULL]
     some = ratio[:: max(1, source.count // SAMPLE)]
     some = some[some >= 0]
-    scale = 1.4826 * float(np.partition(some, len(some) // 2)[len(some) // 2]) if len(some) else 1.0
+    scale = MAD_TO_STD * float(np.partition(some, len(some) // 2)[len(some) // 2]) if len(some) else 1.0
     weight, squares, kept, pairs, visible = total[27:32]
     return Equations(
         information, total[21:27], float(weight), float(squares), int(kept), int(pairs), int(visible), max(1.0, scale)

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import robust_std
+
 Array = NDArray[np.float64]
 LEAST_SLIP = np.deg2rad(1.0)  # less cannot be told from uneven steps
 SURE = 4.0  # standard deviations of the step's own noise: some frames are known worse than others
@@ -95,7 +97,7 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
 
 def _limits(excess: Array, angle_std: Array) -> Array:
     """How far each step (n - 1,) may be off [rad] before it is called a slip; `angle_std` (n,) of the frames."""
-    spread = 1.4826 * float(np.median(np.abs(excess)))
+    spread = robust_std(excess)
     # a spread of few steps is itself uncertain: Student's quantile against the normal one, to first order (n - 1 = 4:
     # twice as wide, 24: a fifth)
     spread *= 1 + 4 / max(len(excess), 1)

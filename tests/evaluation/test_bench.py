@@ -124,3 +124,10 @@ def test_a_steady_change_is_no_noise_that_averaging_takes_out(per_second, steady
     (note,) = [text for _, text in found.notes if "shared by all pixels" in text]
     assert ("nor does averaging frames" in note) == steady
     assert ("+10.0 mm a second" in note) == steady
+
+
+def test_copies_of_one_frame_tell_no_noise():
+    (one,) = frames(1)
+    found = evaluate([recording([replace(one, index=i, timestamp=i / 30) for i in range(20)])])
+    assert found.notes[0][0] == "bad" and "hold the same depth" in found.notes[0][1]
+    assert "noise" not in summary(found)

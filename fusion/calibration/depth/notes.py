@@ -1,5 +1,7 @@
 """What a person should know about a depth calibration, in sentences."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.special import chdtri
 
@@ -25,10 +27,16 @@ OF_BOARDS = (
 )
 
 
-def notes_on(
-    seen: list[TermVisibility], walls: list[Wall], judged: tuple[JudgedLaw, JudgedLaw, JudgedLaw | None], fitted: Fitted
-) -> list[tuple[str, str]]:
-    """("ok", "warning" or "bad", sentence) of each; `judged`: no correction, the law in use, one refused."""
+class Chosen(NamedTuple):
+    """Of all laws as judged: none at all, the one in use, and one that was refused."""
+
+    before: JudgedLaw
+    best: JudgedLaw
+    left: JudgedLaw | None
+
+
+def notes_on(seen: list[TermVisibility], walls: list[Wall], judged: Chosen, fitted: Fitted) -> list[tuple[str, str]]:
+    """("ok", "warning" or "bad", sentence) of each."""
     before, best, left = judged
     notes = []
     hidden: dict[tuple[str, str], list[TermVisibility]] = {}

@@ -196,7 +196,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
 
 def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
-    from fusion.results.words import closing_words, mesh_words, sure_words, table_words
+    from fusion.results.words import closing_words, hidden_words, mesh_words, sure_words, table_words
     from fusion.scan.judging.doctor import PLATE_TURNS
 
     facts, table = scan.facts, scan.facts.table
@@ -208,6 +208,7 @@ def lines(scan: "Scan") -> list[str]:
         f"table     {table_words(table)}; {closing_words(table)}",
         *([f"plate     {PLATE_TURNS}"] if table.slab_cut else []),
         f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings['voxel_m'] * 1e3:g} mm",
+        *([f"foot      {hidden_words(table)}"] if table.hidden > 0 else []),
         *([] if facts.sure is None else [f"sigma     {sure_words(facts.sure)}"]),
         f"corrected {scan.settings['correction']['text']}",
     ]

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
@@ -14,7 +15,7 @@ PLAUSIBLE = (0.15, 12.0)
 LIKELY = (0.3, 6.0)
 # [m] nearer no camera of its kind measures (Kinect v1 0.4, TrueDepth 0.15; Azure Kinect 0.25, Kinect v2 0.5, telephones
 # 0.1), and farther hardly one does (Kinects 8): makers' data, from memory
-MEASURABLE = {"structured_light": (0.14, 8.0), "itof": (0.1, 8.0)}
+MEASURABLE = {Principle.STRUCTURED_LIGHT: (0.14, 8.0), Principle.TIME_OF_FLIGHT: (0.1, 8.0)}
 # counts per metre in use: Kinect mm, TUM, YCB-Video, Redwood and RealSense variants, centimetres
 SCALES = (1000.0, 5000.0, 10000.0, 4000.0, 8000.0, 100.0)
 

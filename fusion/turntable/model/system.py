@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.robust import robust_std
 from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.model.cells import normal_equations, settle
 from fusion.turntable.model.meeting import AXIS, CELLS, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT, by_cell, meet
@@ -126,7 +127,7 @@ def _scale(e: CellEquations, offset: Array, steady: bool, lowest: float) -> floa
     rest = e.rows[some, RESIDUAL] - offset[np.searchsorted(e.first, some, side="right") - 1]
     sigma = e.rows[some, SIGMA] * e.rows[some, SPOILT] if steady else e.rows[some, SIGMA]
     taken = e.rows[some, HEIGHT] >= lowest
-    return max(1.4826 * float(np.median(np.abs(rest[taken]) / sigma[taken])), 0.1) if taken.any() else 1.0
+    return max(robust_std(rest[taken] / sigma[taken]), 0.1) if taken.any() else 1.0
 
 
 def _step(H: Array, g: Array) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.start import start
 from fusion.errors import TrackingError
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.turntable.axis import Turns
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import ObjectView
@@ -162,7 +163,7 @@ def _scale(ratio: NDArray[np.float32], count: NDArray[np.int64]) -> Array:
     ordered = np.sort(ratio, axis=1)
     rows, last = np.arange(len(ratio)), np.maximum(count, 1)
     middle = (ordered[rows, (last - 1) // 2].astype(float) + ordered[rows, last // 2]) / 2
-    return np.maximum(1.0, 1.4826 * np.where(count > 0, middle, 0))
+    return np.maximum(1.0, MAD_TO_STD * np.where(count > 0, middle, 0))
 
 
 def paired(

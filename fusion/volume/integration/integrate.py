@@ -11,7 +11,6 @@ right near the measured point only.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
 from fusion.compute.choice import either
@@ -21,7 +20,7 @@ from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
 from fusion.volume.integration.allocate import allocate
-from fusion.volume.integration.frame import CELL, STRIP, Work
+from fusion.volume.integration.frame import CELL, STRIP, FrameImages, Work
 from fusion.volume.integration.planes import Inverse, Planes, Slants, first, measure_planes, second
 from fusion.volume.lens import Eye, eye, in_cone, load, moved, project
 from fusion.volume.settings import BLOCK
@@ -53,7 +52,7 @@ class Shown(NamedTuple):
 @either
 def integrate(
     blocks: Blocks,
-    images: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.uint8] | None],
+    images: FrameImages,
     camera: Camera,
     T_world_camera: Array,
     frame: Work,
@@ -62,8 +61,6 @@ def integrate(
 
     Args:
         blocks: changed in place.
-        images: depth (h, w) [m], anything not finite and positive is missing; weight (h, w) or None for 1, no
-            positive weight is missing too; colour (h, w, 3) or None.
         camera: with its lens distortion.
         T_world_camera: (4, 4).
         frame: of that camera, nobody else's meanwhile; after an error it cannot be used any more.
