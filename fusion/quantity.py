@@ -75,6 +75,7 @@ TRIANGLES = Quantity("number of triangles", "--triangles", "", 100, 100_000_000)
 SMOOTH = Quantity("number of steps of smoothing", "--smooth", "", 0, 1000)
 WALL = Quantity("thinnest wall", "--thin", "m", 1e-5, 1.0)
 PORT = Quantity("port", "--port", "", 1, 65535)
+FINER = Quantity("passes", "--passes", "", 1, 128)
 SEED = Quantity("seed", "--seed", "", 0, 2**63 - 1)
 
 

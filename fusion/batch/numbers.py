@@ -9,16 +9,17 @@ from fusion.files.json_file import read_json
 
 # files that state what was given, and not what came out, but for these of their keys
 GIVEN = {"settings": ("result", "agreement", "judgement")}
-DEEPEST = 5
+DEEPEST = 6
+FEW = 8  # entries of a list that are numbers of the result; longer ones are curves, or there is one for each frame
 LONGEST = 200  # characters of a text
-MOST = 400  # numbers of one result
+MOST = 1000  # numbers of one result
 LIGHTS = ("good", "doubtful", "failed")
 
 Value = float | int | bool | str
 
 
 def numbers_in(folder: Path) -> dict[str, Value]:
-    """`file.key.key` to number, text or truth value, of the JSON files in a folder; lists are left out."""
+    """`file.key.key` to number, text or truth value, of the JSON files in a folder; short lists by place."""
     found: dict[str, Value] = {}
     for path in sorted(folder.glob("*.json")):
         if path.name.startswith("."):
@@ -52,9 +53,17 @@ def light_of(folder: Path) -> tuple[str, str]:
     return "done", ""
 
 
+def unread_in(numbers: Mapping[str, Value]) -> str:
+    """What a result says of frames that could not be read, in a sentence; "" where all were."""
+    lost = sum(int(value) for name, value in numbers.items() if name.endswith(".frames_unreadable"))
+    return f"{lost} frame{'s' * (lost > 1)} could not be read" if lost else ""
+
+
 def _flat(content: Mapping[str, Any], before: str, depth: int = 0) -> Iterator[tuple[str, Value]]:
     for key, value in content.items():
         name = f"{before}.{key}"
+        if isinstance(value, list) and len(value) <= FEW:
+            value = {str(place): entry for place, entry in enumerate(value)}
         if isinstance(value, dict) and depth < DEEPEST:
             yield from _flat(value, name, depth + 1)
         elif isinstance(value, bool | int | float) or (isinstance(value, str) and len(value) <= LONGEST):

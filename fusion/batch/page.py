@@ -14,7 +14,8 @@ from fusion.report.kit.tables import shown
 # what a person looks at first, by the endings of their names; the tables have all
 TELLING = (
     "radial_rms", "axial_rms", "closure.distance", "radius", "accuracy.rms", "accuracy.median", "completeness.rms",
-    "agreement.median_m", "scale", "frames_used", "frames",
+    "agreement.median_m", "scale", "bias.offset_m", "noise.axial_m", "depth.std_m.median", "shares.valid",
+    "frames_used", "frames",
 )  # fmt: skip
 MOST = 6  # of them
 LIGHTS = {"good": "ok", "done": "ok", "doubtful": "warning", "failed": "bad"}
@@ -63,7 +64,7 @@ def _filters(lights: Sequence[str]) -> str:
 
 
 def _table(home: Path, rows: Sequence[JobRow], columns: Sequence[str]) -> str:
-    heads = ["", "recording", "light", "status", *(name.partition(".")[2] for name in columns), "reason"]
+    heads = ["", "recording", "light", "status", "reason", *(name.partition(".")[2] for name in columns)]
     top = "".join(f'<th scope="col" tabindex="0">{escape(head)}</th>' for head in heads)
     body = "".join(_row(home, row, columns) for row in rows)
     style = (
@@ -93,8 +94,8 @@ def _row(home: Path, row: JobRow, columns: Sequence[str]) -> str:
     level = LIGHTS[row.light]
     return (
         f'<tr data-light="{escape(row.light)}"><td>{image}</td><th scope="row">{link}</th>'
-        f'<td class="batch-{level}">{escape(row.light)}</td><td>{escape(row.status)}</td>{cells}'
-        f'<td class="reason">{escape(row.reason)}</td></tr>'
+        f'<td class="batch-{level}">{escape(row.light)}</td><td>{escape(row.status)}</td>'
+        f'<td class="reason">{escape(row.reason)}</td>{cells}</tr>'
     )
 
 

@@ -1,7 +1,8 @@
-"""A small picture of a result: its mesh, its depth, or the first picture of its page."""
+"""A small picture of a result: its mesh, its depth, the first picture of its page, or the depth that it was made of."""
 
 import base64
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -17,11 +18,11 @@ MANY = 400_000  # triangles: a picture of more takes longer than it is worth
 PICTURE = re.compile(rb"data:image/(?:png|jpeg);base64,([A-Za-z0-9+/=]{200,})")
 
 
-def write_thumbnail(result: Path, path: Path) -> None:
-    """A JPEG of what a command made; none where there is nothing to show."""
+def write_thumbnail(result: Path, path: Path, given: Sequence[Path] = ()) -> None:
+    """A JPEG of what a command made, else of a recording that was `given`; none where there is nothing to show."""
     picture = _of_mesh(result)
-    for look in (_of_depth, _of_page):
-        picture = look(result) if picture is None else picture
+    for look, place in ((_of_depth, result), (_of_page, result), *((_of_depth, one) for one in given)):
+        picture = look(place) if picture is None else picture
     if picture is None:
         return
     scale = min(WIDTH / picture.shape[1], HEIGHT / picture.shape[0])

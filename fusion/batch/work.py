@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from fusion.batch.job import Job, JobRow
-from fusion.batch.numbers import light_of, numbers_in
+from fusion.batch.numbers import light_of, numbers_in, unread_in
 from fusion.batch.thumbnail import write_thumbnail
 from fusion.batch.warm import Answer, run_warm
 from fusion.files.output.publish import atomic_file
@@ -70,7 +70,7 @@ def keep(home: Path, job: Job, row: JobRow) -> None:
     books = home / BOOKS
     books.mkdir(exist_ok=True)
     if row.folder:
-        write_thumbnail(home / row.folder, books / f"{job.folder}.jpg")
+        write_thumbnail(home / row.folder, books / f"{job.folder}.jpg", [Path(word) for word in job.words])
     with atomic_file(books / f"{job.folder}.json") as partial:
         partial.write_text(json.dumps(asdict(row), indent=1) + "\n", encoding="utf-8")
 
@@ -87,7 +87,7 @@ def _row(job: Job, answer: Answer, folder: Path) -> JobRow:
     if not there:
         return replace(row, status="refused", light="failed", reason="the command wrote nothing to {out}")
     light, reason = light_of(folder)
-    return replace(row, light=light, reason=reason)
+    return replace(row, light=light, reason=reason or unread_in(numbers))
 
 
 def _reason(said: str) -> str:

@@ -23,14 +23,20 @@ class Stretch:
     """Frames of a recording in which neither camera nor scene was moved.
 
     Attributes:
-        name: of the recording, with the frames where there are several stretches.
         recording: it is part of.
         frames: first and last + 1.
+        alone: it is the only one of its recording.
     """
 
-    name: str
     recording: Recording
     frames: tuple[int, int]
+    alone: bool
+
+    @property
+    def name(self) -> str:
+        """Of the recording, with the frames where there are several stretches."""
+        name = self.recording.path.name or str(self.recording.path)
+        return name if self.alone else f"{name} [{self.frames[0]}:{self.frames[1]}]"
 
     def __len__(self) -> int:
         return self.frames[1] - self.frames[0]
@@ -60,10 +66,7 @@ def still_stretches(recording: Recording) -> list[Stretch]:
             "frames of a camera that is not moved",
             "put the camera on a tripod and record 100 frames",
         )
-    name = recording.path.name or str(recording.path)
-    if len(parts) == 1:
-        return [Stretch(name, recording, parts[0])]
-    return [Stretch(f"{name} [{a}:{b}]", recording, (a, b)) for a, b in parts]
+    return [Stretch(recording, part, len(parts) == 1) for part in parts]
 
 
 def _without_change(recording: Recording, first: int, last: int) -> list[tuple[int, int]]:

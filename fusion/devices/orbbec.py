@@ -19,6 +19,7 @@ from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
 from fusion.files.extra import extra
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.orbbec import PRINCIPLES
 
@@ -155,7 +156,7 @@ class Orbbec:
             _lens(depth),
             # counts of a quarter of a millimetre hold each step of the SDK's scales, up to 16 m
             depth_scale=4000.0,
-            principle=next((principle for word, principle in PRINCIPLES.items() if word in name), "unknown"),
+            principle=next((principle for word, principle in PRINCIPLES.items() if word in name), Principle.UNKNOWN),
             sensor=name,
             serial=str(self._info.get_serial_number()),
             color=_lens(color),

@@ -17,6 +17,7 @@ from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
 from fusion.files.extra import extra
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.realsense import PRINCIPLES
 
@@ -229,7 +230,7 @@ class RealSense:
 
     def _camera(self) -> Camera:
         depth, name = self._profiles["depth"][1], self._info("name")
-        principle = next((p for model, p in PRINCIPLES.items() if model in name), "active_stereo")
+        principle = next((p for model, p in PRINCIPLES.items() if model in name), Principle.ACTIVE_STEREO)
         camera = replace(
             _lens(depth),
             # stored in single precision, which holds seven digits

@@ -6,6 +6,7 @@ import numpy as np
 
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.errors import RecordingError
+from fusion.geometry.principle import Principle
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ
 
@@ -27,7 +28,7 @@ def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
         if not seen.any() or np.median(np.abs(apart[seen]) / block.view.depth[seen]) < FAR_OFF:
             continue
         off = float(np.median(apart[seen]))
-        if sensor.principle == "itof" and _lost_phase(off, sensor.frequencies or MODULATIONS_HZ):
+        if sensor.principle == Principle.TIME_OF_FLIGHT and _lost_phase(off, sensor.frequencies or MODULATIONS_HZ):
             continue
         raise RecordingError(
             "recording and scene do not belong together",

@@ -32,6 +32,7 @@ from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
 from fusion.errors import FusionError
+from fusion.geometry.principle import Principle
 from fusion.progress import each, stage
 from fusion.recording.looking.copies import Prints, refuse_copies
 from fusion.recording.recording import Recording
@@ -128,13 +129,13 @@ def explain(
     True
     """
     _same_cameras(recordings, sensor)
-    baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
+    baseline = sensor.baseline if sensor.principle.triangulates else None
     blocks: list[FrameBlock] = []
     prints: list[tuple[Path, Prints]] = []
     matches = matched(recordings, simulated) if simulated else []
     for place, recording in enumerate(each(recordings, "looking")):
         set_up = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
-        seen = blocks_of(set_up, wanted_channels(baseline, sensor.principle == "itof"))
+        seen = blocks_of(set_up, wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT))
         prints.append((recording.path, frozenset().union(*(block.prints for block in seen))))
         refuse_copies(prints)
         refuse_strangers(seen, sensor)
@@ -246,7 +247,7 @@ def _same_cameras(recordings: Sequence[Recording], sensor: Sensor) -> None:
     if not recordings:
         raise FusionError("nothing to explain", found="no recordings", expected="one or more, better ten")
     first = recordings[0].camera
-    if "unknown" not in (sensor.principle, first.principle) and sensor.principle != first.principle:
+    if sensor.principle.or_else(first.principle) != first.principle.or_else(sensor.principle):
         raise FusionError(
             "the sensor model is of another kind than the camera",
             recordings[0].path,

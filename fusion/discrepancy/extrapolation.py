@@ -46,7 +46,7 @@ def extrapolated(found: Explanation) -> list[Beyond]:
         low = float(np.quantile(means, 1 - OUTER))
         outer = np.isin(place, recordings[means >= low])
         if np.ptp(means) > 0 and 0 < outer.mean() < 0.5:
-            out.append(Beyond(name, low, *_chi2((columns, room), found.white, outer)))
+            out.append(Beyond(name, low, *_chi2(columns, room, found.white, outer)))
     return out
 
 
@@ -62,8 +62,7 @@ def _columns(found: Explanation) -> tuple[Vector, NDArray[np.bool_]]:
     return np.concatenate(parts, axis=1), np.concatenate(maps)
 
 
-def _chi2(model: tuple[Vector, NDArray[np.bool_]], white: Vector, outer: NDArray[np.bool_]) -> tuple[float, float]:
-    columns, room = model
+def _chi2(columns: Vector, room: NDArray[np.bool_], white: Vector, outer: NDArray[np.bool_]) -> tuple[float, float]:
     own, rest = columns[~outer], white[~outer]
     normal = own.T @ own
     ridge = np.full(len(normal), 1e-6 * np.trace(normal) / len(normal))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.held_out import HeldOut, held_out_of
-from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
 from fusion.discrepancy.naming.search.candidates import Candidate, candidates_of
 from fusion.discrepancy.observe.frame_block import FrameBlock
@@ -102,13 +102,12 @@ class MeanFindings:
 def explained_mean(seen: MeasuredForms, sensor: Sensor) -> MeanFindings:
     """Names and laws of the mean depth that the recordings establish in the units of one covariance."""
     before, covariance, white = seen.observations, seen.covariance, seen.white
-    groups, candidates = list(seen.groups), list(seen.candidates)
-    possible = explained(white, groups, np.zeros((len(white), 0)))
-    named = name_effects(seen.blocks, before, covariance, candidates)
+    possible = explained(white, list(seen.groups), np.zeros((len(white), 0)))
+    named = name_effects(seen.blocks, before, covariance, list(seen.candidates))
     held = held_out_of(seen.blocks, sensor, before)
     if named.steps and held.contradicts(named.sensor, _due(named, white)):
         named = unconfirmed(named, before, white)
-    named, beyond, left = _completed(named, (before, covariance, white), possible, candidates, groups)
+    named, beyond, left = _completed(named, seen, possible)
     if beyond is not None and held.contradicts(beyond.added_to(named.sensor), beyond.law.gain, named.sensor):
         beyond = beyond.unconfirmed
     return MeanFindings(seen, named, beyond, possible, left, held)
@@ -125,31 +124,28 @@ def likeliest(ways: Sequence[MeanFindings]) -> MeanFindings:
 
 def _completed(
     named: Named,
-    seen: tuple[Observations, TileCovariance, Vector],
+    seen: MeasuredForms,
     possible: UnrestrictedGain,
-    candidates: list[Candidate],
-    groups: list[Group],
 ) -> tuple[Named, Unknown | None, UnrestrictedGain]:
     """The names that hold, the form of what no effect explains, and what is left.
 
     Args:
         named: effects that were added.
-        seen: observations, covariance, and the white residual before.
         possible: what could be explained at all.
-        candidates, groups: all forms.
     """
-    before, covariance, white = seen
+    before, covariance, white = seen.observations, seen.covariance, seen.white
+    groups, candidates = list(seen.groups), seen.candidates
     beyond = None
     left = explained(named.white, groups, np.zeros((len(white), 0)))
     if is_asked(named):  # whether one formula stands behind the names
-        formula = unknown_of(white, (before, covariance), possible, candidates, groups)
+        formula = unknown_of(white, MeasuredTiles(before, covariance), possible, candidates, groups)
         if explains_more(formula.law, named, white):
             named, beyond, left = unconfirmed(named, before, white), formula, possible
     if named.steps and _is_much(left, named, possible):
         # the names explain too little of what could be explained: they are the nearest, not the right ones
         named, left = unconfirmed(named, before, white), possible
     if beyond is None and _is_much(left, named, possible):
-        beyond = unknown_of(named.white, (named.observations, covariance), left, candidates, groups)
+        beyond = unknown_of(named.white, MeasuredTiles(named.observations, covariance), left, candidates, groups)
     return named, beyond, left
 
 

@@ -103,7 +103,7 @@ def seen_in(match: Match, frames: Sequence[int], sensor: Sensor) -> tuple[View, 
         series.add(depth)
     depth = np.asarray(series.mean, np.float32)
     ir = match.simulated[int(match.partner[frames[0]])].ir
-    projector = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
+    projector = sensor.baseline if sensor.principle.triangulates else None
     amplitude = None if ir is None else np.asarray(ir, np.float32)
     view = estimated_view(depth, match.recording.camera, amplitude, projector=projector)
     single = np.nan_to_num(series.std)

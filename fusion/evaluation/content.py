@@ -5,6 +5,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from fusion.geometry.principle import Principle
+
 Array = NDArray[Any]
 
 
@@ -168,7 +170,7 @@ class CameraName:
 
     sensor: str
     serial: str
-    principle: str
+    principle: Principle
     width: int
     height: int
 

@@ -55,7 +55,7 @@ class StretchLook:
     """All that one still stretch says.
 
     Attributes:
-        name: of the recording, with the frames where it has several stretches.
+        stretch: that was looked at.
         still: statistics per pixel and over time.
         surface: what should be seen.
         bias: None where the surface is not known.
@@ -68,7 +68,7 @@ class StretchLook:
         valid, missing, outliers: shares in the surface's region; NaN when all of it moves.
     """
 
-    name: str
+    stretch: Stretch
     still: Still
     surface: ExpectedSurface
     bias: Bias | None
@@ -81,6 +81,11 @@ class StretchLook:
     valid: float
     missing: float
     outliers: float
+
+    @property
+    def name(self) -> str:
+        """Of the recording, with the frames where it has several stretches."""
+        return self.stretch.name
 
     @property
     def common(self) -> float:
@@ -172,7 +177,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
     counts = np.array([part.sum() for part in (tiles.valid, tiles.missing, tiles.outliers)])
     shares = counts / counts.sum() if counts.sum() else np.full(3, np.nan)
     return StretchLook(
-        stretch.name,
+        stretch,
         still,
         surface,
         bias,

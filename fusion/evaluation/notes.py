@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.evaluation.still.statistics import centre_of
+from fusion.geometry.robust import robust_std
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 FEW = 20  # frames below which a standard deviation of a pixel is worth little
 JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a frame stand out
 SHARED = 0.5  # of the noise of one pixel
+DRIFTS = 0.5  # of the variance of the whole centre: the rest, where a straight line takes as much out, is noise
 CHANGES = 3.0  # times the noise of one pixel: cameras whose frames jump as a whole do so by less (guess)
 FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
 MOVED = 0.02  # share of pixels and frames that move
@@ -63,6 +65,10 @@ def _on_look(look: "StretchLook") -> list[Note]:
         notes.append(("warning", f"{unread_text(still.failures)}."))
     if len(still.disturbed):
         notes.append(("warning", _movement(look)))
+    known = still.depth.std[np.isfinite(still.depth.std)]
+    if still.frames > 1 and known.size and not known.any():
+        text = f"all {still.frames} frames hold the same depth: copies of one, or a scene without noise"
+        notes.append(("bad", f"{text}; nothing is told about noise."))
     notes += _shared_noise(look)
     with_depth = still.depth.mean[np.isfinite(still.depth.mean)]
     if with_depth.size and (text := implausible(float(np.median(with_depth)))):
@@ -82,7 +88,7 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
     known = np.flatnonzero(np.isfinite(centre))
     if len(known) < 6:
         return notes
-    spread = 1.4826 * float(np.median(np.abs(centre[known] - np.median(centre[known]))))
+    spread = robust_std(centre[known] - np.median(centre[known]))
     off = np.abs(centre - np.nanmedian(centre))
     jumps = known[off[known] > max(JUMP * spread, JUMP_M)]
     if len(jumps):
@@ -98,8 +104,19 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
         notes.append(("bad", f"{text}; record a still scene."))
     elif look.common > SHARED * one:
         text = f"{look.common * 1e3:.1f} of {one * 1e3:.1f} mm noise is shared by all pixels of the centre"
-        notes.append(("warning", f"{text}; averaging pixels does not remove it, averaging frames does."))
+        notes.append(("warning", f"{text}; averaging pixels does not remove it, {_over_frames(look)}."))
     return notes
+
+
+def _over_frames(look: "StretchLook") -> str:
+    """What averaging frames does to what all pixels share: nothing where that is one steady change."""
+    time, centre = look.still.time, look.still.centre
+    known = np.isfinite(centre)
+    slope, start = np.polyfit(time[known], centre[known], 1)
+    left = centre[known] - slope * time[known] - start
+    if np.var(left) > DRIFTS * np.var(centre[known]):
+        return "averaging frames does"
+    return f"nor does averaging frames, as the depth drifts by {slope * 1e3:+.1f} mm a second: record a still scene"
 
 
 def changes(look: "StretchLook") -> bool:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import robust_std
+
 NEIGHBOURS = 12  # levels in a row that give one step
 PER_LEVEL = 4.0  # pixels a level needs on average: fewer leave levels out by chance
 MOST_STEPS = 3  # in one gap: beyond a larger one the levels may be others
@@ -113,7 +115,7 @@ def _law(depth: Array, step: Array, unit: float) -> Quantization:
     value = float(np.median(ratio))
     # windows overlap by half, and a window's ends are rounded to the file's unit
     rounding = float(np.median(unit / NEIGHBOURS / s))
-    scatter = 1.4826 * float(np.median(np.abs(ratio / value - 1))) / np.sqrt(len(z) / 2)
+    scatter = robust_std(ratio / value - 1) / np.sqrt(len(z) / 2)
     error = value * float(np.hypot(scatter, rounding))
     interval = (value - LEVEL * error, value + LEVEL * error)
     return Quantization(depth, step, unit, law, value, interval, exponent, deviation)
@@ -126,7 +128,7 @@ def _exponent(x: Array, y: Array) -> tuple[float, float]:
         A = np.column_stack([np.ones(keep.sum()), x[keep]])
         c = np.linalg.lstsq(A, y[keep], rcond=None)[0]
         rest = y - c[0] - c[1] * x
-        spread = 1.4826 * float(np.median(np.abs(rest[keep]))) + 1e-9
+        spread = robust_std(rest[keep]) + 1e-9
         keep = np.abs(rest) < 4 * spread + 0.02
     variance = float((rest[keep] ** 2).sum()) / max(int(keep.sum()) - 2, 1)
     # overlapping windows: half of them count

@@ -26,8 +26,8 @@ def summary(found: Evaluation) -> str:
 
 
 def _between_moves(look: StretchLook) -> bool:
-    """Whether it is one of the pieces (`name [3:5]`) of a recording that stands still for a few frames at most."""
-    return look.still.frames < STILL and look.name.endswith("]")
+    """Whether it is one of the pieces of a recording that stands still for a few frames at most."""
+    return look.still.frames < STILL and not look.stretch.alone
 
 
 def _offset(found: Evaluation) -> str:
@@ -44,7 +44,7 @@ def _offset(found: Evaluation) -> str:
 
 def _noise(found: Evaluation) -> str:
     known = [(look.surface.distance, _typical(look)) for look in found.looks
-             if np.isfinite(look.still.depth.std).any()]  # fmt: skip
+             if (np.isfinite(look.still.depth.std) & (look.still.depth.std > 0)).any()]  # fmt: skip
     if not known:
         return ""
     sigma = np.array([s for _, s in known]) * 1e3

@@ -10,9 +10,9 @@ from fusion.calibration.depth.walls.plane import WallPlane, find_wall
 from fusion.calibration.noise.target import FlatTarget, find_target
 from fusion.errors import FusionError
 from fusion.evaluation.mesh_depth import scene_depth
-from fusion.evaluation.still.reference import MAD_TO_STD
 from fusion.evaluation.still.statistics import StretchSample, centre_of
 from fusion.geometry.camera import Camera
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.sensor.correction.estimate import normals_of
 from fusion.sensor.view import incidence_of
 

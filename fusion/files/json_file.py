@@ -83,7 +83,7 @@ def _whole(digits: str) -> int | float:
     return int(digits) if len(digits) <= LONGEST_WHOLE else float(digits)
 
 
-def _doubtful(content: dict[str, Any]) -> bool:
+def _doubtful(content: object) -> bool:
     """True where something lies too deep or is not finite: level by level, as a large file has millions of values."""
     level: list[Any] = [content]
     for _ in range(DEEPEST):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.lens import beyond, straightened
 from fusion.geometry.pose import Array
+from fusion.geometry.principle import Principle
 
 OUTSIDE = -1e9  # [px] where a point is that no pixel can show
 
@@ -22,7 +23,7 @@ class Camera:
         fx, fy, cx, cy: [px].
         distortion: OpenCV's (k1, k2, p1, p2, k3, k4, k5, k6); shorter tuples are filled with 0.
         depth_scale: counts per metre of the depth files.
-        principle: "structured_light", "itof", "active_stereo" or "unknown".
+        principle: how it measures; a word of `Principle` is taken too.
         sensor, serial: name of the sensor and number of the unit ("" when not known).
         std: standard deviation of each field that has one, same unit as the field.
         color: the colour camera, when there is one with its own intrinsics.
@@ -37,7 +38,7 @@ class Camera:
     cy: float
     distortion: tuple[float, ...] = (0.0,) * 8
     depth_scale: float = 1000.0
-    principle: str = "unknown"
+    principle: Principle = Principle.UNKNOWN
     sensor: str = ""
     serial: str = ""
     std: dict[str, float] = field(default_factory=dict, hash=False)
@@ -47,10 +48,11 @@ class Camera:
     def __post_init__(self) -> None:
         filled = tuple(float(k) for k in self.distortion) + (0.0,) * 8
         object.__setattr__(self, "distortion", filled[:8])
+        object.__setattr__(self, "principle", Principle(self.principle))
 
     def __repr__(self) -> str:
         told = [f"fx {self.fx:.2f} fy {self.fy:.2f} cx {self.cx:.2f} cy {self.cy:.2f} px"]
-        told += ["distorted"] * any(self.distortion) + [self.principle] * (self.principle != "unknown")
+        told += ["distorted"] * any(self.distortion) + [self.principle] * (self.principle != Principle.UNKNOWN)
         told += ["with colour camera"] * (self.color is not None) + [self.sensor] * bool(self.sensor)
         return f"<Camera: {self.width} x {self.height}, {', '.join(told)}>"
 

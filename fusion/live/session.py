@@ -57,8 +57,8 @@ def record_live(
             over.set()
             line.join()
         watch.join(PATIENCE)
-        if watch.undone:
-            strike(path, watch.undone)
+        if watch.struck:
+            strike(path, watch.struck)
     return done, watch
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.devices.source import SourceFrame
+from fusion.geometry.principle import Principle
 from fusion.live.feed import FEW, WAITING, Feed
 from fusion.live.grow import Grower, Placed
 from fusion.live.state import LiveState
@@ -22,7 +23,11 @@ SURFACE = 1.0  # [s] between two surfaces, and ten times what one takes
 LATE = 0.05  # [s] from which on the view makes haste: more than a frame at 30 a second
 ACROSS = 320  # [px] of the small pictures
 # [m] within which the common cameras of a kind measure an object well (guess, from docs/first_scan.md)
-BANDS = {"structured_light": (0.5, 1.2), "itof": (0.4, 1.2), "active_stereo": (0.25, 1.0)}
+BANDS = {
+    Principle.STRUCTURED_LIGHT: (0.5, 1.2),
+    Principle.TIME_OF_FLIGHT: (0.4, 1.2),
+    Principle.ACTIVE_STEREO: (0.25, 1.0),
+}
 ANY_BAND = (0.2, 1.5)
 BRIGHT, DARK = 250, 10  # of 255: overexposed, underexposed
 MUCH = 0.2, 0.6  # share of such pixels that is too much: overexposed, underexposed (guesses)
@@ -38,7 +43,7 @@ class Watch:
         self.grower = Grower(about.camera)
         self.grower.looking.beside = beside
         self.state = LiveState()
-        self.undone: list[tuple[float, float]] = []  # stamps after which and up to which frames are taken out
+        self.struck: list[tuple[float, float]] = []  # stamps after which and up to which frames are taken out
         self.error: Exception | None = None
         self._undo = 0
         self._told = self._surfaced = self._surface_took = 0.0
@@ -100,7 +105,7 @@ class Watch:
             frames, self._undo = self._undo, 0
             after = self.grower.undo(frames)
             if after is not None:
-                self.undone.append((after, frame.timestamp))
+                self.struck.append((after, frame.timestamp))
         placed = self.grower.take(frame, self._late_with(came))
         if not placed.tracked.tried and not self.grower.count:
             self._tell(frame, placed)
@@ -170,7 +175,7 @@ class Watch:
             return None
 
 
-def _band(distance: float, principle: str) -> str:
+def _band(distance: float, principle: Principle) -> str:
     low, high = BANDS.get(principle, ANY_BAND)
     if not np.isfinite(distance):
         return ""

@@ -75,7 +75,7 @@ def fill_small_holes(mesh: Mesh, max_perimeter: float) -> Mesh:
 def border_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
     """Closed borders as vertex indices, in the direction of the faces beside them."""
     follows: dict[int, list[int]] = defaultdict(list)
-    for start, end in _border_edges(mesh).tolist():
+    for start, end in border_edges(mesh).tolist():
         follows[start].append(end)
     loops = []
     for start in list(follows):
@@ -84,7 +84,7 @@ def border_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
     return loops
 
 
-def _border_edges(mesh: Mesh) -> NDArray[np.int64]:
+def border_edges(mesh: Mesh) -> NDArray[np.int64]:
     """Edges (k, 2) of faces that no face uses in the other direction."""
     start, end = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64).T
     count = len(mesh.vertices)

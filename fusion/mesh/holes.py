@@ -56,9 +56,7 @@ def holes(mesh: Mesh, up: Array) -> tuple[Hole, ...]:
     perimeter = np.add.reduceat(np.linalg.norm(there - here, axis=1), first)
     whole = np.add.reduceat(fan, first)
     outwards = whole / np.maximum(np.linalg.norm(whole, axis=1, keepdims=True), 1e-300)
-    heights = mesh.vertices[np.unique(mesh.faces)] @ up
-    low = here @ up <= heights.min() + BASE * np.ptp(heights)
-    where = _where(np.add.reduceat(low, first, dtype=float) / lengths, outwards @ up)
+    where = _where(_at_base(mesh, here, first, whole, up), outwards @ up)
     order = np.argsort(-perimeter, kind="stable")
     return tuple(
         Hole(
@@ -67,6 +65,20 @@ def holes(mesh: Mesh, up: Array) -> tuple[Hole, ...]:
         )
         for k in order
     )  # fmt: skip
+
+
+def _at_base(mesh: Mesh, here: Array, first: NDArray[np.intp], whole: Array, up: Array) -> Array:
+    """Share (n,) of the border corners (m, 3) of each hole that lie at the base of the mesh.
+
+    What looks down says where down is: an object may stand on a plate that is not square to `up`.
+    """
+    steep = whole @ up < -STEEP * np.linalg.norm(whole, axis=1)
+    down = whole[steep].sum(axis=0)
+    size = float(np.linalg.norm(down))
+    upright = -down / size if size > 0 else up
+    heights = mesh.vertices[np.unique(mesh.faces)] @ upright
+    low = here @ upright <= heights.min() + BASE * np.ptp(heights)
+    return np.asarray(np.add.reduceat(low, first, dtype=float) / np.diff(first, append=len(here)))
 
 
 def _where(low: Array, steepness: Array) -> NDArray[np.str_]:

@@ -2,7 +2,6 @@
 
 import io
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,9 @@ def read_ply(data: bytes) -> Mesh:
     file = io.BytesIO(checked_ply(data))
     with np.errstate(all="ignore"):  # numbers out of bounds are found where the mesh is checked
         loaded = load_ply(file, fix_texture=False, skip_materials=True, prefer_color="vertex")
-        return _mesh(_columns(loaded["metadata"]["_ply_raw"]["vertex"]), triangulate_quads(loaded.get("faces", ())))
+        raw = loaded["metadata"]["_ply_raw"]["vertex"]  # its data a structured array, or columns by name of a text
+        vertex = {name: np.asarray(raw["data"][name]).reshape(-1) for name in raw["properties"]}
+        return _mesh(vertex, triangulate_quads(loaded.get("faces", ())))
 
 
 def _mesh(vertex: dict[str, NDArray], faces: NDArray) -> Mesh:
@@ -39,11 +40,6 @@ def _mesh(vertex: dict[str, NDArray], faces: NDArray) -> Mesh:
             if name not in ("alpha", "a")
         },
     )
-
-
-def _columns(element: dict[str, Any]) -> dict[str, NDArray]:
-    data = element["data"]  # a structured array, or columns by name where the file is text
-    return {name: np.asarray(data[name]).reshape(-1) for name in element["properties"]}
 
 
 def _taken(columns: dict[str, NDArray], names: tuple[str, str, str], dtype: type) -> NDArray | None:

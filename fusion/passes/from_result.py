@@ -140,4 +140,4 @@ def _taken_out(taken: dict[str, float], recording: Recording) -> SelfCheck:
     values = np.array([taken.get(name, 0.0) if name in DEPTH else 0.0 for name in NAMES])
     near = taken.get("near", 0.0)
     far = max(taken.get("far", near + 1.0), near + 1e-3)
-    return SelfCheck(values, near, far, recording.camera.principle in ("structured_light", "active_stereo"))
+    return SelfCheck(values, near, far, recording.camera.principle.triangulates)

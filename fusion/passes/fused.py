@@ -41,7 +41,9 @@ def fused(passes: Sequence[Pass], T: Array, settings: MergeSettings) -> tuple[Me
         alone = parts_alone(passes, T)
         points = np.concatenate([pose.transform(T[i], mesh.vertices) for i, mesh in enumerate(alone)])
         near = Near.of(points, CELL * voxel, truncation)
-        floors = [float(np.percentile(mesh.vertices[:, 2], LOWEST)) for mesh in alone]
+        floors = [
+            float(np.percentile(m.vertices[:, 2], LOWEST)) + one.hidden for m, one in zip(alone, passes, strict=True)
+        ]
     chosen = VolumeSettings(voxel, truncation, bounds=(_corner(near.low), _corner(near.high)))
     volume = Volume(chosen)
     frames, poses = [], []

@@ -65,6 +65,11 @@ class Pass:
         """Whether it stood on a plate that was seen, at z = 0: nothing of the object is below."""
         return bool(self.table.get("plate_seen", False))
 
+    @property
+    def hidden(self) -> float:
+        """So far above its foot the mesh was carried down and not seen [m]."""
+        return float(self.table.get("hidden_m", 0.0))
+
     @cached_property
     def outlook(self) -> Outlook:
         """What its frames looked through."""

@@ -23,6 +23,7 @@ from fusion.passes.poses.sides import PassSide, side_of
 from fusion.passes.result import Merged, PassPair
 from fusion.passes.settings import MergeSettings
 from fusion.progress import stage
+from fusion.recording.looking.copies import refuse_repeated
 from fusion.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ def merge_passes(passes: Sequence[Pass | Recording | Path | str], settings: Merg
     if len(passes) < 2:
         raise FusionError("a merge needs two passes or more", "PASS", len(passes), do="give the other pass as well")
     given = [one if isinstance(one, Pass) else open_pass(one) for one in passes]
-    _refuse_copies(given)
+    refuse_repeated([one.recording for one in given])
     sides = [side_of(one) for one in given]
     if settings.transforms is None:
         found = [arranged(given, sides, k, settings.color) for k in range(1, len(given))]
@@ -70,18 +71,6 @@ def merge_passes(passes: Sequence[Pass | Recording | Path | str], settings: Merg
     with stage("judging"):
         pairs = tuple(_pair(sides, T, k, one) for k, one in enumerate(found, 1))
         return Merged(mesh, tuple(given), T, pairs, tuple(courses), chosen, settings.transforms is not None)
-
-
-def _refuse_copies(passes: Sequence[Pass]) -> None:
-    """No pass twice: of one recording, or a copy of a result, each frame would count as two."""
-    for k, one in enumerate(passes):
-        for other in passes[:k]:
-            place = one.recording.path
-            if (place.exists() and place.resolve() == other.recording.path.resolve()) or np.array_equal(
-                one.mesh.vertices, other.mesh.vertices
-            ):
-                found = f"the recording or the mesh of {other.name}"
-                raise FusionError("a pass is given twice", one.name, found, do="give each pass once")
 
 
 def _together(passes: Sequence[Pass], sides: Sequence[PassSide], found: Sequence[Arranged], color: bool) -> Array:

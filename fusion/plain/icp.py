@@ -11,6 +11,7 @@ import numpy as np
 from fusion.compute.arrays import F32, F32_2, F32_3, F64_2
 from fusion.compute.language import kernel, ti
 from fusion.compute.start import start
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.plain.view import moved, numbers, pixel, turned
 from fusion.tracking.equations import LATERAL, STEEP, Equations
 from fusion.tracking.pairs import CUT
@@ -32,7 +33,7 @@ def equations(source, T_model_source, model, limits):
         pair(points, *images, how, rows)
     J, r, weight, met = rows[:, :RESIDUAL], rows[:, RESIDUAL], rows[:, WEIGHT], rows[:, MET] > 0
     kept = weight > 0
-    scale = 1.4826 * float(np.median(rows[met, ODDS])) if met.any() else 1.0
+    scale = MAD_TO_STD * float(np.median(rows[met, ODDS])) if met.any() else 1.0
     information = np.einsum("n,ni,nj->ij", weight, J, J)
     return Equations(
         information, np.einsum("n,ni,n->i", weight, J, r), float(weight.sum()), float(np.sum(r[kept] ** 2)),

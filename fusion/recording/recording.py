@@ -95,6 +95,11 @@ class Recording:
         return (self.load(i) for i in range(len(self)))
 
     @property
+    def in_counts(self) -> bool:
+        """Depth is stored as whole counts, which the camera's depth_scale makes metres of."""
+        return self.files is not None or (self.streams is not None and self.streams.counts is not None)
+
+    @property
     def has_color(self) -> NDArray[np.bool_] | None:
         """(n,) True for each frame with a colour image, in whose pixels ever; None where that is not known."""
         if self.files is not None:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.robust import robust_std
 from fusion.mesh.comparison.surface_samples import face_areas, sample_surface, vertex_normals
 from fusion.mesh.mesh import Mesh
 from fusion.repeatability.together import Together
@@ -53,7 +54,7 @@ def offsets_at(points: Array, mean: Mesh, together: Together) -> Array:
     columns = []
     for T, surface in zip(together.poses, together.surfaces, strict=True):
         found = surface.closest(pose.transform(pose.inverse(T), points))
-        usual = 1.4826 * float(np.median(np.abs(found.distances)))
+        usual = robust_std(found.distances)
         shown = ~found.on_border & (np.abs(found.distances) < GROSS * usual + 1e-6)
         columns.append(np.where(shown, -found.distances, np.nan))
     return np.column_stack(columns)

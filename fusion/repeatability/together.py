@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.robust import robust_std
 from fusion.mesh.alignment.align import align_meshes
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface
@@ -99,7 +100,7 @@ def _equations(
     good = ~found.on_border & (np.einsum("ij,ij->i", normals, across) > SAME_SIDE)
     if not good.any():
         return np.zeros((0, 6)), np.zeros(0)
-    limit = CUT * 1.4826 * float(np.median(np.abs(found.distances[good]))) + 1e-9
+    limit = CUT * robust_std(found.distances[good]) + 1e-9
     good &= np.abs(found.distances) < limit
     J = np.hstack([np.cross(points[good] - middle, across[good]), across[good]])
     return J, found.distances[good]

@@ -36,6 +36,8 @@ class TableFacts:
         slips: frames after a slip.
         gap, gap_raw: closing gap after and before the post-pass; None without a full turn.
         slab_cut: what the object stands on is no round plate, was told as a slab that turns, and is cut off.
+        hidden: so far above the plate the object cannot be told from it; its sides are carried down [m].
+        rests: frames that show the object turned as the one before, where there are many.
     """
 
     step_mean: float
@@ -44,6 +46,8 @@ class TableFacts:
     gap: Gap | None = None
     gap_raw: Gap | None = None
     slab_cut: bool = False
+    hidden: float = 0.0
+    rests: int = 0
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,8 @@ class ScanFacts:
                     when: None if gap is None else float(np.rad2deg(gap.angle)) for when, gap in gaps.items()
                 },
                 "slab_cut": table.slab_cut,
+                "hidden_m": table.hidden,
+                "frames_at_rest": table.rests,
             }
         if self.off_course is not None:
             out["trajectory_error"] = self.off_course.values()

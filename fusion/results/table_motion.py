@@ -10,6 +10,7 @@ from fusion.certainty.sigma import SigmaFigures
 Array = NDArray[np.float64]
 
 FRAME = "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0"
+NO_PLATE = FRAME.replace("plate at z = 0", "z = 0 beside the middle of the object, as no plate was seen")
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,8 @@ class TableMotion:
 
     Attributes:
         axis_point, axis_direction: (3,) in the first camera's frame [m], out of the plate.
+        plate_seen: the object stands on it; `hidden_m`: so far above it the two cannot be told apart, and the sides
+            are carried down.
         radius: of the camera's circle [m].
         angles_rad, angles_std_rad, told_rad: (n,) how far the object has turned, its deviation, and what the log or the
             stated step says; NaN where a frame is rejected, None where nothing was said.
@@ -72,6 +75,7 @@ class TableMotion:
     axis_point: Array
     axis_direction: Array
     plate_seen: bool = False
+    hidden_m: float = 0.0
     radius: float = float("nan")
     angles_rad: Array
     angles_std_rad: Array | None = None

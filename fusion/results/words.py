@@ -33,6 +33,11 @@ def mesh_words(shape: MeshShape) -> str:
     return ", ".join([*parts, f"{shape.triangles:,} triangles"])
 
 
+def hidden_words(table: TableFacts) -> str:
+    """ "the lowest 1.6 mm cannot be told from the plate: the sides are carried down to it"."""
+    return f"the lowest {table.hidden * 1e3:.1f} mm cannot be told from the plate: the sides are carried down to it"
+
+
 def step_words(table: TableFacts) -> tuple[str, str]:
     """Mean and standard deviation of the steps [deg]: ("15.63", "1.38")."""
     return f"{np.rad2deg(table.step_mean):.2f}", f"{np.rad2deg(table.step_std):.2f}"
@@ -42,7 +47,8 @@ def table_words(table: TableFacts) -> str:
     """ "15.63 deg a frame (std 1.38), no slip"."""
     slips = ", ".join(f"slip before frame {frame}" for frame in table.slips) or "no slip"
     mean, std = step_words(table)
-    return f"{mean} deg a frame (std {std}), {slips}"
+    rests = f"; in {table.rests} frames it stands as in the one before (frames there twice?)" if table.rests else ""
+    return f"{mean} deg a frame (std {std}), {slips}{rests}"
 
 
 def gap_words(gap: Gap) -> str:

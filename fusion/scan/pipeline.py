@@ -102,7 +102,8 @@ def _finish(found: Attempt, settings: ScanSettings, begun: _Begun) -> Scan:
         passing = looked_through(surface, frames, corrected.poses, volume_settings.truncation)
         if 2 * passing.sum() < len(passing):  # else it is the motion that is wrong, and judged so
             surface = vertices_kept(surface, ~passing)
-        (mesh, kept), (mesh_raw, _) = (clean(m, settings, motion) for m in (surface, rough.surface()))
+        cleaned, raw_cleaned = (clean(m, settings, motion, volume_settings.voxel) for m in (surface, rough.surface()))
+        mesh = cleaned.mesh
     used = MadeWith(recording.camera, focal, sensor, settings.sensor, volume_settings)
     with stage("sigma"):
         sure = scan_sigma(mesh, frames, corrected.poses, used, motion)
@@ -118,7 +119,7 @@ def _finish(found: Attempt, settings: ScanSettings, begun: _Begun) -> Scan:
     jump = find_jump(raw.poses, corrected.poses, mesh.vertices.mean(axis=0))
     return Scan(
         mesh=colored.mesh,
-        mesh_raw=mesh_raw,
+        mesh_raw=raw_cleaned.mesh,
         trajectory=corrected,
         trajectory_raw=raw,
         motion=motion,
@@ -139,7 +140,8 @@ def _finish(found: Attempt, settings: ScanSettings, begun: _Begun) -> Scan:
             refined=recording.camera != stated,
             jump=confirmed(jump, frames, region, corrected),
             noise=noise,
-            kept_share=kept,
+            kept_share=cleaned.kept,
+            hidden=cleaned.hidden,
             agreement=agreed,
             print=prints,
             notes=(*begun.asked, *notes_of(recording, told, motion, raw), *color_lights(colored)),
@@ -176,4 +178,4 @@ def mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_c
     for frame, T in zip(frames, T_object_camera, strict=True):
         if frame is not None and np.isfinite(T).all():
             fuse(volume, frame, T)
-    return clean(volume.surface(), settings, scan.motion)[0]
+    return clean(volume.surface(), settings, scan.motion, volume.settings.voxel).mesh

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fusion.errors import SensorError
+from fusion.geometry.principle import Principle
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import Image, View
 from fusion.sensor.where import Bound, inside
@@ -42,8 +43,8 @@ class Effect:
     key: ClassVar[str] = ""  # of the equation in the catalogue
     formula: ClassVar[str] = ""  # the law as one line of text
     variables: ClassVar[tuple[str, ...]] = ()  # what the law depends on, in the words of the verdict file
-    principles: ClassVar[tuple[str, ...]] = ()  # sensors that can have it; empty = all
-    not_undone: ClassVar[str] = ""  # why `correct` leaves it; empty when it is undone
+    principles: ClassVar[tuple[Principle, ...]] = ()  # sensors that can have it; empty = all
+    not_corrected: ClassVar[str] = ""  # why `correct` leaves it; empty when it is undone
     per_frequency: ClassVar[bool] = False  # from the phase at one modulation: `change` is the mean over all of them
     frozen: ClassVar[bool] = False  # noise is the spread of its own bias: never drawn a second time
 
@@ -103,7 +104,7 @@ class Effect:
         parts = [f**2 / total * self.bias(depth, replace(view, modulation=f)) for f in view.frequencies]
         return np.asarray(sum(parts), depth.dtype)
 
-    def undone(self, measured: Image, view: View) -> Image | None:
+    def corrected(self, measured: Image, view: View) -> Image | None:
         """The depth (h, w) [m] whose biased one is `measured`, where there is a form for it; None: it is searched."""
         return None
 
@@ -165,9 +166,9 @@ class Effect:
         """
         return {}
 
-    def left(self) -> str:
+    def why_not_corrected(self) -> str:
         """Why `correct` leaves this effect; empty when it is undone."""
-        return self.not_undone if self.changes("bias") else ""
+        return self.not_corrected if self.changes("bias") else ""
 
     @classmethod
     def changes(cls, channel: str) -> bool:

@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import place_of
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
 from fusion.sensor.laws.moving import CameraEffect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import BASELINE_M, MODULATIONS_HZ, Image, View
+from fusion.sensor.working_range import ANY, WorkingRange
 
 SMALLEST_SIGMA = 1e-5  # [m] weights stay finite for a sensor without noise
 CONVERGED = 1e-6  # [m] a tenth of what `correct` promises
@@ -26,11 +28,12 @@ class Sensor:
 
     Attributes:
         name: preset or file.
-        principle: "structured_light", "itof", "active_stereo" or "unknown".
+        principle: how it measures; a word of `Principle` is taken too.
         effects: implemented effects, in light-path order.
         sensor, serial: name of the sensor and number of the unit ("" when not known).
         frequencies: modulations of a time-of-flight sensor [Hz]; those of the Kinect v2 where empty.
         baseline: place of the projector on the camera's x axis [m], for triangulating sensors; negative to the left.
+        works: between which depths it gives values.
         std: (effect, parameter) to how well the value is known, in the parameter's unit; 0 exact; a list has one
             number for all its values or one for each.
         sources: effect to where its values come from.
@@ -42,12 +45,13 @@ class Sensor:
     """
 
     name: str = "ideal"
-    principle: str = "unknown"
+    principle: Principle = Principle.UNKNOWN
     effects: tuple[Effect, ...] = ()
     sensor: str = ""
     serial: str = ""
     baseline: float = BASELINE_M
     frequencies: tuple[float, ...] = ()
+    works: WorkingRange = ANY
     std: dict[tuple[str, str], float | tuple[float, ...]] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     fitted: frozenset[str] = frozenset()
@@ -56,13 +60,14 @@ class Sensor:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "principle", Principle(self.principle))
         object.__setattr__(self, "effects", tuple(sorted(self.effects, key=place_of)))
-        undone = tuple(
-            f"{effect.name}: not undone by the correction ({why})"
+        left = tuple(
+            f"{effect.name}: not corrected ({why})"
             for effect in self.effects
-            if (why := self.left(effect))
+            if (why := self.why_not_corrected(effect))
         )
-        object.__setattr__(self, "left_out", (*self.left_out, *(t for t in undone if t not in self.left_out)))
+        object.__setattr__(self, "left_out", (*self.left_out, *(t for t in left if t not in self.left_out)))
 
     def __repr__(self) -> str:
         names = ", ".join(effect.name for effect in self.effects)
@@ -77,10 +82,10 @@ class Sensor:
         others = tuple(own for own in self.effects if own.name != effect.name)
         return replace(self, effects=(*others, effect), fitted=self.fitted - {effect.name}, left_out=())
 
-    def left(self, effect: Effect) -> str:
+    def why_not_corrected(self, effect: Effect) -> str:
         """Why the correction leaves an effect of this sensor; empty when it undoes it."""
-        if not effect.changes("bias") or effect.left():
-            return effect.left()
+        if not effect.changes("bias") or effect.why_not_corrected():
+            return effect.why_not_corrected()
         return self.usual(effect)
 
     def usual(self, effect: Effect) -> str:
@@ -113,7 +118,7 @@ class Sensor:
         view = self._view(View(camera, depth, incidence, ir=ir), depth)
         sigma = np.maximum(self.sigma(depth, incidence, camera, ir), SMALLEST_SIGMA)
         with np.errstate(all="ignore"):
-            return np.nan_to_num((1.0 - self.dropout(depth, view)) / sigma**2).astype(depth.dtype)
+            return np.nan_to_num((1.0 - self.doubt(depth, view)) / sigma**2).astype(depth.dtype)
 
     def repeated(self, depth: Image, view: View) -> tuple[Image, Image]:
         """Mean and standard deviation (h, w) [m] of repeated frames of a true depth image: what is frozen repeats."""
@@ -128,7 +133,14 @@ class Sensor:
         return mean, sigma
 
     def dropout(self, depth: Image, view: View) -> Image:
-        """Probability (h, w) that a pixel has no value, of all effects together."""
+        """Probability (h, w) that a pixel has no value, of all effects together, and outside the working range."""
+        lost = self.doubt(depth, view)
+        with np.errstate(all="ignore"):
+            missed = self.works.misses(depth)
+        return np.where(missed, np.ones((), lost.dtype), lost) if missed.any() else lost
+
+    def doubt(self, depth: Image, view: View) -> Image:
+        """The same (h, w) of the effects alone, which is what speaks against a value that is there."""
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
             seen = np.ones((), depth.dtype)
@@ -183,7 +195,9 @@ class Sensor:
                     depth = _valid(effect.sampled(depth, view, rng)).astype(depth.dtype, copy=False)
         if seen.ndim or seen < 1:
             depth = np.where(rng.random(depth.shape, dtype=depth.dtype.type) < seen, depth, depth.dtype.type(np.nan))
-        return depth
+        with np.errstate(all="ignore"):
+            missed = self.works.misses(depth)
+        return np.where(missed, depth.dtype.type(np.nan), depth) if missed.any() else depth
 
     def correct(self, depth: Image, view: View | Camera) -> NDArray[np.floating]:
         """The true depth (h, w) [m] of a measured one, as far as it can be undone (see `left_out`).
@@ -195,8 +209,8 @@ class Sensor:
         view = self._view(view, depth)
         with np.errstate(all="ignore"):
             for effect in reversed(self.effects):
-                if effect.changes("bias") and not self.left(effect):
-                    depth = _undo(effect, depth, view)
+                if effect.changes("bias") and not self.why_not_corrected(effect):
+                    depth = _corrected(effect, depth, view)
         return depth
 
     def true_camera(self, stated: Camera) -> Camera:
@@ -226,8 +240,8 @@ class Sensor:
             depth=depth if view.depth is None else view.depth,
             incidence=view.incidence if incidence is None else incidence,
             baseline=self.baseline,
-            frequencies=self.frequencies or (MODULATIONS_HZ if self.principle == "itof" else ()),
-            principle=view.principle or (self.principle if self.principle != "unknown" else ""),
+            frequencies=self.frequencies or (MODULATIONS_HZ if self.principle == Principle.TIME_OF_FLIGHT else ()),
+            principle=view.principle.or_else(self.principle),
         )
         return view if view.ir is not None else replace(view, ir=self.amplitude(view))
 
@@ -245,9 +259,9 @@ class Sensor:
                     )
 
 
-def _undo(effect: Effect, measured: Image, view: View) -> Image:
+def _corrected(effect: Effect, measured: Image, view: View) -> Image:
     """In closed form, or the fixed point x <- measured - bias(x), for one effect."""
-    closed = effect.undone(measured, view)
+    closed = effect.corrected(measured, view)
     if closed is not None:
         return _valid(closed)
     x = measured

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.moment import Moment
 
 Image = NDArray[np.floating]
@@ -73,7 +74,7 @@ class View:
         velocity: (h, w, 3) of the surface in the camera frame [m/s].
         turning: (h, w) True where the surface stands on the turntable.
         moment: time, temperature and the like.
-        principle: of the sensor; the camera's where empty.
+        principle: of the sensor; the camera's where unknown.
         modulation: frequency of a time-of-flight sensor [Hz] at which effects of one phase are computed.
         frequencies: all its modulations [Hz]; empty when it has that one only.
         done: names of effects that the image holds already, because the renderer moved rays or surfaces.
@@ -95,12 +96,15 @@ class View:
     velocity: Image | None = None
     turning: NDArray[np.bool_] | None = None
     moment: Moment = field(default_factory=Moment)
-    principle: str = ""
+    principle: Principle = Principle.UNKNOWN
     modulation: float = MODULATION_HZ
     frequencies: tuple[float, ...] = ()
     done: frozenset[str] = frozenset()
     placed_by_images: bool = False
     noisier: Image | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "principle", Principle(self.principle))
 
     @property
     def focal_baseline(self) -> float:
@@ -110,7 +114,7 @@ class View:
     @property
     def time_of_flight(self) -> bool:
         """True when the sensor measures along the ray, so that errors of length are radial."""
-        return (self.principle or self.camera.principle) == "itof"
+        return self.principle.or_else(self.camera.principle) == Principle.TIME_OF_FLIGHT
 
     @property
     def stretch(self) -> NDArray[np.float32]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, exp, inverse, transform
+from fusion.geometry.principle import Principle
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.cameras.presets import PRESETS
@@ -26,7 +27,7 @@ from fusion.simulation.scene.scene import Scene
 # every use of randomness has its own stream, so that none shifts another
 TABLE, FRAME, INFRARED, POSES, PLACEMENT, SHAKE = range(6)
 # the camera of a scene that names none, by the sensor's principle
-USUAL_CAMERA = {"itof": "kinect-v2", "structured_light": "kinect-v1"}
+USUAL_CAMERA = {Principle.TIME_OF_FLIGHT: "kinect-v2", Principle.STRUCTURED_LIGHT: "kinect-v1"}
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ class Simulation:
         depth = measured(view, self.sensor, (self.scene.edge_lost, self.scene.edge_mixed), rng)
         ir = None
         # a structured-light sensor sees its pattern or, the projector covered, the scene: not both at once
-        if self.scene.infrared or self.sensor.principle != "structured_light":
+        if self.scene.infrared or self.sensor.principle != Principle.STRUCTURED_LIGHT:
             ir = infrared(view, self.sensor, np.random.default_rng([self.seed, INFRARED, index]))
         return Frame(index, float(self.timestamps[index]), depth, lit(view) if self.scene.color else None, ir)
 
@@ -163,7 +164,7 @@ def stated_camera(scene: Scene, sensor: Sensor) -> Camera:
     camera = scene.camera or PRESETS[USUAL_CAMERA.get(sensor.principle, "primesense")][0]
     return replace(
         camera,
-        principle=sensor.principle if sensor.principle != "unknown" else camera.principle,
+        principle=sensor.principle.or_else(camera.principle),
         sensor=(sensor.sensor or sensor.name) if scene.camera is None or not camera.sensor else camera.sensor,
         serial=sensor.serial or camera.serial,
     )

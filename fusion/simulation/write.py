@@ -41,17 +41,18 @@ def write_simulation(folder: Path | str, simulation: Simulation) -> None:
         fill_simulation(partial, simulation)
 
 
-def fill_simulation(folder: Path, simulation: Simulation) -> None:
-    """The same into a folder that is being made."""
-    check_sight(simulation)
+def fill_simulation(folder: Path, simulation: Simulation) -> list[str]:
+    """The same into a folder that is being made; what the sensor will not see, one sentence each."""
+    missed = check_sight(simulation)
     telemetry = simulation.telemetry if len(simulation.telemetry) > 1 else None
     content, mesh = _scene(simulation)
     frames = each(simulation.frames(), "simulating", len(simulation))
     fill_recording(folder, simulation.camera, frames, simulation.stated, telemetry, content)
     write_mesh(folder / "scene.ply", mesh)
     if simulation.scene.board is not None:
-        _write_json(folder / "board.json", simulation.scene.board)
+        _write_json(folder / "board.json", simulation.scene.board.file())
     _write_truth(folder / "truth", simulation)
+    return missed
 
 
 def _scene(simulation: Simulation) -> tuple[dict[str, Any], Mesh]:

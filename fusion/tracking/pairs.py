@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.depth import PointMap
+from fusion.geometry.robust import robust_std
 from fusion.tracking.association import IN_FRONT, associate
 
 Array = NDArray[np.float64]
@@ -74,4 +75,4 @@ def robust_scale(residual: Array, sigma: Array) -> float:
     """Ratio of the observed spread to the declared one, from the median; at least 1."""
     if len(residual) == 0:
         return 1.0
-    return max(1.0, 1.4826 * float(np.median(np.abs(residual) / sigma)))
+    return max(1.0, robust_std(residual / sigma))

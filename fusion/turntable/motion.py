@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry import pose
+from fusion.geometry.principle import Principle
 from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
@@ -248,7 +249,7 @@ def _refine(
     seen = stack(views)
     middle, edges = together(seen, *guess, commanded, known)
     told = None if commanded is None else of_its_sign(middle.angles, commanded)
-    flight = known is not None and seen.views[0].map.camera.principle == "itof"
+    flight = known is not None and seen.views[0].map.camera.principle == Principle.TIME_OF_FLIGHT
     # pairs of views tell the tilts only; of what else is left their own errors are as large, and the model tells it
     first, last = (TILTS, LEFT_OPEN) if flight else ((), ())
     camera_fit = fit_camera(seen, middle, edges, told, last)

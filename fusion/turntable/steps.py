@@ -5,11 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import robust_std
+
 Array = NDArray[np.float64]
 LEAST_SLIP = np.deg2rad(1.0)  # less cannot be told from uneven steps
 SURE = 4.0  # standard deviations of the step's own noise: some frames are known worse than others
 COUNTS = 4  # steps that the fit's own figure counts for, beside the spread of the steps seen (guess)
 UNUSUAL = 6.0  # robust standard deviations of all steps: how evenly this table turns
+RESTS = 0.1  # of a large step: less is none
+OFTEN = 0.2  # share of the steps that are none from which the frames are doubled, or the table rested (guess)
 BESIDE = 3  # frames on either side that must agree that the object stayed turned
 
 
@@ -32,10 +36,12 @@ class Steps:
 
     Attributes:
         direction: 1 right-handed about the axis, -1 left-handed.
-        mean, std: of the turn between neighbouring frames, slips left out [rad].
+        mean, std: of the turn between neighbouring frames, slips and rests left out [rad].
         slips: jumps.
         warnings: sentences for a person, of what a table should not do.
         notes: of what is only good to know.
+        rests: frames that show the object turned as the one before, where there are many: they are there twice, or
+            the table rested.
     """
 
     direction: int
@@ -44,6 +50,7 @@ class Steps:
     slips: tuple[Slip, ...]
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    rests: int = 0
 
 
 def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None) -> Steps:
@@ -63,8 +70,9 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     measured = np.diff(angles[known])
     direction = 1 if np.sum(measured) >= 0 else -1
     warnings, notes = [], []
+    rests = _rests(measured)
     if commanded is None:
-        expected = np.multiply(float(np.median(measured / gaps)), gaps)
+        expected = np.where(rests, 0.0, np.multiply(float(np.median((measured / gaps)[~rests])), gaps))
     else:
         told = np.diff(commanded[known])
         sign = float(np.sign(np.sum(told * measured))) or 1.0
@@ -72,13 +80,13 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
         if sign < 0:
             notes.append("the table turns against the sign of its log (right-handed about the upward axis)")
     excess = measured - expected
-    excess = excess - np.median(excess)
+    excess = excess - np.where(rests, 0.0, np.median(excess[~rests]))
     limit = _limits(excess, angle_std[known])
     slips = tuple(
         Slip(int(known[k + 1]), float(excess[k]))
         for k in np.flatnonzero((np.abs(excess) > limit) & _lasting(excess)).tolist()
     )
-    regular = np.abs(excess) <= limit
+    regular = (np.abs(excess) <= limit) & ~rests
     per_frame = measured[regular] / gaps[regular]
     std = float(per_frame.std()) if len(per_frame) else 0.0
     noise = float(np.sqrt(2) * np.nanmedian(angle_std))
@@ -88,14 +96,20 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     wrong_way = (np.sign(measured) != direction) & (np.abs(measured) > 3 * noise + 1e-3)
     if wrong_way.any():
         warnings.append(f"the table turns back before frames {known[1:][wrong_way][:5].tolist()}")
-    return Steps(
-        direction, float(per_frame.mean()) if len(per_frame) else 0.0, std, slips, tuple(warnings), tuple(notes)
-    )
+    mean = float(per_frame.mean()) if len(per_frame) else 0.0
+    return Steps(direction, mean, std, slips, tuple(warnings), tuple(notes), int(rests.sum()))
+
+
+def _rests(measured: Array) -> NDArray[np.bool_]:
+    """(n - 1,) steps that are none, where there are many of them."""
+    turned = np.abs(measured)
+    none = turned < RESTS * float(np.percentile(turned, 90)) if len(turned) else np.zeros(0, bool)
+    return none if none.mean() >= OFTEN else np.zeros(len(turned), bool)
 
 
 def _limits(excess: Array, angle_std: Array) -> Array:
     """How far each step (n - 1,) may be off [rad] before it is called a slip; `angle_std` (n,) of the frames."""
-    spread = 1.4826 * float(np.median(np.abs(excess)))
+    spread = robust_std(excess)
     # a spread of few steps is itself uncertain: Student's quantile against the normal one, to first order (n - 1 = 4:
     # twice as wide, 24: a fifth)
     spread *= 1 + 4 / max(len(excess), 1)

@@ -146,7 +146,7 @@ def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
 def _overlaid(surface: PointMap) -> NDArray[np.bool_]:
     """(h, w) pixels before a background so near in the image that a matching window may have spread them over it."""
     camera = surface.camera
-    if camera.principle not in ("structured_light", "active_stereo"):
+    if not camera.principle.triangulates:
         return np.zeros(camera.shape, bool)
     depth = surface.points[..., 2]
     around = np.ones((2 * WINDOW + 1, 2 * WINDOW + 1), np.uint8)

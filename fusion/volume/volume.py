@@ -14,6 +14,7 @@ from fusion.volume import store
 from fusion.volume.blocks import Blocks
 from fusion.volume.dense import Box, DenseField, dense
 from fusion.volume.extraction.surface import surface
+from fusion.volume.integration.frame import FrameImages
 from fusion.volume.integration.integrate import integrate
 from fusion.volume.raycasting.raycast import Raycast, raycast
 from fusion.volume.sample import sample
@@ -84,7 +85,7 @@ class Volume:
         if color is not None:
             _check_shape("colour", color, (*camera.shape, 3))
             color = np.asarray(color, np.uint8)
-        images = (np.ascontiguousarray(depth, np.float32), weight, color)
+        images = FrameImages(np.ascontiguousarray(depth, np.float32), weight, color)
         with self._scratch.turn, self._scratch.frames.taken(camera) as frame:
             integrate(self.blocks, images, camera, np.asarray(T_world_camera, float), frame)
 

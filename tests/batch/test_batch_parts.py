@@ -1,6 +1,7 @@
 """What a batch is made of, without a cluster: lists, keys, the warm process, tables and the page."""
 
 import csv
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from fusion.batch.fingerprint import fingerprint, key_of
 from fusion.batch.job import Job, JobLimits, JobRow, filled, plain_name
 from fusion.batch.listing import items_in
-from fusion.batch.numbers import light_of, numbers_in
+from fusion.batch.numbers import light_of, numbers_in, unread_in
 from fusion.batch.page import write_index
 from fusion.batch.table import columns_of
 from fusion.batch.warm import Warm
@@ -164,9 +165,21 @@ def test_numbers_and_light_come_from_whatever_a_command_wrote(tmp_path):
     (tmp_path / "settings.json").write_text('{"voxel": 0.001, "result": {"frames": 7}}')
     (tmp_path / "broken.json").write_text("{")
     assert numbers_in(tmp_path) == {
-        "settings.result.frames": 7, "turntable.a.b": True, "turntable.radius": 0.3, "turntable.verdict": "doubtful",
+        "settings.result.frames": 7, "turntable.a.b": True, "turntable.radius": 0.3, "turntable.reasons.0": "x",
+        "turntable.verdict": "doubtful",
     }  # fmt: skip
     assert light_of(tmp_path) == ("doubtful", "x")
+
+
+def test_entries_of_short_lists_are_numbers_and_unread_frames_are_told(tmp_path):
+    stretches = [{"frames_unreadable": 2, "noise": {"axial_m": 0.002}}, {"frames_unreadable": 1, "of": []}]
+    (tmp_path / "evaluation.json").write_text(json.dumps({"stretches": stretches, "curve": [0.5] * 9, "range": [1, 2]}))
+    found = numbers_in(tmp_path)
+    assert found == {
+        "evaluation.stretches.0.frames_unreadable": 2, "evaluation.stretches.0.noise.axial_m": 0.002,
+        "evaluation.stretches.1.frames_unreadable": 1, "evaluation.range.0": 1, "evaluation.range.1": 2,
+    }  # fmt: skip
+    assert unread_in(found) == "3 frames could not be read" and unread_in({"x.frames_unreadable": 0}) == ""
 
 
 def test_columns_have_one_type_each():

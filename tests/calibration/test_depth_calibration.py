@@ -566,3 +566,10 @@ def test_both_slopes_of_a_delay_have_a_deviation():
     numbers = LawNumbers({"delay u": 1e-5, "delay v": 2e-5}, {"delay u": 1e-6, "delay v": 3e-6})
     sensor = with_law(Sensor(principle="itof"), TOF, numbers)
     assert (sensor.std["column_delay", "slope"], sensor.std["column_delay", "slope_v"]) == (1e-6, 3e-6)
+
+
+@pytest.mark.parametrize(("distances", "told"), [(np.linspace(1.0, 1.015, 6), True), (DISTANCES, False)])
+def test_walls_at_one_distance_do_not_tell_how_an_error_grows(monkeypatch, distances, told):
+    monkeypatch.setattr("test_depth_calibration.DISTANCES", distances)
+    found = calibrated(SL, (DepthOffset(0.01),))
+    assert any("do not tell" in text for _, text in found.notes) == told

@@ -10,7 +10,7 @@ from fusion.calibration.depth.walls.lamp import WHITE, with_lamp
 from fusion.calibration.depth.walls.plane import WallPlane
 from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.correction import undone
+from fusion.sensor.correction.correction import corrected_image
 from fusion.sensor.correction.usual_light import USUAL
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
@@ -63,7 +63,7 @@ def test_a_recording_without_infrared_is_corrected_as_of_usual_brightness():
     assert "amplitude" in found.best.law.keys
     view = view_of(WallPlane(1.2, 0.5, 0.2), USUAL)
     measured = TRUE.predict(view.depth, view)
-    corrected = undone(found.sensor, measured, CAMERA)
+    corrected = corrected_image(found.sensor, measured, CAMERA)
     inner = np.s_[1:-1, 1:-1]  # where neighbours tell the incidence
     error = (corrected - view.depth)[inner]
     brightness = (measured - view.depth - 0.004)[inner]
@@ -74,4 +74,4 @@ def test_a_recording_without_infrared_is_corrected_as_of_usual_brightness():
 def test_no_lamp_no_guess():
     sensor = Sensor(principle="itof", effects=(AmplitudeError(coefficient=0.004),))
     depth = np.full(CAMERA.shape, 1.5)
-    np.testing.assert_allclose(undone(sensor, depth, CAMERA), depth)
+    np.testing.assert_allclose(corrected_image(sensor, depth, CAMERA), depth)

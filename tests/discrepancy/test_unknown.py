@@ -9,7 +9,7 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.observe.observations import observe
@@ -57,7 +57,7 @@ def beyond_of(effect):
     covariance = covariance_of(before)
     white, groups = covariance.whiten(before.residual), groups_of(before, covariance)
     left = explained(white, groups, np.zeros((len(white), 0)))
-    beyond = unknown_of(white, (before, covariance), left, candidates_of(before, covariance), groups)
+    beyond = unknown_of(white, MeasuredTiles(before, covariance), left, candidates_of(before, covariance), groups)
     return SimpleNamespace(
         blocks=blocks, before=before, covariance=covariance, white=white, beyond=beyond, posterior=1.0
     )

@@ -232,7 +232,7 @@ def test_the_summary_is_short_and_poses_can_be_a_file(folder, tmp_path, capsys, 
     poses = folder / "groundtruth.txt"
     assert main(["reconstruct", str(folder), "-o", str(tmp_path / "o"), *OPTIONS, "--poses", str(poses)]) == 0
     text = capsys.readouterr().out
-    assert len(text.splitlines()) == 8 and "corrected nothing to undo" in text
+    assert len(text.splitlines()) == 8 and "corrected nothing to correct" in text
     assert text.splitlines()[-1].startswith("took      ")
     assert "poses as given" in text
 

@@ -111,3 +111,23 @@ def test_where_all_moves_nothing_is_told_about_the_camera():
     assert "noise" in summary(still) and not [text for level, text in still.notes if level == "bad"]
     single = evaluate([recording(frames(1, 1.0 + 0.2 * k, seed=k), name=f"{k}") for k in range(7)])
     assert "nothing stands still" not in summary(single)
+
+
+@pytest.mark.parametrize(("per_second", "steady"), [(0.01, True), (0.0, False)])
+def test_a_steady_change_is_no_noise_that_averaging_takes_out(per_second, steady):
+    together = np.random.default_rng(8).normal(0, 0.002, 60)  # [m] of whole frames
+
+    def change(i: int, depth: np.ndarray) -> np.ndarray:
+        return (depth + per_second * i / 30 + (0.0 if steady else together[i])).astype(np.float32)
+
+    found = evaluate([recording(frames(60, 1.2, change))])
+    (note,) = [text for _, text in found.notes if "shared by all pixels" in text]
+    assert ("nor does averaging frames" in note) == steady
+    assert ("+10.0 mm a second" in note) == steady
+
+
+def test_copies_of_one_frame_tell_no_noise():
+    (one,) = frames(1)
+    found = evaluate([recording([replace(one, index=i, timestamp=i / 30) for i in range(20)])])
+    assert found.notes[0][0] == "bad" and "hold the same depth" in found.notes[0][1]
+    assert "noise" not in summary(found)

@@ -39,10 +39,10 @@ class TestEveryEffect:
         assert np.nanmax(sensor.sigma(view.depth, view.incidence, CAMERA)) == 0
 
     def test_correct_undoes_predict_or_leaves_the_depth(self, kind, view):
-        for effect in (typical(kind), *(() if kind.not_undone else at_bounds(kind))):
+        for effect in (typical(kind), *(() if kind.not_corrected else at_bounds(kind))):
             sensor = sensor_of(effect)
             measured = sensor.predict(view.depth, view)
-            if effect.left():
+            if effect.why_not_corrected():
                 assert np.array_equal(sensor.correct(measured, view), measured, equal_nan=True)
                 assert any(kind.name in text for text in sensor.left_out)
             else:
@@ -51,10 +51,10 @@ class TestEveryEffect:
                 assert error.max() < 1e-5  # 10 micrometres: what `correct` promises
 
     def test_bias_is_gentle_enough_for_a_fixed_point(self, kind, view):
-        if kind.not_undone or not kind.changes("bias"):
+        if kind.not_corrected or not kind.changes("bias"):
             return
-        assert not typical(kind).left()
-        for effect in (typical(kind), *(effect for effect in at_bounds(kind) if not effect.left())):
+        assert not typical(kind).why_not_corrected()
+        for effect in (typical(kind), *(effect for effect in at_bounds(kind) if not effect.why_not_corrected())):
             slope = (effect.bias(view.depth + 1e-4, view) - effect.bias(view.depth, view)) / 1e-4
             assert np.nanmax(np.abs(slope)) < 0.5
 

@@ -156,8 +156,8 @@ def test_every_button_does_what_it_says(turn, tmp_path):
         assert browser.wait_for(f"{TEXT}.includes('scanning')")
         until(lambda: scan.watch.grower.count > 45)
         click(browser, "Undo")
-        until(lambda: scan.watch.undone)
-        (after, before) = scan.watch.undone[0]
+        until(lambda: scan.watch.struck)
+        (after, before) = scan.watch.struck[0]
         assert before - after >= 30 / RATE - 0.5
         browser.evaluate("document.querySelector('[role=slider]').focus()")
         for kind in ("keyDown", "keyUp"):

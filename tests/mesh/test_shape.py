@@ -115,3 +115,14 @@ def test_a_large_mesh_is_measured_in_about_a_second():
     begin = time.process_time()
     assert shape_of(mesh, UP).volume == pytest.approx(4 / 3 * np.pi * 1e-3, rel=1e-3)
     assert time.process_time() - begin < 1.5  # five times what was measured: other work on the machine slows caches
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.1, 0.3])
+def test_a_bottom_is_told_on_a_plate_that_is_not_square_to_the_axis(tilt):
+    low = trimesh.creation.box((0.2, 0.09, 0.015))  # tilted, its foot spans twice its height
+    for _ in range(4):
+        low = low.subdivide()
+    mesh = without(Mesh(np.array(low.vertices), np.asarray(low.faces, np.int32)), lambda c: c[:, 2] < -0.015 / 2 + 1e-6)
+    c, s = np.cos(tilt), np.sin(tilt)
+    shape = shape_of(Mesh(mesh.vertices @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), mesh.faces), UP)
+    assert shape.openings() == "bottom open" and shape.volume == pytest.approx(0.2 * 0.09 * 0.015, rel=1e-9)

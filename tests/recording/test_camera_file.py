@@ -10,7 +10,7 @@ import synthetic
 
 from fusion.errors import RecordingError
 from fusion.recording.formats import bop, open3d_folder
-from fusion.recording.native.camera_file import camera_from_dict, camera_to_dict, read_camera, write_camera
+from fusion.recording.native.camera_file import camera_content, camera_of, camera_to_dict, read_camera, write_camera
 
 PLAIN = camera_to_dict(synthetic.CAMERA)
 FULL = replace(
@@ -45,7 +45,7 @@ WRONG = [
 def test_a_wrong_field_is_told_with_its_bounds(change, said):
     fields = {key: value for key, value in (PLAIN | change).items() if value is not ...}
     with pytest.raises(RecordingError, match=said) as caught:
-        camera_from_dict(fields, "there/camera.json")
+        camera_of(camera_content(fields, "there/camera.json"))
     assert "there/camera.json" in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -57,7 +57,7 @@ def test_a_camera_is_read_as_it_was_written(tmp_path):
 
 def test_what_others_write_is_read_too():
     other = {"width": 160.0, "serial": 4711, "sensor": None, "distortion": None, "std": None, "new": {"x": 1}}
-    camera = camera_from_dict(PLAIN | other, "camera.json")
+    camera = camera_of(camera_content(PLAIN | other, "camera.json"))
     assert camera.width == 160 and camera.serial == "4711" and camera.sensor == ""
 
 

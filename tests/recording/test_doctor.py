@@ -100,7 +100,7 @@ def test_the_worst_is_told_first_and_ends_the_work_unless_forced(tmp_path):
     in_millimetres = recording(tmp_path, lambda i: 1000 * moving(i))
     findings = quick_look(in_millimetres, BOTH)
     assert findings[0].check == "depth" and findings[0].severity == "error"
-    with pytest.raises(RecordingError, match=r"median depth .* not plausible indoors.*--force"):
+    with pytest.raises(RecordingError, match=r"median depth .* not what such cameras measure.*--force"):
         refuse_if_certain(findings, in_millimetres)
     assert refuse_if_certain(findings, in_millimetres, force=True)[0][0] == "bad"
 

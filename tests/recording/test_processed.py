@@ -95,3 +95,11 @@ def _filled(depth):
 def test_real_recordings_are_no_alarm(shared, name, camera):
     opened = open_recording(shared / "data" / name, camera)
     assert not [finding for finding in check_processed(draw(opened)) if finding.severity != "ok"]
+
+
+def test_frames_that_repeat_are_told_as_such(raw):
+    depths = [raw[i].depth for i in range(20)]
+    twice = [f"{f.check} {f.seen}" for f in told([depths[i // 2] for i in range(40)], "itof")]
+    assert len(twice) == 1 and "8 of 16 frames" in twice[0]
+    (still,) = told([depths[0]] * 20, "unknown")
+    assert "15 of 16 frames" in still.seen

@@ -14,7 +14,7 @@ from fusion.recording.writing.write import write_recording
 
 def recording(folder, width, height):
     camera = Camera(width, height, width / 0.9, width / 0.9, (width - 1) / 2, (height - 1) / 2)
-    frames = (Frame(i, i / 10, np.full((height, width), 0.8, np.float32)) for i in range(5))
+    frames = (Frame(i, i / 10, np.full((height, width), 0.8 + i / 1000, np.float32)) for i in range(5))
     write_recording(folder, camera, frames)
     return open_recording(folder)
 

@@ -16,6 +16,7 @@ from explained import explanation_of
 
 from fusion.commands.terminal.verdict_lines import verdict_lines
 from fusion.discrepancy.compared import cleaned, compared
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.content import Verdict
@@ -144,7 +145,7 @@ def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
     groups = groups_of(nothing.before, nothing.covariance)
     left = explained(white, groups, np.zeros((len(white), 0)))
     named = replace(nothing.named, white=white, observations=nothing.before)
-    beyond = unknown_of(white, (nothing.before, nothing.covariance), left, nothing.candidates, groups)
+    beyond = unknown_of(white, MeasuredTiles(nothing.before, nothing.covariance), left, nothing.candidates, groups)
     unknown = replace(nothing, white=white, left=left, named=named, beyond=beyond)
     assert unknown.unknown
     verdict = with_masks(tmp_path / "a", unknown, verdict_of(unknown))

@@ -22,7 +22,7 @@ def square(half: float, cells: int = 60) -> Mesh:
 
 def test_the_plate_stays_round():
     motion = SimpleNamespace(plate=0.0, radius=0.15)
-    kept, _ = clean(square(0.15 + MARGIN), ScanSettings(keep_plate=True, fill_holes=0), motion)
+    kept = clean(square(0.15 + MARGIN), ScanSettings(keep_plate=True, fill_holes=0), motion, 0.002).mesh
     x, y, _ = kept.vertices.T
     turned = (x + y) / np.sqrt(2)
     cell = 2 * (0.15 + MARGIN) / 60

@@ -44,7 +44,7 @@ def test_a_log_that_tells_no_temperature_changes_nothing_and_is_told(column):
     log = {} if column is None else {"timestamp": STAMPS, "temperature_c": np.array(column)}
     better, told = corrected_recording(recording(log), DRIFT)
     assert all((frame.depth == 1.0).all() for frame in better)
-    assert told.left == ("temperature_drift: not undone, the recording has no temperature",)
+    assert told.left == ("temperature_drift: not corrected, the recording has no temperature",)
     implausible = column is not None and np.isfinite(column).all()
     assert any("temperature_c of the telemetry is not used" in text for text in better.warnings) == implausible
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.correction import corrected, true_camera, undone
+from fusion.sensor.correction.correction import corrected, corrected_image, true_camera
 from fusion.sensor.correction.summary import tell
 from fusion.sensor.effects.light.subsurface_scattering import SubsurfaceScattering
 from fusion.sensor.effects.optics.focal_length import FocalLength
@@ -81,31 +81,31 @@ def test_triangulation_is_undone_with_the_camera():
 def test_a_sensor_without_effects_changes_nothing():
     depth = wall(STATED)
     depth[10, 10] = np.nan
-    assert np.array_equal(undone(Sensor(), depth, STATED), depth, equal_nan=True)
+    assert np.array_equal(corrected_image(Sensor(), depth, STATED), depth, equal_nan=True)
 
 
 def test_usual_values_of_the_camera_are_not_applied():
     sensor = Sensor(principle="itof", effects=(FocalLength(0.02),), std={("focal_length", "relative"): 0.02})
     assert true_camera(sensor, STATED) == STATED
     told = tell(sensor, View(STATED, wall(STATED)))
-    assert told.camera == () and any("focal_length: not undone" in text for text in told.left)
+    assert told.camera == () and any("focal_length: not corrected" in text for text in told.left)
 
 
 def test_without_ir_the_amplitude_error_stays_and_that_is_said_once():
     sensor = Sensor(principle="itof", effects=TOF)
     measured = wall(STATED)
-    without = undone(sensor, measured, STATED, None, Moment(temperature=33.0))
+    without = corrected_image(sensor, measured, STATED, None, Moment(temperature=33.0))
     others = replace(sensor, effects=tuple(e for e in TOF if e.name != "amplitude_error"), left_out=())
-    assert np.array_equal(without, undone(others, measured, STATED, None, Moment(temperature=33.0)))
+    assert np.array_equal(without, corrected_image(others, measured, STATED, None, Moment(temperature=33.0)))
     told = tell(sensor, View(STATED, measured, moment=Moment(temperature=33.0)))
-    assert told.left == ("amplitude_error: not undone, the recording has no IR",)
-    assert "amplitude_error" not in told.undone and "cyclic_error" in told.undone
+    assert told.left == ("amplitude_error: not corrected, the recording has no IR",)
+    assert "amplitude_error" not in told.corrected and "cyclic_error" in told.corrected
     assert tell(sensor, View(STATED, measured, ir=DARK, moment=Moment(temperature=33.0))).left == ()
 
 
 def test_without_a_temperature_its_drift_stays_and_that_is_said():
     told = tell(Sensor(principle="itof", effects=TOF), View(STATED, wall(STATED), ir=DARK))
-    assert told.left == ("temperature_drift: not undone, the recording has no temperature",)
+    assert told.left == ("temperature_drift: not corrected, the recording has no temperature",)
     # a warm-up by time alone needs none
     warm = Sensor(principle="itof", effects=(TemperatureDrift(amplitude=0.005),))
     assert tell(warm, View(STATED, wall(STATED), moment=Moment(time=1e8))).left == ()
@@ -113,8 +113,10 @@ def test_without_a_temperature_its_drift_stays_and_that_is_said():
 
 def test_what_cannot_be_undone_is_named_with_its_reason():
     told = tell(Sensor(principle="itof", effects=(MixedPixels(1.0),)), View(STATED, wall(STATED)))
-    assert told.left == ("mixed_pixels: not undone (one image does not tell how much of a pixel lies beyond an edge)",)
-    assert told.line == "nothing to undo"
+    assert told.left == (
+        "mixed_pixels: not corrected (one image does not tell how much of a pixel lies beyond an edge)",
+    )
+    assert told.line == "nothing to correct"
 
 
 def test_a_correction_known_worse_than_the_noise_is_named():
@@ -122,7 +124,7 @@ def test_a_correction_known_worse_than_the_noise_is_named():
     sensor = Sensor(principle="itof", effects=effects, std={("depth_offset", "offset"): 0.005})
     told = tell(sensor, View(STATED, wall(STATED)))
     # rays lean by up to 35 deg, so that 5 mm along the ray are a little less in depth
-    assert len(told.doubtful) == 1 and "depth_offset: undone, but known to 4." in told.doubtful[0]
+    assert len(told.doubtful) == 1 and "depth_offset: corrected, but known to 4." in told.doubtful[0]
     assert tell(replace(sensor, std={("depth_offset", "offset"): 0.0005}), View(STATED, wall(STATED))).doubtful == ()
 
 
@@ -130,7 +132,7 @@ def test_a_frame_without_depth_tells_and_corrects_nothing():
     nothing = np.full(STATED.shape, np.nan, np.float32)
     found = corrected(Sensor(principle="itof", effects=TOF), nothing, STATED)
     assert np.isnan(found.depth).all() and np.isnan(found.sigma).all() and not found.weight.any()
-    assert tell(Sensor(principle="itof", effects=TOF), View(STATED, nothing)).undone == {}
+    assert tell(Sensor(principle="itof", effects=TOF), View(STATED, nothing)).corrected == {}
 
 
 def test_weight_is_that_of_the_sensor_away_from_edges():

@@ -88,7 +88,7 @@ def test_a_stack_is_undone_in_one_step(unit: str, principle: str):
     sensor = Sensor(principle=principle, effects=(Tabulated(("v", "u", "depth"), GRID, **{unit: table}),))
     depth = rng.uniform(0.3, 2.6, camera.shape)
     depth[3, 7] = np.nan
-    assert sensor.effects[0].undone(depth, View(camera, depth)) is not None
+    assert sensor.effects[0].corrected(depth, View(camera, depth)) is not None
     # float32 holds 0.3 px to 3e-8, which is as much in m at 3 m, and 2.6 m to 2e-7 in each of some steps
     for dtype, exact in ((np.float64, 1e-7), (np.float32, 3e-6)):
         measured = sensor.predict(depth.astype(dtype), View(camera, depth.astype(dtype)))

@@ -88,7 +88,7 @@ def test_parts_boxes_boards_and_what_stands_still(folder):
     notes = []
     found = read_scene(scene(folder, parts=parts, reflectance=0.8, trajectory={"turntable": TABLE}), notes)
     assert [part.turns for part in found.parts] == [True, False, True, True]
-    assert found.parts[0].reflectance == 0.8 and found.board["columns"] == 5 and len(found.paints) == 1
+    assert found.parts[0].reflectance == 0.8 and found.board.columns == 5 and len(found.paints) == 1
     assert np.allclose(found.parts[3].mesh.vertices[:, 0].mean(), 0.3, atol=1e-6)
     assert not notes and found.color and found.infrared
 

@@ -145,7 +145,7 @@ def test_board_corners_lie_where_they_should(name):
             if corners is None or len(corners) < 20:
                 continue
             T_picture_camera = inverse(paint.T_world_picture) @ T
-            columns, square = simulation.scene.board["columns"], simulation.scene.board["square_m"]
+            columns, square = simulation.scene.board.columns, simulation.scene.board.square_m
             local = np.column_stack([ids % columns + 1.5, ids // columns + 1.5, np.zeros(len(ids))]) * square
             expected = camera.project((local - T_picture_camera[:3, 3]) @ T_picture_camera[:3, :3])
             error = corners - expected

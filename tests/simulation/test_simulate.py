@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
+from fusion.sensor.correction.unit import refuse_other_unit
+from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.demo.demo import demo_scene, demo_truth, write_demo_recording
@@ -94,3 +96,4 @@ def test_the_demo_is_a_recording_with_its_truth_beside_it(tmp_path):
     truth = read_trajectory(tmp_path / "demo" / "truth_poses.txt")
     assert np.allclose(truth.timestamps, recording.timestamps)
     assert len(read_mesh(tmp_path / "demo" / "truth.ply").faces) == len(demo_truth().faces)
+    refuse_other_unit(read_sensor(tmp_path / "demo" / "sensor.json"), recording.camera)

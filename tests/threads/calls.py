@@ -92,7 +92,7 @@ def sensors(given: Inputs, out: Path) -> Any:
     effect = sensor.effects[0]
     values = [sensor.predict(given.depth, view), sensor.sample(given.depth, view, None, rng)]
     values += [sensor.sigma(given.depth, None, CAMERA), sensor.weight(given.depth, None, CAMERA)]
-    values += [sensor.correct(given.depth, view), sensor.left(effect), sensor.usual(effect)]
+    values += [sensor.correct(given.depth, view), sensor.why_not_corrected(effect), sensor.usual(effect)]
     values += [sensor.repeated(given.depth, view), sensor.dropout(given.depth, view), sensor.amplitude(view)]
     others = [sensor.effect(effect.name), sensor.having(effect)]
     return values, others, sensor.true_camera(CAMERA), sensor.seen(view), out
@@ -120,10 +120,12 @@ def effects(given: Inputs, out: Path) -> Any:
     sigma, found = np.full_like(depth, 0.001), []
     for one in (BentGlass(sag=0.002 * given.seed), *given.sensor.effects):
         rng = np.random.default_rng(given.seed)
-        found.append([one.bias(depth, view), one.change(depth, view), one.undone(depth, view), one.noise(depth, view)])
+        found.append(
+            [one.bias(depth, view), one.change(depth, view), one.corrected(depth, view), one.noise(depth, view)]
+        )
         found.append([one.dropout(depth, view), one.loses_with(depth, view), one.spread(sigma, depth, view)])
         found.append([one.light(view.ir, depth, view), one.draw(depth, view, rng), one.sampled(depth, view, rng)])
-        found.append([one.repeated(depth, sigma, view), one.follows(), one.window(view), one.left()])
+        found.append([one.repeated(depth, sigma, view), one.follows(), one.window(view), one.why_not_corrected()])
         found.append([one.summary(0.001), one.changes("bias")])
     return found
 

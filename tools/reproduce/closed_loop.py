@@ -18,6 +18,7 @@ from fusion.discrepancy.likeness import Likeness, likeness
 from fusion.discrepancy.observe.frame_block import blocks_of, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import stage_of
+from fusion.geometry.principle import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
@@ -74,8 +75,8 @@ def _simulated(recording: Path, sensor: Path, folder: Path, seed: int) -> Path:
 
 def _observed(folders: list[Path], sensor: Sensor) -> Observations:
     """Tiles of recordings under a sensor model."""
-    baseline = None if sensor.principle == "itof" else sensor.baseline
-    channels = wanted_channels(baseline, sensor.principle == "itof")
+    baseline = None if sensor.principle == Principle.TIME_OF_FLIGHT else sensor.baseline
+    channels = wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT)
     stages = [stage_of(open_recording(folder), place) for place, folder in enumerate(folders)]
     return observe(sensor, [block for stage in stages for block in blocks_of(stage, channels)])
 

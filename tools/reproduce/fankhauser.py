@@ -16,6 +16,7 @@ import numpy as np
 from fusion.calibration.noise.target import FlatTarget
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.presets import preset
@@ -23,8 +24,8 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.simulation.rendering.render import Channels, render
 
-CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof", sensor="Kinect v2")
-V1 = Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle="structured_light", sensor="Kinect for Xbox 360")
+CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle=Principle.TIME_OF_FLIGHT, sensor="Kinect v2")
+V1 = Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle=Principle.STRUCTURED_LIGHT, sensor="Kinect for Xbox 360")
 POSES = {"A": (1.0, 45.0), "B": (2.8, 10.0)}
 # table II of the paper: millimetres, per cent
 PUBLISHED = {
@@ -185,7 +186,7 @@ def short_range(frames: int) -> dict:
 def axial(sensor: Sensor, z: float, theta: float) -> float:
     """The model's axial noise [m] of a pixel on the optical axis."""
     effect = sensor.effect("axial_noise")
-    camera = replace(CAMERA if sensor.principle == "itof" else V1, width=1, height=1, cx=0.0, cy=0.0)
+    camera = replace(CAMERA if sensor.principle == Principle.TIME_OF_FLIGHT else V1, width=1, height=1, cx=0.0, cy=0.0)
     depth = np.full((1, 1), z)
     view = View(camera, depth, np.full((1, 1), theta), baseline=sensor.baseline)
     return float(effect.noise(depth, view)[0, 0]) if effect else 0.0
@@ -195,7 +196,7 @@ def lateral(sensor: Sensor, z: float, theta: float) -> float:
     """The model's lateral noise [m]; Nguyen's growth with the angle is not part of the effect and added here."""
     effect = sensor.effect("lateral_noise")
     grows = 0.035 * theta / (np.pi / 2 - theta) if sensor.name == "kinect-v1" else 0.0
-    fx = V1.fx if sensor.principle == "structured_light" else CAMERA.fx
+    fx = V1.fx if sensor.principle == Principle.STRUCTURED_LIGHT else CAMERA.fx
     if not isinstance(effect, LateralNoise):
         return 0.0
     return float(np.hypot((effect.sigma_px + grows) * z / fx, effect.sigma))

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.correction.estimate import reflectance_of
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
@@ -107,7 +108,7 @@ def samples(name: str, sensor: Sensor, frames: int, seed: int, given: str = "all
 
 def _told_by_ir(simulation: Simulation, ideal: IdealFrame, seed: int) -> NDArray[np.float32] | None:
     """(h, w) reflectance by the IR image of a sensor without errors; None where it makes none."""
-    camera = replace(simulation.camera, principle="unknown")
+    camera = replace(simulation.camera, principle=Principle.UNKNOWN)
     frame = next(simulate(replace(simulation.scene, camera=camera), Sensor(), seed).frames())
     if frame.ir is None:
         return None

@@ -16,6 +16,7 @@ from fusion.discrepancy.observe.frame_block import blocks_of, stage_of, wanted_c
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.files.json_values import json_text
+from fusion.geometry.principle import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 
@@ -46,7 +47,7 @@ def predictions(paths: list[Path], sensors: list[Path]) -> np.ndarray:
     """(sensors, recordings, h, w) [m] mean depth of the first look."""
     models = [read_sensor(path) for path in sensors]
     baseline = models[0].baseline if models[0].principle in ("structured_light", "active_stereo") else None
-    channels = wanted_channels(baseline, models[0].principle == "itof")
+    channels = wanted_channels(baseline, models[0].principle == Principle.TIME_OF_FLIGHT)
     blocks = [blocks_of(stage_of(open_recording(path), place), channels)[0] for place, path in enumerate(paths)]
     return np.array([[patch.predicted for patch in observe(model, blocks).patches] for model in models], np.float64)
 

@@ -12,6 +12,7 @@ from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.frame_block import blocks_of, stage_of, wanted_channels
 from fusion.discrepancy.observe.observations import observe
+from fusion.geometry.principle import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 
@@ -30,7 +31,7 @@ def main() -> None:
     options = parser.parse_args()
     sensor = read_sensor(options.sensor)
     baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
-    channels = wanted_channels(baseline, sensor.principle == "itof")
+    channels = wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT)
     blocks = []
     for place, path in enumerate(options.recordings):
         blocks += blocks_of(stage_of(open_recording(path), place), channels)

@@ -16,12 +16,12 @@ from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, tol
 from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, fit, judge, judge_all, level
 from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
 from fusion.calibration.depth.laws.variance import spread_of, with_variance
-from fusion.calibration.depth.maps.axis_curve import axis_curve
+from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
-from fusion.calibration.depth.notes import notes_on
+from fusion.calibration.depth.notes import Chosen, notes_on
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.walls.board_walls import board_walls
 from fusion.calibration.depth.walls.lamp import with_lamp
@@ -29,6 +29,7 @@ from fusion.calibration.depth.walls.wall import Wall, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.progress import each, stage
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.quantity import RADIAL_LIMIT
@@ -154,7 +155,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
     """The same from walls that are already reduced; walls whose stated distance cannot be are left out and named."""
     first = found = _calibrated(walls, begin, surface)
-    flight, left = begin.known.principle == "itof", []
+    flight, left = begin.known.principle == Principle.TIME_OF_FLIGHT, []
     for _ in range(int(MOST * len(walls))):
         if (which := misstated(found.walls, found.judged, found.chosen, flight)) is None:
             return first
@@ -170,7 +171,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     camera, known = begin.camera, begin.known
     nodes, light = _nodes(walls, begin), _ir_reference(walls)
     have = {effect.name for effect in begin.uncorrected.effects}
-    periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == "itof" else ()
+    periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == Principle.TIME_OF_FLIGHT else ()
     terms = [term for term in terms_for(known.principle, nodes, light, periods) if term.effect not in have]
     terms += [gloss_term()] if any(wall.gloss is not None for wall in walls) else []
     problem, seen = _problem(walls, begin, terms)
@@ -196,8 +197,8 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     sensor = _named(sensor, begin, walls, judged[chosen])
     if any(key.startswith("amplitude") for key in judged[chosen].law.keys):
         sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
-    curve, offset, deviation = axis_curve(walls, (judged, chosen, terms), fitted, setting)
-    notes = (*begin.notes, *notes_on(seen, walls, (judged[0], judged[chosen], refused(judged, chosen)), fitted))
+    curve, offset, deviation = axis_curve(walls, rivals_of(judged, chosen, terms), fitted, setting)
+    notes = (*begin.notes, *notes_on(seen, walls, Chosen(judged[0], judged[chosen], refused(judged, chosen)), fitted))
     evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
@@ -239,19 +240,20 @@ def _problem(walls: list[Wall], begin: Start, terms: list[LawTerm]) -> tuple[Pro
 
 
 def _candidates(
-    principle: str, seen: list[TermVisibility], walls: list[Wall], periods: tuple[float, ...]
+    principle: Principle, seen: list[TermVisibility], walls: list[Wall], periods: tuple[float, ...]
 ) -> list[CandidateLaw]:
     """Those made of terms that can be seen, and not richer than the walls: half as many numbers over distance."""
     left = [v.term for v in seen if v.seen]
     enough = max(len(walls) // 2, 1)
-    flight = principle == "itof"  # a wall's range grows to its corners, so one wall tells a piece of the curve
+    # a wall's range grows to its corners, so one wall tells a piece of the curve
+    flight = principle == Principle.TIME_OF_FLIGHT
     return [c for c in candidates_for(principle, left, periods) if flight or c.over_distance <= enough]
 
 
 def _nodes(walls: list[Wall], begin: Start) -> tuple[float, ...]:
     """Nodes of the curve of straight pieces: one for two walls; for time of flight one every 8 cm of range."""
     low, high = span(walls)
-    if begin.known.principle == "itof":
+    if begin.known.principle == Principle.TIME_OF_FLIGHT:
         longest = float(np.percentile(stretch(begin.camera), 95))
         count = int(np.clip((high * longest - low) / NODE, 2, 100))
         return tuple(float(r) for r in np.linspace(low, high * longest, count))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.calibration.depth.laws.law_sensor import FITTED
 from fusion.errors import FusionError, SensorError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.recording import Recording
 from fusion.sensor.correction.unit import refuse_other_unit
 from fusion.sensor.effects.readout.depth_scale import DepthScale
@@ -48,19 +49,19 @@ def start(recordings: Sequence[Recording], camera: Camera | None, sensor: Sensor
     own = recordings[0].camera
     names = _one_unit(recordings, camera, force)
     right = camera or own
-    principle = own.principle if own.principle != "unknown" else right.principle
+    principle = own.principle.or_else(right.principle)
     notes = [("warning", f"{recording.path.name}: {text}") for recording in recordings for text in recording.warnings]
     model = sensor or Sensor(principle=principle)
     if sensor is not None:
         refuse_other_unit(sensor, replace(own, sensor=names[0], serial=names[1]), force)
-        if model.principle != "unknown" and principle != "unknown" and model.principle != principle and not force:
+        if model.principle.or_else(principle) != principle.or_else(model.principle) and not force:
             raise SensorError("the sensor model is of another principle", model.name, model.principle, principle)
-    model = replace(model, principle=principle if principle != "unknown" else model.principle)
+    model = replace(model, principle=principle.or_else(model.principle))
     model, texts = _without_usual(model)
     notes += [("ok", text) for text in texts]
     if sensor is None:
         model = replace(model, name=names[0] or "calibrated")
-    ratio = _ratio(own, right) if model.principle == "itof" else None
+    ratio = _ratio(own, right) if model.principle == Principle.TIME_OF_FLIGHT else None
     old = model.effect("depth_scale")
     scale = 1 + np.asarray(old.scale) if isinstance(old, DepthScale) else 1.0
     known = model if ratio is None else model.having(DepthScale(np.asarray(scale * ratio - 1, float)))
@@ -75,7 +76,7 @@ def _without_usual(model: Sensor) -> tuple[Sensor, list[str]]:
 
     A calibration may fit these; what is known of the unit stays and is not fitted a second time.
     """
-    again = [e.name for e in model.effects if e.name in FITTED and model.left(e)]
+    again = [e.name for e in model.effects if e.name in FITTED and model.why_not_corrected(e)]
     kept = [e.name for e in model.effects if e.name in FITTED and e.name not in again]
     texts = ["fitted here, as --sensor holds only usual values: " + ", ".join(again)] if again else []
     texts += [f"kept as --sensor has it, and not fitted again: {', '.join(kept)}"] if kept else []

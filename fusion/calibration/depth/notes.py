@@ -1,5 +1,7 @@
 """What a person should know about a depth calibration, in sentences."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.special import chdtri
 
@@ -25,10 +27,16 @@ OF_BOARDS = (
 )
 
 
-def notes_on(
-    seen: list[TermVisibility], walls: list[Wall], judged: tuple[JudgedLaw, JudgedLaw, JudgedLaw | None], fitted: Fitted
-) -> list[tuple[str, str]]:
-    """("ok", "warning" or "bad", sentence) of each; `judged`: no correction, the law in use, one refused."""
+class Chosen(NamedTuple):
+    """Of all laws as judged: none at all, the one in use, and one that was refused."""
+
+    before: JudgedLaw
+    best: JudgedLaw
+    left: JudgedLaw | None
+
+
+def notes_on(seen: list[TermVisibility], walls: list[Wall], judged: Chosen, fitted: Fitted) -> list[tuple[str, str]]:
+    """("ok", "warning" or "bad", sentence) of each."""
     before, best, left = judged
     notes = []
     hidden: dict[tuple[str, str], list[TermVisibility]] = {}
@@ -61,6 +69,8 @@ def notes_on(
     notes += [("warning", f"{wall.name}: {unread_text(wall.unread)}") for wall in walls if wall.unread]
     if text := implausible(float(np.median([wall.depth_there for wall in walls]))):
         notes.append(("bad", text))
+    if best is not before and (text := of_one_distance(before, walls)):
+        notes.append(("warning", text))
     if len(walls) < 2:
         notes.append(("bad", "one wall only: nothing can be left out to judge a law, so none is written"))
     elif len(walls) < 5:
@@ -73,6 +83,26 @@ def notes_on(
             ("ok", f"{text}left out, this law by {best.error * 1e3:.2f} mm; to tell more, {more_walls(walls)}")
         )
     return notes
+
+
+def of_one_distance(before: JudgedLaw, walls: list[Wall]) -> str:
+    """A sentence where the walls do not tell an error that is the same at all distances from one that grows with it.
+
+    The slope of a straight line through the walls' errors on the axis is known to its standard deviation; where twice
+    that is above what a growing error would have, both are possible, and apart elsewhere.
+    """
+    known = np.isfinite(before.offset) & np.array([np.isfinite(wall.distance_std) for wall in walls])
+    places = np.array([wall.depth_there for wall in walls])[known]
+    if len(places) < 2:
+        return ""
+    std = np.sqrt(np.mean([walls[k].distance_std ** 2 for k in np.flatnonzero(known)]))
+    error, middle = float(np.mean(before.offset[known])), float(np.mean(places))
+    apart = float(np.sqrt(np.sum((places - middle) ** 2)))
+    if abs(error) / middle * apart > 2 * std:
+        return ""
+    text = f"whether the {abs(error) * 1e3:.1f} mm at {middle:.2f} m are the same at all distances or grow with it, "
+    text += f"walls between {places.min():.2f} and {places.max():.2f} m do not tell: elsewhere the correction may be "
+    return text + "wrong by as much; record walls nearer and farther"
 
 
 def wrong_squares(walls: list[Wall]) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from fusion.calibration.lens.boards.board import BoardFile
 from fusion.calibration.lens.boards.search import Search
 from fusion.calibration.lens.intrinsics import CameraFit, Intrinsics
 from fusion.files.json_values import json_values
@@ -89,13 +90,13 @@ class PairFigures:
 class CalibrationFigures(Struct, frozen=True, omit_defaults=True):
     """All numbers of a calibration of lenses."""
 
-    board: dict[str, Any]
+    board: BoardFile
     cameras: dict[str, LensFigures]
     warnings: tuple[str, ...]
     pair: PairFigures | None = None
 
 
-def camera_content(result: Intrinsics) -> dict[str, Any]:
+def calibrated_camera(result: Intrinsics) -> dict[str, Any]:
     """The content of `camera.json`, with how it came about under "calibration"; readers ignore that."""
     return camera_to_dict(result.camera) | {"calibration": json_values(numbers(result))}
 
@@ -107,7 +108,7 @@ def numbers(result: Intrinsics) -> CalibrationFigures:
     beside = None if pair is None else PairFigures(
         pair.T_color_depth, pair.std_rotation, pair.std_translation, pair.rms_px, len(pair.used), pair.left_out
     )  # fmt: skip
-    return CalibrationFigures(result.board.to_dict(), cameras, tuple(result.warnings), beside)
+    return CalibrationFigures(result.board.file(), cameras, tuple(result.warnings), beside)
 
 
 def _fit(fit: CameraFit, search: Search) -> LensFigures:

@@ -92,7 +92,7 @@ def calibrate_poses(
     poses: list[Pose], camera: Camera, model: Sensor, notes: tuple[tuple[str, str], ...] = ()
 ) -> NoiseCalibration:
     """The same from poses that are already measured; `model`: what the laws are put into."""
-    principle = model.principle if model.principle != "unknown" else camera.principle
+    principle = model.principle.or_else(camera.principle)
     axial = axial_law(poses, principle, model, camera.fx * abs(model.baseline))
     lateral, dropout = lateral_law(poses, camera.fx), dropout_law(poses)
     laws: list[tuple[Effect, dict[str, float], str]] = [(axial.effect, axial.std, _axial_source(axial))]

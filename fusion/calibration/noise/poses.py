@@ -206,6 +206,6 @@ def _shadowed(seen: TargetNoise, known: Sensor, camera: Camera) -> tuple[bool, b
     A target with nothing behind it has no depth on both sides, and no shadow.
     """
     left, right = seen.nothing_behind
-    if (known.principle if known.principle != "unknown" else camera.principle) in ("structured_light", "active_stereo"):
+    if known.principle.or_else(camera.principle).triangulates:
         return (known.baseline > 0, known.baseline < 0)
     return (left and not right, right and not left)

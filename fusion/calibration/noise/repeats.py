@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import MAD_TO_STD
+
 Image = NDArray[np.floating]
 
 FAR = 6.0  # robust standard deviations from its pixel's median: an outlier
@@ -46,7 +48,7 @@ def repeats_of(values: Image, tilts: Image | None = None) -> Repeats:
     tilts = np.zeros(values.shape[1]) if tilts is None else tilts[several]
     away = values - np.nanmedian(values, axis=0)
     step = _step(values, away)
-    scale = 1.4826 * float(np.nanmedian(np.abs(away)))
+    scale = MAD_TO_STD * float(np.nanmedian(np.abs(away)))
     # rounding can make the median distance 0 although the values scatter
     limit = FAR * max(scale, step) if max(scale, step) > 0 else np.inf
     kept = np.where(np.abs(away) <= limit, values, np.nan)

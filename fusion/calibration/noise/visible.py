@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.laws.axial_forms import Places
+from fusion.geometry.principle import Principle
 
 APART = 0.06  # share of the depth: nearer ones are one distance
 STEEP = np.deg2rad(40)  # below it the angle term is a few per cent of the noise
@@ -22,7 +23,7 @@ class VisibleParameters:
 
 
 def visible(
-    places: Places, sigma: NDArray[np.floating], lux: NDArray[np.floating], principle: str
+    places: Places, sigma: NDArray[np.floating], lux: NDArray[np.floating], principle: Principle
 ) -> VisibleParameters:
     """Judge the places (n,) with their noise [m] and the stated light [lux], NaN where it is not stated."""
     distances, seen, hidden = count_apart(places.depth), {"c0"}, {}
@@ -49,7 +50,7 @@ def visible(
             f"the target turned to 45, 60 and 75 deg at two or more distances (at most {most:.0f} deg now)"
         )
     sunny = np.nanmax(lux, initial=0.0) > SUNNY_LUX or float(np.median(sigma / places.depth**2)) > SUNNY
-    if principle == "itof" and sunny:
+    if principle == Principle.TIME_OF_FLIGHT and sunny:
         if {"c2", "angle"} <= seen and count_apart(1.0 + places.tilt) >= 3:
             seen.add("sunlight")
         else:

@@ -46,14 +46,14 @@ def run(options: argparse.Namespace) -> None:
     """Calibrate, write, print."""
     from fusion.calibration.lens.boards.board import read_board
     from fusion.calibration.lens.intrinsics import LensSettings, calibrate_intrinsics
-    from fusion.calibration.lens.write import camera_content, numbers
+    from fusion.calibration.lens.write import calibrated_camera, numbers
     from fusion.report.calibrations.lens import lens_report
 
     board = read_board(options.board)
     settings = LensSettings(options.keep_outliers, options.distance)
     result = calibrate_intrinsics(options.recording, board, settings, options.topic)
     with options.claim.folder() as partial:
-        text = json_text(camera_content(result))
+        text = json_text(calibrated_camera(result))
         (partial / "camera.json").write_text(text + "\n", encoding="utf-8")
         if options.report:
             with stage("report"):

@@ -97,23 +97,25 @@ def table(content: "SensorDescription", width: int | None = None) -> list[str]:
     """The lines of a model, 80 to 120 characters wide."""
     width = width or min(WIDEST, max(NARROWEST, shutil.get_terminal_size((100, 24)).columns))
     named = [content.sensor, content.serial and f"serial {content.serial}"]
-    if content.principle in ("structured_light", "active_stereo"):
+    if content.principle.triangulates:
         named.append(f"baseline {abs(content.baseline_m):g} m")
     lines = [f"{content.name}: " + ", ".join(filter(None, [content.principle, *named]))]
+    if content.gives_values:
+        lines += textwrap.wrap(f"gives values: {content.gives_values}", width, subsequent_indent="  ")
     lines += ["", f"{'effect, parameter':<22}{'value':>13} {'std':>9}  {'unit':<6} meaning"]
     for effect in content.effects:
         lines.append(effect.effect)
         for name, row in effect.parameters.items():
             lines += _row(name, row, width)
         lines += _wrapped("source", effect.source or "not stated", width)
-        if effect.not_undone:
-            lines += _wrapped("not undone", effect.not_undone, width)
+        if effect.not_corrected:
+            lines += _wrapped("not corrected", effect.not_corrected, width)
     if not content.effects:
         lines.append("no effects: an ideal sensor")
     else:
         lines += ["", "std: how well the value is known (standard deviation); - where nobody says"]
     # what the effects above say already is not said again
-    more = [text for text in content.left_out if "not undone by the correction" not in text]
+    more = [text for text in content.left_out if ": not corrected (" not in text]
     for title, texts in (("left out", more), ("warning", content.warnings)):
         for text in texts:
             lines += textwrap.wrap(f"{title}: {text}", width, subsequent_indent=" " * (len(title) + 2))

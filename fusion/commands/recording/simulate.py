@@ -9,7 +9,7 @@ from fusion.commands.options.numbers import whole_number
 from fusion.commands.recording.simulate_ideal import add_ideal_arguments, run_ideal
 from fusion.errors import FusionError
 from fusion.files.json_values import json_text
-from fusion.quantity import SEED
+from fusion.quantity import FINER, SEED
 
 if TYPE_CHECKING:
     from fusion.simulation.scene.scene import Scene
@@ -27,6 +27,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=whole_number(SEED), default=0, help="of every random number (default: 0)")
     add("--camera", metavar="FILE", help="camera.json or a preset's name, instead of the scene's or recording's own")
     add_ideal_arguments(parser)
+    passes = (
+        "what stood before the sensor, into REC/truth/passes for --ideal: perfect depth, normals, reflectance, what "
+        "its projector lights; N: depth N times as fine along rows and columns too (64: as the simulator sees edges)"
+    )
+    add("--passes", type=whole_number(FINER), nargs="?", const=1, metavar="N", help=passes)
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of a built-in scene; repeatable")
     parser.set_defaults(folder=True)
     add("--list", action="store_true", help="print the built-in scenes; with SCENE its settings")
@@ -46,6 +51,7 @@ def run(options: argparse.Namespace) -> int | None:
         return None
     from fusion.sensor.files.sensor_file import read_sensor
     from fusion.sensor.sensor import Sensor
+    from fusion.simulation.ideal.passes import write_passes
     from fusion.simulation.simulate import simulate
     from fusion.simulation.write import fill_simulation
 
@@ -53,10 +59,12 @@ def run(options: argparse.Namespace) -> int | None:
     simulation = simulate(_scene(options), sensor, options.seed)
     total = len(simulation)
     with options.claim.folder() as partial:
-        fill_simulation(partial, simulation)
+        missed = fill_simulation(partial, simulation)
+        if options.passes is not None:
+            write_passes(partial, simulation, options.passes)
     sensor = simulation.sensor
     if not options.quiet:
-        notes = (*sensor.warnings, *(text for text in sensor.left_out if "not computed" in text))
+        notes = (*missed, *sensor.warnings, *(text for text in sensor.left_out if "not computed" in text))
         sys.stderr.writelines(f"note: {text}\n" for text in notes)
     numbers: dict[str, object] = {"output": str(options.output), "scene": simulation.scene.name, "sensor": sensor.name}
     numbers |= {"seed": options.seed, "frames": total}

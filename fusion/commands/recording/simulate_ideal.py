@@ -38,6 +38,7 @@ def run_ideal(options: argparse.Namespace) -> None:
     """Sense and write the recording."""
     from fusion.recording.open import open_recording
     from fusion.sensor.files.sensor_file import read_sensor
+    from fusion.simulation.ideal.passes import passes_of
     from fusion.simulation.ideal.recording import fill_sensed
 
     if options.sensor is None:
@@ -45,13 +46,19 @@ def run_ideal(options: argparse.Namespace) -> None:
         raise FusionError("perfect depth stays as it is without a sensor", "--ideal", "no --sensor", do=do)
     if options.set:
         raise FusionError("settings are for built-in scenes", "--set", options.set[0], do="leave them out with --ideal")
+    if options.passes is not None:
+        raise FusionError("passes are made of a scene", "--passes", options.ideal, do="leave them out with --ideal")
     sensor = read_sensor(options.sensor)
     recording = open_recording(options.ideal, options.camera)
-    further = _further(options, recording)
+    further, beside = _further(options, recording), passes_of(recording, sensor)
+    if beside is not None:
+        further = further.beside(beside)
     with options.claim.folder() as partial:
         unknown = fill_sensed(partial, recording, sensor, options.seed, further)
     if not options.quiet:
-        sys.stderr.writelines(f"note: {text}\n" for text in (*recording.warnings, *sensor.warnings, *unknown))
+        there = "" if beside is None else f"the passes beside the recording are used: {', '.join(beside.held)}"
+        notes = (there, *recording.warnings, *sensor.warnings, *unknown)
+        sys.stderr.writelines(f"note: {text}\n" for text in notes if text)
     numbers = {"output": str(options.output), "ideal": str(options.ideal), "sensor": sensor.name, "seed": options.seed}
     if options.json:
         print(json_text({**numbers, "frames": len(recording), "not_known": unknown}))

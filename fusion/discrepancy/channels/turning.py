@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from fusion.calibration.reach import reach
 from fusion.discrepancy.channels.noise_parameters import NoiseParameter
 from fusion.discrepancy.channels.scatter import Scatter
+from fusion.geometry.robust import robust_std
 
 Vector = NDArray[np.float64]
 
@@ -149,8 +150,8 @@ def whitener_of(scatter: Scatter, best: TunedParameters | None) -> Whitener:
         offsets.append(offset)
         noise.append(1 / float(weight.sum()))
         spread.append((excess[rows] - offset) / scatter.excess_sigma[rows])
-    between = float((np.median(np.abs(offsets)) / 0.6745) ** 2 - np.median(noise)) if len(offsets) > 2 else 0.0
-    inflated = float(np.median(np.abs(np.concatenate(spread))) / 0.6745)
+    between = float(robust_std(np.asarray(offsets)) ** 2 - np.median(noise)) if len(offsets) > 2 else 0.0
+    inflated = robust_std(np.concatenate(spread))
     return Whitener(float(np.sqrt(max(between, COMMON**2))), max(1.0, inflated))
 
 

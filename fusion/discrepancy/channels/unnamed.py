@@ -9,6 +9,7 @@ from scipy.stats import chi2
 
 from fusion.discrepancy.decisions import LOST_BY_CHANCE
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
+from fusion.geometry.robust import robust_std
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -68,7 +69,7 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     A = np.concatenate([columns[name] for name in chosen], axis=1)
     weights = _weights(A, white)
     fitted = A @ weights
-    inflated = max(1.0, float((np.median(np.abs(white - fitted)) / 0.6745) ** 2))
+    inflated = max(1.0, robust_std(white - fitted) ** 2)
     probability = float(min(1.0, len(columns) * chi2.sf(gains[-1] / inflated, A.shape[1])))
     if probability > LOST_BY_CHANCE or gain_elsewhere(A, white, place, RIDGE) < REPLICATED * gains[-1]:
         return None
@@ -92,7 +93,7 @@ def rising_gain(excess: Vector, sigma: Vector, values: Vector) -> float:
 def whitened(excess: Vector, sigma: Vector) -> Vector:
     """(n,) excess in standard deviations; a few tiles far off what is usual here do not decide."""
     white = excess / sigma
-    most = OUTLIER * max(1.0, float(np.median(np.abs(white))) / 0.6745)
+    most = OUTLIER * max(1.0, robust_std(white))
     return np.clip(white, -most, most)
 
 

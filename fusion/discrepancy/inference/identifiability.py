@@ -10,6 +10,7 @@ from scipy.linalg import solve_triangular
 from fusion.discrepancy.decisions import ALIKE, DETECTED
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate, unit_of
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import ANGLES
 from fusion.sensor.parameter import parameters
@@ -58,7 +59,7 @@ def visibilities(candidates: Sequence[Candidate], covariance: TileCovariance) ->
     return sorted(out, key=lambda entry: -entry.share)
 
 
-def unseen(found: Sequence[EffectVisibility], principle: str) -> list[str]:
+def unseen(found: Sequence[EffectVisibility], principle: Principle) -> list[str]:
     """Names of effects that such a sensor can have and that the mean depth here cannot show."""
     seen = {entry.effect for entry in found if entry.visible}
     could = [kind for kind in EFFECTS if not kind.principles or principle in kind.principles]

@@ -46,17 +46,17 @@ def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int) -> Sizes:
     total = float(white @ white)
     best = Sizes(total / freedom, (), freedom * (np.log(total / freedom) + 1.0))
     reduced = {k: _reduced(part) for k, part in enumerate(parts) if np.any(part)}
-    alone = {k: _sized(white, [part], (total, freedom), None) for k, part in reduced.items()}
+    alone = {k: _sized(white, [part], freedom, None) for k, part in reduced.items()}
     joined: list[int] = []
     for k in sorted(alone, key=lambda k: alone[k].cost):
         own = (*best.variances, alone[k].variances[0])
-        found = alone[k] if not joined else _sized(white, [reduced[i] for i in (*joined, k)], (total, freedom), own)
+        found = alone[k] if not joined else _sized(white, [reduced[i] for i in (*joined, k)], freedom, own)
         if best.cost - found.cost > SURE:
             joined, best = [*joined, k], found
     for k in joined[:-1]:  # what joined first may be what a later one explains better
         rest = [i for i in joined if i != k]
         own = tuple(v for i, v in zip(joined, best.variances, strict=True) if i != k)
-        found = _sized(white, [reduced[i] for i in rest], (total, freedom), own if rest[1:] else None)
+        found = _sized(white, [reduced[i] for i in rest], freedom, own if rest[1:] else None)
         if found.cost - best.cost <= SURE:
             joined, best = rest, found
     variances = np.zeros(len(parts))
@@ -64,13 +64,13 @@ def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int) -> Sizes:
     return Sizes(best.noise, tuple(variances.tolist()), best.cost)
 
 
-def _sized(white: Vector, parts: Sequence[Matrix], known: tuple[float, int], start: Sequence[float] | None) -> Sizes:
+def _sized(white: Vector, parts: Sequence[Matrix], freedom: int, start: Sequence[float] | None) -> Sizes:
     """All parts and the noise, from starting variances on; of one part alone these are searched.
 
     Args:
-        known: sum of squares and freedom of `white`.
+        freedom: number of independent directions of `white`.
     """
-    total, freedom = known
+    total = float(white @ white)
     columns = np.concatenate(parts, axis=1)
     place = np.concatenate([np.full(part.shape[1], k) for k, part in enumerate(parts)])
     normal, moment = columns.T @ columns, columns.T @ white

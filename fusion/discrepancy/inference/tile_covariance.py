@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,13 @@ class TileCovariance:
         """Share of the norm of a vector (n,) that poses and known parameters leave to be seen."""
         free = solve_triangular(self.bare, values, lower=True, check_finite=False)
         return float(np.linalg.norm(self.whiten(values))) / max(float(np.linalg.norm(free)), 1e-300)
+
+
+class MeasuredTiles(NamedTuple):
+    """Tiles, and how far they may be off."""
+
+    observations: Observations
+    covariance: TileCovariance
 
 
 def covariance_of(observations: Observations) -> TileCovariance:

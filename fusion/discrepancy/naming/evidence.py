@@ -8,6 +8,7 @@ from scipy.stats import f as variance_ratio
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored
+from fusion.geometry.robust import robust_std
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -66,4 +67,4 @@ def by_chance(found: Scored, fitted: Vector, target: Vector, tried: int) -> floa
 
 def inflation(white: Vector) -> float:
     """By how much (at least 1) the bulk of the residuals scatters more than the covariance says."""
-    return max(1.0, float((np.median(np.abs(white)) / 0.6745) ** 2))
+    return max(1.0, robust_std(white) ** 2)

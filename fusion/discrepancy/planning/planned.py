@@ -12,6 +12,7 @@ from fusion.discrepancy.observe.frame_block import FrameBlock, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.planning.menu import Choice, Setup
+from fusion.geometry.principle import Principle
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.rendering.exposure import whole_mesh
@@ -55,13 +56,13 @@ def planned(choice: Choice, sensor: Sensor, like: Sequence[FrameBlock]) -> Plann
 def _block_of(setup: Setup, sensor: Sensor, like: Sequence[FrameBlock], casters: dict[int, RayCaster]) -> FrameBlock:
     camera = like[0].view.camera
     several = len(setup.scene.parts) > 1
-    baseline = sensor.baseline if sensor.principle in ("structured_light", "active_stereo") else None
-    channels = wanted_channels(baseline, sensor.principle == "itof" and several)
+    baseline = sensor.baseline if sensor.principle.triangulates else None
+    channels = wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT and several)
     view = _caster(setup.scene, casters).view(camera, setup.pose, replace(channels, motion=False))
     known = np.isfinite(like[0].view.moment.temperature)
     celsius = setup.celsius if known else float("nan")
     view = replace(view, moment=Moment(time=setup.time, temperature=celsius, ambient=setup.scene.ambient_lux))
-    if sensor.principle == "itof":
+    if sensor.principle == Principle.TIME_OF_FLIGHT:
         amplitude = sensor.seen(view).ir
         view = replace(view, ir=None if amplitude is None else amplitude * setup.light)
     assert view.depth is not None

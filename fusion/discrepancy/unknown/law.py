@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from fusion.discrepancy.decisions import REPLICATED
-from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
@@ -20,6 +20,7 @@ from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
 from fusion.discrepancy.unknown.variables import law_variables
+from fusion.geometry.robust import robust_std
 from fusion.sensor.effects.readout.tabulated import Tabulated
 
 Vector = NDArray[np.float64]
@@ -93,7 +94,7 @@ def _terms(white: Vector, observations: Observations, covariance: TileCovariance
         return np.asarray(white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0])
 
     def beside(others: Sequence[UnknownTerm]) -> UnknownTerm | None:
-        chosen = best_term(left_by(others), at, (observations, covariance), exact)
+        chosen = best_term(left_by(others), at, MeasuredTiles(observations, covariance), exact)
         return None if chosen is None else chosen[0]
 
     terms: list[UnknownTerm] = []
@@ -132,7 +133,8 @@ def _formula(
         own = slice(ends[k], ends[k + 1])
         rms = float(np.sqrt(np.mean((columns[:, own] @ weights[own]) ** 2)))
         parts.append(f"{term.text()} with an rms of {rms * unit:.3g} {symbol}")
-    law = _law((variables, " + ".join(parts), True, table), (columns, weights), white, (observations, covariance))
+    data = MeasuredTiles(observations, covariance)
+    law = _law((variables, " + ".join(parts), True, table), (columns, weights), white, data)
     price = (len(weights) + tuned) * np.log(len(white)) + 2 * len(terms) * np.log(TRIED)
     return replace(law, score=float(law.gain - price))
 
@@ -145,16 +147,17 @@ def _table(
     unit, symbol = unit_of(observations)
     rms = float(np.sqrt(np.mean((columns @ weights) ** 2))) * unit
     text = f"no simple formula; a table over {' and '.join(variables)} with an rms of {rms:.3g} {symbol}"
-    return _law((variables, text, False, table_from(weights)), (columns, weights), white, (observations, covariance))
+    data = MeasuredTiles(observations, covariance)
+    return _law((variables, text, False, table_from(weights)), (columns, weights), white, data)
 
 
-def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: tuple[Observations, TileCovariance]) -> UnknownLaw:
+def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: MeasuredTiles) -> UnknownLaw:
     variables, text, simple, table = what
     (columns, weights), (observations, covariance) = fit, data
     own = covariance.whiten(columns)
     native, footprint = columns @ weights, own @ weights
     gain = float(white @ white - ((white - footprint) ** 2).sum())
-    inflated = max(1.0, float((np.median(np.abs(white - footprint)) / 0.6745) ** 2))
+    inflated = max(1.0, robust_std(white - footprint) ** 2)
     probability = float(min(1.0, TRIED * chi2.sf(max(gain, 0.0) / inflated, columns.shape[1])))
     held_out = _elsewhere(variables, own, white, observations)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))

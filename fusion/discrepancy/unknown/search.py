@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.inference.tile_covariance import TileCovariance
-from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
@@ -26,10 +26,18 @@ FAINT = 1e-6
 MORE = 0.08  # of the gain: what a further variable must bring, as a further term must
 
 
+class _Tried(NamedTuple):
+    """A term, what it gains, and its whitened columns (n, k)."""
+
+    gain: float
+    term: UnknownTerm
+    columns: Vector
+
+
 def best_term(
     white: Vector,
     at: Mapping[str, Vector],
-    data: tuple[Observations, TileCovariance],
+    data: MeasuredTiles,
     exact: Callable[[UnknownTerm], Vector],
 ) -> tuple[UnknownTerm, Vector] | None:
     """The term that predicts recordings best from the others, and its whitened columns (n, k); None when none does.
@@ -40,7 +48,7 @@ def best_term(
         data: whose tiles, and how far they may be off.
         exact: columns (n, k) of a term from its values at the pixels, not from those at the means of tiles.
     """
-    covariance, place = data[1], data[0].place
+    covariance, place = data.covariance, data.observations.place
     singles = _scored(
         [UnknownTerm((shape,)) for name, x in at.items() for shape in shapes_of(name, x)], white, at, covariance
     )
@@ -52,37 +60,35 @@ def best_term(
     kept, scaled = ([_tuned(item, white, at, covariance) for item in _leading(some)] for some in (singles, products))
     leading = [term for _, term, _ in kept]
     tried = kept + scaled + _scored([*_scaled(leading, at), *_curved(leading, at)], white, at, covariance)
-    tried = sorted(tried, key=lambda item: -item[0])[:FINAL]
+    tried = sorted(tried, key=lambda item: -item.gain)[:FINAL]
     # what differs from recording to recording follows any of their differences: only new recordings tell
-    tried = sorted(tried, key=lambda item: -gain_elsewhere(item[2], white, place))
-    plain = [item for item in tried[EXACT:] if len(item[1].variables) == 1]
+    tried = sorted(tried, key=lambda item: -gain_elsewhere(item.columns, white, place))
+    plain = [item for item in tried[EXACT:] if len(item.term.variables) == 1]
     terms = [term for _, term, _ in (*tried[:EXACT], *plain[:1])]
 
-    def at_pixels(term: UnknownTerm) -> tuple[float, UnknownTerm, Vector]:
+    def at_pixels(term: UnknownTerm) -> _Tried:
         columns = covariance.whiten(_sized(exact(term)))
-        return gain_elsewhere(columns, white, place), term, columns
+        return _Tried(gain_elsewhere(columns, white, place), term, columns)
 
     final = [at_pixels(term) for term in terms]
-    final += _finer(terms[0], data[0].patches[0].tiles.side, at_pixels, max(gain for gain, _, _ in final))
-    gains = [gain for gain, _, _ in final]
-    best = final[_plainest([term for _, term, _ in final], gains)]
-    return best[1:] if _score(best[2], white) > 0 and best[0] > 0 else None
+    final += _finer(terms[0], data.observations.patches[0].tiles.side, at_pixels, max(one.gain for one in final))
+    gains = [one.gain for one in final]
+    best = final[_plainest([one.term for one in final], gains)]
+    return (best.term, best.columns) if _score(best.columns, white) > 0 and best.gain > 0 else None
 
 
-def _finer(
-    term: UnknownTerm, side: int, at_pixels: Callable[[UnknownTerm], tuple[float, UnknownTerm, Vector]], gain: float
-) -> list[tuple[float, UnknownTerm, Vector]]:
+def _finer(term: UnknownTerm, side: int, at_pixels: Callable[[UnknownTerm], _Tried], gain: float) -> list[_Tried]:
     """Waves shorter than two tiles, which look alike in their means; only their pixels tell them apart.
 
     Those that do nearly as well as the wave of this term are taken with their period between those that were tried.
     """
     found, first = [], term.shapes[0]
     for finer in _aliases(term, side):
-        if at_pixels(finer)[0] < ALIKE * gain:
+        if at_pixels(finer).gain < ALIKE * gain:
             continue
         period = finer.shapes[0].number
         other = [replace(term, shapes=(first.tuned(period * part), *term.shapes[1:])) for part in NEARBY]
-        found.append(max((at_pixels(one) for one in other), key=lambda item: item[0]))
+        found.append(max((at_pixels(one) for one in other), key=lambda item: item.gain))
     return found
 
 
@@ -101,12 +107,12 @@ def _plainest(terms: Sequence[UnknownTerm], gains: Sequence[float]) -> int:
     return min(enough or range(len(gains)), key=lambda k: (len(terms[k].variables), -gains[k]))
 
 
-def _leading(scored: Sequence[tuple[float, UnknownTerm, Vector]]) -> list[tuple[float, UnknownTerm, Vector]]:
+def _leading(scored: Sequence[_Tried]) -> list[_Tried]:
     """The best, not too many of one kind."""
-    kept: list[tuple[float, UnknownTerm, Vector]] = []
+    kept: list[_Tried] = []
     taken: dict[tuple[str, ...], int] = {}
-    for item in sorted(scored, key=lambda item: -item[0]):
-        kind = (item[1].shapes[0].kind, *item[1].variables)
+    for item in sorted(scored, key=lambda item: -item.gain):
+        kind = (item.term.shapes[0].kind, *item.term.variables)
         taken[kind] = taken.get(kind, 0) + 1
         if taken[kind] <= BEST:
             kept.append(item)
@@ -135,14 +141,14 @@ def _curved(terms: Sequence[UnknownTerm], at: Mapping[str, Vector]) -> Iterator[
 
 def _scored(
     terms: Sequence[UnknownTerm], white: Vector, at: Mapping[str, Vector], covariance: TileCovariance
-) -> list[tuple[float, UnknownTerm, Vector]]:
+) -> list[_Tried]:
     """Score, term and whitened columns of each; whitened in one go."""
     if not terms:
         return []
     blocks = [_sized(term.columns(at)) for term in terms]
     ends = np.cumsum([block.shape[1] for block in blocks])
     parts = np.split(covariance.whiten(np.concatenate(blocks, axis=1)), ends[:-1], axis=1)
-    return [(_score(part, white), term, part) for term, part in zip(terms, parts, strict=True)]
+    return [_Tried(_score(part, white), term, part) for term, part in zip(terms, parts, strict=True)]
 
 
 def _score(columns: Vector, white: Vector) -> float:
@@ -151,11 +157,9 @@ def _score(columns: Vector, white: Vector) -> float:
     return float(((basis.T @ white) ** 2).sum()) - basis.shape[1] * float(np.log(len(white)))
 
 
-def _tuned(
-    item: tuple[float, UnknownTerm, Vector], white: Vector, at: Mapping[str, Vector], covariance: TileCovariance
-) -> tuple[float, UnknownTerm, Vector]:
+def _tuned(item: _Tried, white: Vector, at: Mapping[str, Vector], covariance: TileCovariance) -> _Tried:
     """With its period or time constant between those that were tried."""
-    score, term, columns = item
+    score, term, _ = item
     first = term.shapes[0]
     if not first.tunable:
         return item
@@ -164,12 +168,12 @@ def _tuned(
         return replace(term, shapes=(first.tuned(number), *term.shapes[1:]))
 
     def loss(number: float) -> float:
-        return -_scored([other(number)], white, at, covariance)[0][0]
+        return -_scored([other(number)], white, at, covariance)[0].gain
 
     near = 0.12 if first.kind != "decay" else 0.6
     bounds = (first.number * (1 - near), first.number * (1 + near))
     found = minimize_scalar(loss, bounds=bounds, method="bounded", options={"maxiter": 9, "xatol": 2e-3 * bounds[0]})
-    return _scored([other(float(found.x))], white, at, covariance)[0] if -found.fun > score else (score, term, columns)
+    return _scored([other(float(found.x))], white, at, covariance)[0] if -found.fun > score else item
 
 
 def _sized(columns: Vector) -> Vector:

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.naming.search.candidates import Candidate
-from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.frame import LeftoverFrame, frame_of
 from fusion.discrepancy.unknown.law import UnknownLaw, law_of
 from fusion.discrepancy.unknown.nearest import Nearest, nearest_of
@@ -46,7 +45,7 @@ class Unknown:
 
 def unknown_of(
     white: NDArray[np.float64],
-    data: tuple[Observations, TileCovariance],
+    data: MeasuredTiles,
     found: UnrestrictedGain,
     candidates: Sequence[Candidate],
     groups: list[Group],

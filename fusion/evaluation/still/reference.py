@@ -7,7 +7,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-MAD_TO_STD = 1.4826  # of a normal distribution
 QUARTILES_TO_STD = np.float32(0.7413)  # their distance, of a normal distribution
 NEAR = 0.05  # share of the depth: values further off belong to something else
 WIDE = 6.0  # standard deviations

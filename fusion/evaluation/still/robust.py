@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.evaluation.still.reference import MAD_TO_STD, Reference
+from fusion.evaluation.still.reference import Reference
+from fusion.geometry.robust import MAD_TO_STD
 
 BINS = 32
 MOST = 65535  # frames: then the shares are long settled, and the counters full

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Matches, Similarity, step, tukey
 from fusion.mesh.comparison.distances import Surface
@@ -58,7 +59,7 @@ class SurfaceFit:
             usable = np.ones_like(usable)
         # the spread of those still counted: outliers are left behind, round by round
         core = distance[usable & (distance < limit)]
-        spread = 1.4826 * float(np.median(core)) if len(core) else self.size
+        spread = MAD_TO_STD * float(np.median(core)) if len(core) else self.size
         limit = min(limit, max(_TUKEY * spread, 1e-5 * self.size))
         targets, normals, weights = points.copy(), np.zeros_like(points), np.zeros(len(points))
         targets[rows], normals[rows], weights[rows] = found.points, found.normals, tukey(distance, limit) * usable

@@ -9,6 +9,7 @@ import numpy as np
 
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
+from fusion.geometry.robust import robust_std
 from fusion.tracking.equations import Points
 from fusion.tracking.pairs import CUT, tukey
 
@@ -42,7 +43,7 @@ def by_relief(information: Array, source: Points, model: PointMap, T_model_sourc
     if not met.any():
         return np.zeros((6, 6))
     spread = np.maximum(np.hypot(sigma, model.sigma[v, u])[met], LEAST)
-    scale = max(1.4826 * float(np.median(np.abs(apart[met]) / spread)), 1.0)
+    scale = max(robust_std(apart[met] / spread), 1.0)
     weight = tukey(apart[met] / (scale * spread), CUT) / spread**2
     arm = points[met] - (T_model_source[:3, :3] @ source.centre + T_model_source[:3, 3])
     here, other = (np.hstack([np.cross(arm, n), n]) for n in (normals[met], theirs[met]))

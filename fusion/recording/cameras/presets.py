@@ -5,11 +5,12 @@ from pathlib import Path
 from fusion.errors import RecordingError
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.native.camera_file import read_camera
 
 
 def _preset(
-    size: tuple[int, int], matrix: tuple[float, float, float, float], scale: float, principle: str, sensor: str
+    size: tuple[int, int], matrix: tuple[float, float, float, float], scale: float, principle: Principle, sensor: str
 ) -> Camera:
     width, height = size
     fx, fy, cx, cy = matrix
@@ -17,7 +18,7 @@ def _preset(
 
 
 _VGA, _WIDE = (640, 480), (848, 480)
-_TUM, _STEREO = "structured_light", "active_stereo"
+_TUM, _STEREO = Principle.STRUCTURED_LIGHT, Principle.ACTIVE_STEREO
 _D400_VIEW = "field of view of 87 degrees (+-3: 5 % of the focal length): Intel's datasheet 337029, as others cite it"
 _TUM_SOURCE = "TUM RGB-D, file formats page; depth is registered to the colour image"
 
@@ -42,7 +43,7 @@ DEVICES: dict[str, tuple[Camera, str]] = {
         "OpenNI's and Open3D's default for depth registered to colour",
     ),
     "kinect-v2": (
-        _preset((512, 424), (365.456, 365.456, 254.878, 205.395), 1000, "itof", "kinect-v2"),
+        _preset((512, 424), (365.456, 365.456, 254.878, 205.395), 1000, Principle.TIME_OF_FLIGHT, "kinect-v2"),
         "factory values of one unit, libfreenect2 tests; its distortion is left out",
     ),
     "asus-xtion": (
@@ -58,15 +59,15 @@ DEVICES: dict[str, tuple[Camera, str]] = {
         "front camera of 32 mm by the diagonal of 35 mm film: notes (EXIF) of its photos, from memory",
     ),
     "iphone-lidar": (
-        _preset((256, 192), (209.2, 209.2, 123.6, 95.9), 1000, "unknown", "iphone-lidar"),
+        _preset((256, 192), (209.2, 209.2, 123.6, 95.9), 1000, Principle.UNKNOWN, "iphone-lidar"),
         "ARKit's numbers of one phone for 1920 x 1440, stackoverflow.com/questions/66893907; phones differ by 7 %",
     ),
     "azure-kinect": (
-        _preset((640, 576), (504.6, 504.7, 319.5, 287.5), 1000, "itof", "azure-kinect"),
+        _preset((640, 576), (504.6, 504.7, 319.5, 287.5), 1000, Principle.TIME_OF_FLIGHT, "azure-kinect"),
         "narrow unbinned mode: factory values of one unit, github etiennedub/pyk4a; its lens is left out",
     ),
     "femto-bolt": (
-        _preset((640, 576), (504.6, 504.7, 319.5, 287.5), 1000, "itof", "femto-bolt"),
+        _preset((640, 576), (504.6, 504.7, 319.5, 287.5), 1000, Principle.TIME_OF_FLIGHT, "femto-bolt"),
         "the Azure Kinect's: Orbbec's documents of the Femto Bolt",
     ),
     "realsense-d405": (_preset(_WIDE, (446.8, 446.8, 423.5, 239.5), 10000, _STEREO, "realsense-d405"), _D400_VIEW),
@@ -80,7 +81,7 @@ DEVICES: dict[str, tuple[Camera, str]] = {
     ),
     "realsense-d455": (_preset(_WIDE, (446.8, 446.8, 423.5, 239.5), 1000, _STEREO, "realsense-d455"), _D400_VIEW),
     "realsense-l515": (
-        _preset((1024, 768), (731.2, 731.2, 511.5, 383.5), 4000, "itof", "realsense-l515"),
+        _preset((1024, 768), (731.2, 731.2, 511.5, 383.5), 4000, Principle.TIME_OF_FLIGHT, "realsense-l515"),
         "field of view of 70 degrees (+-3): Intel's product page, as others cite it",
     ),
     "oak-d": (

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 
 NO_VALUE = 2047  # the raw value where nothing was measured
 FARTHEST = 10.0  # [m] beyond, the curve runs away: one step of the raw value is a metre and more
@@ -54,7 +55,7 @@ class ZeroPlane:
             cx=319.5,
             cy=239.5,
             depth_scale=DEPTH_SCALE,
-            principle="structured_light",
+            principle=Principle.STRUCTURED_LIGHT,
             sensor="kinect-v1",
             serial=serial,
         )

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
@@ -14,7 +15,7 @@ PLAUSIBLE = (0.15, 12.0)
 LIKELY = (0.3, 6.0)
 # [m] nearer no camera of its kind measures (Kinect v1 0.4, TrueDepth 0.15; Azure Kinect 0.25, Kinect v2 0.5, telephones
 # 0.1), and farther hardly one does (Kinects 8): makers' data, from memory
-MEASURABLE = {"structured_light": (0.14, 8.0), "itof": (0.1, 8.0)}
+MEASURABLE = {Principle.STRUCTURED_LIGHT: (0.14, 8.0), Principle.TIME_OF_FLIGHT: (0.1, 8.0)}
 # counts per metre in use: Kinect mm, TUM, YCB-Video, Redwood and RealSense variants, centimetres
 SCALES = (1000.0, 5000.0, 10000.0, 4000.0, 8000.0, 100.0)
 
@@ -97,6 +98,9 @@ def _scale(sample: Sample) -> list[Finding]:
     nearest = range_m(sample)
     too_near = nearest is not None and nearest[0] < low
     if too_near or not PLAUSIBLE[0] <= median <= min(high, PLAUSIBLE[1]):
+        if not sample.recording.in_counts:
+            seen = f"median depth {median:.3g} m, as real numbers are metres: not what such cameras measure"
+            return [Finding("depth", "error", seen, "write metres, or whole mm (16-bit PNG, depth_scale 1000)")]
         fitting = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
         others = ", ".join(f"{s:g} (median {median * camera.depth_scale / s:.3g} m)" for s in fitting)
         seen = f"median depth {median:.3g} m with depth_scale {camera.depth_scale:g}: not plausible indoors"
@@ -105,7 +109,13 @@ def _scale(sample: Sample) -> list[Finding]:
             seen = f"{near}: nearer than such cameras measure"
         do = f"pass --camera with depth_scale {others}" if fitting else "pass --camera with the right depth_scale"
         return [Finding("depth", "error", seen, do)]
-    return [Finding("depth", "ok", f"median depth {median:.3g} m, a plausible unit")]
+    seen = f"median depth {median:.3g} m"
+    nearer = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
+    if median > LIKELY[1] and nearer and sample.recording.in_counts:
+        others = " or ".join(f"{s:g} ({median * camera.depth_scale / s:.3g} m)" for s in nearer)
+        do = f"if that is no hall, pass --camera with depth_scale {others}"
+        return [Finding("depth", "warning", f"{seen} with depth_scale {camera.depth_scale:g}: far for a room", do)]
+    return [Finding("depth", "ok", f"{seen}, a plausible unit")]
 
 
 def _common_step(sample: Sample) -> int:

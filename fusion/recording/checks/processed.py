@@ -5,12 +5,14 @@ test_processed.py`): limits lie where neither gives an alarm.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.geometry.principle import Principle
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
 
@@ -19,20 +21,31 @@ LAGS = (1, 2, 6, 8)
 SMOOTH = 15  # [px] what the differences of two frames have in common over so many pixels is motion, and no noise
 STILL = 0.05  # of the depth: a pixel that spans more has seen two surfaces
 FEWEST = 2000  # pixels that show noise alone, or a rim
-TRIANGULATING = ("structured_light", "active_stereo")
 ALIKE = 0.3  # correlation of neighbours; 0.00 raw, 0.4 to 0.6 behind a filter of 3 x 3 or 5 x 5 pixels
 FILLED, JUMP, JUMPS = 0.999, 0.05, 0.002  # valid share inside the image; a rim, of the depth; share of pixels at rims
 DO = "record without it where you can: what it smooths or invents is taken for measured"
 
 
 def check_processed(sample: Sample) -> list[Finding]:
-    """Holes that were filled, and smoothing over frames or over neighbours; nothing where it cannot be told."""
-    return _filled(sample) + _smoothed(sample)
+    """Holes that were filled, frames that repeat, smoothing over frames or neighbours; nothing where unseen."""
+    frames = _frames(sample)
+    new = frames[:1] + [b for a, b in pairwise(frames) if not np.array_equal(a, b, equal_nan=True)]
+    principle = sample.recording.camera.principle
+    return _filled(sample) + _repeated(len(frames), len(new)) + _smoothed(new, principle)
+
+
+def _repeated(frames: int, new: int) -> list[Finding]:
+    """A camera's noise makes each frame another one."""
+    if new == frames:
+        return []
+    seen = f"{frames - new} of {frames} frames in turn hold exactly the depth of the frame before: repeated"
+    do = "record each frame once, as fast as the camera gives them: a copy is no measurement"
+    return [Finding("processing", "warning", seen, do)]
 
 
 def _filled(sample: Sample) -> list[Finding]:
     """Cameras that triangulate see one side of each rim not at all."""
-    if sample.recording.camera.principle not in TRIANGULATING or not sample.depths:
+    if not sample.recording.camera.principle.triangulates or not sample.depths:
         return []
     rims = inner = 0
     for depth in sample.depths.values():
@@ -48,9 +61,8 @@ def _filled(sample: Sample) -> list[Finding]:
     return [Finding("processing", "warning", seen, DO)]
 
 
-def _smoothed(sample: Sample) -> list[Finding]:
-    frames = _frames(sample)
-    if len(frames) < FRAMES:
+def _smoothed(frames: list[NDArray[np.float32]], principle: Principle) -> list[Finding]:
+    if len(frames) <= max(LAGS):
         return []
     noise = noise_of(frames)
     if noise is None:
@@ -64,7 +76,7 @@ def _smoothed(sample: Sample) -> list[Finding]:
         seen = f"a frame differs from the next by {share} of what frames far apart differ: smoothed in time"
         findings.append(Finding("processing", "warning", seen, DO))
     # others match windows, whose neighbours share their noise without any filter
-    if sample.recording.camera.principle == "itof" and neighbours > ALIKE:
+    if principle == Principle.TIME_OF_FLIGHT and neighbours > ALIKE:
         seen = f"neighbours share their noise (correlation {neighbours:.2f}): smoothed over pixels, as many drivers do"
         findings.append(Finding("processing", "ok", seen))
     return findings

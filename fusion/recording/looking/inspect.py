@@ -96,7 +96,7 @@ def _summary(sample: Sample) -> dict[str, Any]:
         "color_frames": None if color is None else int(color.sum()),
         "ir_frames": None if ir is None else int(ir.sum()),
         "clock_s": [float(stamps[0]), float(stamps[-1])] if len(stamps) else None,
-        "depth_stored": "counts" if recording.files or (recording.streams and recording.streams.counts) else "metres",
+        "depth_stored": "counts" if recording.in_counts else "metres",
         "duration_s": float(stamps[-1] - stamps[0]) if len(stamps) else 0.0,
         "frames_per_second": frames_per_second(stamps),
         "camera": camera_to_dict(recording.camera),

@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -15,8 +15,8 @@ from fusion.files.output.publish import atomic_file
 from fusion.files.values import Name, Rigid
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import is_rigid
+from fusion.geometry.principle import Principle
 
-Principle = Literal["structured_light", "itof", "active_stereo", "unknown"]
 # OpenCV's lengths; longer models (thin prism, tilt) are not those of CONTRACT's camera.json
 DISTORTION_LENGTHS = (0, 4, 5, 8)
 DO = "correct the file or pass another with --camera"
@@ -58,7 +58,7 @@ class Pinhole(Struct, frozen=True, kw_only=True):
     cy: Centre
     distortion: Distortion | None = None
     depth_scale: DepthScale = 1000.0  # the colour camera's block may leave it out
-    principle: Principle = "unknown"
+    principle: Principle = Principle.UNKNOWN
     sensor: Name = None
     serial: Name = None
     std: dict[str, Std] | None = None
@@ -82,7 +82,7 @@ def read_camera(path: Path | str) -> Camera:
     Raises:
         RecordingError: the file cannot be read, or a field is absent, not a number, not finite or out of range.
     """
-    return camera_from_dict(read_json(path, RecordingError, "the camera file"), path)
+    return camera_of(camera_content(read_json(path, RecordingError, "the camera file"), path))
 
 
 def write_camera(path: Path | str, camera: Camera) -> None:
@@ -94,9 +94,9 @@ def write_camera(path: Path | str, camera: Camera) -> None:
         partial.write_text(json.dumps(camera_to_dict(camera), indent=1) + "\n", encoding="utf-8")
 
 
-def camera_from_dict(fields: dict[str, Any], where: object) -> Camera:
-    """The camera of `camera.json`'s fields; `where` names them in errors. Raises RecordingError."""
-    return camera_of(Content(fields, where, "the camera", RecordingError, DO))
+def camera_content(fields: object, where: object) -> Content:
+    """The content of a `camera.json`; `where` names it in errors."""
+    return Content(fields, where, "the camera", RecordingError, DO)
 
 
 def camera_of(content: Content) -> Camera:

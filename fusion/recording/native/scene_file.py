@@ -8,7 +8,8 @@ from msgspec import Meta, Struct, field
 from fusion.errors import RecordingError
 from fusion.files.content import Content
 from fusion.files.inside import inside
-from fusion.files.json_file import json_in, read_json
+from fusion.files.json_file import json_in
+from fusion.files.reading import read_text
 from fusion.files.values import FileName, Metres, Name, Point, Whole
 from fusion.recording.recording import Recording
 
@@ -111,16 +112,12 @@ class SceneFields(Posed, frozen=True, kw_only=True):
 
 def read_scene_fields(path: Path) -> dict[str, Any]:
     """The content of a `scene.json` that fits what a recording may state. Raises RecordingError."""
-    return _checked(read_json(path, RecordingError, "the scene file"), path)
+    return scene_in(read_text(path, RecordingError, "the scene file"), path)
 
 
 def scene_in(text: str, path: Path) -> dict[str, Any]:
     """The same of a text that stands in another file; `path` names it. Raises RecordingError."""
-    return _checked(json_in(text, path, RecordingError, "the scene"), path)
-
-
-def _checked(fields: dict[str, Any], path: Path) -> dict[str, Any]:
-    content = Content(fields, path, "the scene", RecordingError)
+    content = Content(json_in(text, path, RecordingError, "the scene"), path, "the scene", RecordingError)
     content.as_type(SceneFields)
     return dict(content.value)
 

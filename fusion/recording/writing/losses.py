@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.principle import Principle
 from fusion.progress import each
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.recording import Frame, Recording
@@ -76,6 +77,6 @@ class Watched:
             TELEMETRY: bool(one.telemetry),
             SCENE: bool(one.scene),
             SETTINGS: bool(one.settings),
-            KIND: one.camera.principle != "unknown" or bool(one.camera.sensor),
+            KIND: one.camera.principle != Principle.UNKNOWN or bool(one.camera.sensor),
         }
         return [name for name, there in has.items() if there]

@@ -50,7 +50,7 @@ def lens_report(result: Intrinsics, path: Path, recording: Path, command: str = 
         numbers=key_numbers,
         sections=figures_and_tables,
         warnings=[Light("warning", "", text) for text in result.warnings],
-        settings={"board": result.board.to_dict()},
+        settings={"board": result.board.file()},
         fingerprint={"folder": str(recording)},
         command=command,
     )

@@ -30,7 +30,7 @@ def axial_figure(law: AxialLaw) -> Figure:
         for color, group in _colored(np.unique(tilts)):
             own = np.deg2rad(float(np.median(np.rad2deg(tilt[tilts == group]))))
             _curve(left, (along, *law.at(along, np.full_like(along, own))), color)
-            _points(left, law, tilts == group, (z, color, f"{group:.0f} deg"))
+            _points(left, law, tilts == group, z, color=color, label=f"{group:.0f} deg")
         left.set_xlabel("distance [m]")
         left.set_ylabel("axial noise [mm]")
         left.legend(loc="upper left", title="tilt")
@@ -41,7 +41,7 @@ def axial_figure(law: AxialLaw) -> Figure:
         for color, group in _colored(shown):
             own = float(z[distances == group].mean())
             _curve(right, (np.rad2deg(turned), *law.at(np.full_like(turned, own), turned)), color)
-            _points(right, law, distances == group, (np.rad2deg(tilt), color, f"{own:.2f} m"))
+            _points(right, law, distances == group, np.rad2deg(tilt), color=color, label=f"{own:.2f} m")
         right.set_xlabel("tilt of the target [deg]")
         right.legend(loc="upper left", title="distance")
         left.set_ylim(bottom=0)
@@ -205,7 +205,6 @@ def _curve(ax: Any, curve: tuple[Array, Array, Array], color: Any) -> None:
     ax.fill_between(x, (value - half) * 1e3, (value + half) * 1e3, color=color, alpha=0.15, linewidth=0)
 
 
-def _points(ax: Any, law: AxialLaw, which: NDArray[np.bool_], shown: tuple[Array, Any, str]) -> None:
-    x, color, label = shown
-    ax.errorbar(x[which], law.sigma[which] * 1e3, law.sigma_std[which] * 1e3, fmt="o", color=color, markersize=3.5,
-                elinewidth=0.8, label=label)  # fmt: skip
+def _points(ax: Any, law: AxialLaw, which: NDArray[np.bool_], x: Array, **style: Any) -> None:
+    ax.errorbar(x[which], law.sigma[which] * 1e3, law.sigma_std[which] * 1e3, fmt="o", markersize=3.5,
+                elinewidth=0.8, **style)  # fmt: skip

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.report.kit.palette import BLUE, new_figure, styled, to_svg
 from fusion.sensor.files.contributed import shortcomings
 from fusion.sensor.sensor import Sensor
@@ -17,14 +18,25 @@ COMMAND = "fusion sensor page"
 WALL = "White walls, square to the camera, over the whole image"
 
 
+KINDS = {
+    Principle.STRUCTURED_LIGHT: "structured light",
+    Principle.TIME_OF_FLIGHT: "time of flight",
+    Principle.ACTIVE_STEREO: "active stereo",
+    Principle.UNKNOWN: "of an unknown principle",
+}
+
+
 def camera_page(sensor: Sensor, camera: Camera, picture: str) -> str:
     """The text, beside a picture of that file name."""
     content = description(sensor)
     missing = shortcomings(sensor)
+    if not content.gives_values:
+        missing = ["range: between which depths it gives values", *missing]
     known = "## What is not known" + "\n\n" + "\n".join(f"- {text}" for text in missing) if missing else ""
     parts = [
         f"# {sensor.sensor or sensor.name}",
         f"Model `{sensor.name}`: {_kind(sensor)}. Computed for images of {camera.width} x {camera.height} pixels.",
+        f"Gives values: {content.gives_values}." if content.gives_values else "",
         f"![mean error and spread over depth]({picture})",
         _over_depth(stated(sensor, camera)),
         f"{WALL}: the mean error, the spread of repeated frames, and pixels without a value.",
@@ -52,11 +64,8 @@ def camera_picture(sensor: Sensor, camera: Camera) -> str:
 
 
 def _kind(sensor: Sensor) -> str:
-    kinds = {"structured_light": "structured light", "itof": "time of flight", "active_stereo": "active stereo"}
-    base = sensor.principle in ("structured_light", "active_stereo")
-    return kinds.get(sensor.principle, "of an unknown principle") + (
-        f", baseline {1e3 * abs(sensor.baseline):.3g} mm" if base else ""
-    )
+    base = sensor.principle.triangulates
+    return KINDS[sensor.principle] + (f", baseline {1e3 * abs(sensor.baseline):.3g} mm" if base else "")
 
 
 def _over_depth(found: StatedWall) -> str:

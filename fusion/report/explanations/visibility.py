@@ -19,7 +19,9 @@ def limits_section(found: Explanation, verdict: Verdict) -> Section:
     # a look-alike of a claim has no limit: it may be the claim
     alike = {name for entry in verdict.missing for name in entry.indistinguishable_from}
     limits = [entry for entry in verdict.limits if entry.effect not in alike]
-    sized = sorted(((_depth(found, entry, per_native), entry) for entry in limits), key=_largest_first)
+    sized = sorted(
+        ((_depth(found, entry, per_native), entry) for entry in limits), key=lambda one: _largest_first(*one)
+    )
     rows = []
     for metres, entry in sized:
         upper, _, unit = quantity(entry.upper, None, entry.unit)
@@ -81,8 +83,8 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
 
 
-def _largest_first(item: tuple[float, UpperLimit]) -> tuple[float, str]:
-    return (-item[0] if np.isfinite(item[0]) else np.inf, item[1].effect)
+def _largest_first(metres: float, limit: UpperLimit) -> tuple[float, str]:
+    return (-metres if np.isfinite(metres) else np.inf, limit.effect)
 
 
 def _depth(found: Explanation, entry: UpperLimit, per_native: np.ndarray) -> float:

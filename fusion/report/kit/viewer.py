@@ -6,13 +6,13 @@ import zlib
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.files.json_values import json_values
 from fusion.geometry.pose import Array
-from fusion.mesh.drawing.sight import sides
+from fusion.mesh.drawing.sight import SightSide, sides
 from fusion.mesh.mesh import Mesh
 from fusion.report.kit.page import Section
 from fusion.report.kit.thinning import thinned
@@ -46,6 +46,27 @@ class Path3D:
     color: str
 
 
+@dataclass(frozen=True)
+class _ShownPath:
+    color: str
+    points: Array
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """What `viewer.js` reads: vertices are `low` + `step` * numbers in `data`, then faces, then colours per layer."""
+
+    vertices: int
+    triangles: int
+    low: Array
+    step: float
+    layers: list[str]
+    paths: list[_ShownPath]
+    data: str
+    up: Array
+    front: Array
+
+
 def value_layer(name: str, values: NDArray, scale: Scale) -> Layer:
     """Values (n,) as colours, with their scale."""
     return Layer(name, np.rint(scale_colors(values, scale) * 255).astype(np.uint8), scale)
@@ -69,13 +90,12 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
         return Section("Turn it yourself")
     small, nearest = thinned(mesh)
     layers = layers or [Layer("Shape")]
-    about = _packed(small, layers, nearest, paths) | {"up": sides(up, front)[0].up.tolist()}
-    about["front"] = sides(up, front)[0].towards.tolist()
+    about = _shown(small, layers, nearest, paths, sides(up, front)[0])
     count = f"{len(small.faces):,} triangles" if len(small.faces) else f"{len(small.vertices):,} points"
     thinner = len(small.faces) != len(mesh.faces) or not len(mesh.faces)
     lead = f"Drag to turn, scroll to zoom, right-drag to shift.{f' Shown with {count} for speed.' if thinner else ''}"
     # "<" would end the script early; JSON may write it as a number
-    data = json.dumps(about, separators=(",", ":")).replace("<", "\\u003c")
+    data = json.dumps(json_values(about), separators=(",", ":")).replace("<", "\\u003c")
     html = (
         f'<div class="viewer" role="group" aria-label="Interactive 3D view of the mesh"><canvas tabindex="0"></canvas>'
         f'{_buttons(layers)}{_switches(paths)}{_bars(layers)}<div class="scale"></div>'
@@ -86,25 +106,19 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
     return Section("Turn it yourself", lead, html=html, screen_only=True)
 
 
-def _packed(mesh: Mesh, layers: list[Layer], nearest: NDArray[np.int64], paths: tuple[Path3D, ...]) -> dict[str, Any]:
-    """What `viewer.js` reads; `nearest` (n,) are the vertices of the layers' mesh that stand for those of `mesh`."""
+def _shown(
+    mesh: Mesh, layers: list[Layer], nearest: NDArray[np.int64], paths: tuple[Path3D, ...], eye: SightSide
+) -> _Shown:
+    """`nearest` (n,): the vertices of the layers' mesh that stand for those of `mesh`."""
     low = mesh.vertices.min(axis=0)
     step = max(float(np.ptp(mesh.vertices, axis=0).max()) / STEPS, 1e-12)
     clay = np.tile(np.array(CLAY, np.uint8), (len(nearest), 1))
     parts = [np.rint((mesh.vertices - low) / step).astype("<u2"), mesh.faces.astype("<u4")]
     parts += [clay if layer.colors is None else layer.colors[nearest] for layer in layers]
-    return {
-        "vertices": len(mesh.vertices),
-        "triangles": len(mesh.faces),
-        "low": low.tolist(),
-        "step": step,
-        "layers": [layer.name for layer in layers],
-        "paths": [
-            {"color": path.color, "points": np.round(path.points[np.isfinite(path.points).all(axis=1)], 4).tolist()}
-            for path in paths
-        ],
-        "data": base64.b64encode(zlib.compress(b"".join(part.tobytes() for part in parts), 9)).decode(),
-    }
+    packed = base64.b64encode(zlib.compress(b"".join(part.tobytes() for part in parts), 9)).decode()
+    lines = [_ShownPath(p.color, np.round(p.points[np.isfinite(p.points).all(axis=1)], 4)) for p in paths]
+    names = [layer.name for layer in layers]
+    return _Shown(len(mesh.vertices), len(mesh.faces), low, step, names, lines, packed, eye.up, eye.towards)
 
 
 def _buttons(layers: list[Layer]) -> str:

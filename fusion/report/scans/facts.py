@@ -2,7 +2,7 @@
 
 from fusion.report.kit.page import Number
 from fusion.results.facts import ScanFacts
-from fusion.results.words import gap_words, size_words, step_words, volume_words, worse_words
+from fusion.results.words import gap_words, hidden_words, size_words, step_words, volume_words, worse_words
 
 
 def fact_numbers(facts: ScanFacts) -> list[Number]:
@@ -10,9 +10,10 @@ def fact_numbers(facts: ScanFacts) -> list[Number]:
     shape, table = facts.shape, facts.table
     size, unit = size_words(shape)
     volume = volume_words(shape)
+    hidden = hidden_words(table) if table is not None and table.hidden > 0 else ""
     numbers = [
         Number("Smallest upright box", size, unit, "width x depth x height"),
-        Number("Height", size.rsplit(" ", 1)[-1], unit),
+        Number("Height", size.rsplit(" ", 1)[-1], unit, hidden),
     ]
     if volume is not None:
         numbers.append(Number("Volume", *volume, "holes closed flat" if shape.holes else ""))
@@ -31,7 +32,8 @@ def fact_numbers(facts: ScanFacts) -> list[Number]:
         numbers.append(Number("Trajectory error", f"{error.rmse * 1e3:.1f}", "mm rms", note))
     if table is not None:
         mean, std = step_words(table)
-        numbers.append(Number("Turn a frame", mean, "deg", f"std {std} deg"))
+        rests = f", {table.rests} frames stand as the one before" if table.rests else ""
+        numbers.append(Number("Turn a frame", mean, "deg", f"std {std} deg{rests}"))
         if table.gap is not None:
             numbers.append(Number("Closing gap", gap_words(table.gap), "", worse_words(table)))
     return numbers

@@ -1,5 +1,7 @@
 """The object alone: the volume around it, and its mesh without plate, crumbs and small holes."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,9 +11,9 @@ from fusion.mesh.cleanup import fill_small_holes, large_parts
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import CRUMB
 from fusion.mesh.vertices import vertices_kept
+from fusion.scan.finding.off_plate import fitted_plate, off_plate
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.motion import Motion
-from fusion.turntable.table.plate import above_plate
 from fusion.turntable.views import Region
 from fusion.volume.forecast import choose_truncation, choose_voxel
 from fusion.volume.prepared import Prepared
@@ -19,7 +21,6 @@ from fusion.volume.volume import VolumeSettings
 
 Array = NDArray[np.float64]
 MARGIN = 0.015  # [m] around what turns
-CLEAR_OF_PLATE = 0.004  # [m] the plate is cut away up to here
 
 
 def choose_volume(
@@ -46,13 +47,32 @@ def typical_noise(frames: list[Prepared | None], region: Region) -> float:
     return float(np.median([np.nanmedian(f.surface.sigma[region.holds(f.surface.points)]) for f in shown[:5]]))
 
 
-def clean(mesh: Mesh, settings: ScanSettings, motion: Motion) -> tuple[Mesh, float]:
-    """The object alone, no plate, no flying parts, no small holes; and the share of the surface that this keeps."""
-    if motion.plate is not None and not settings.keep_plate and mesh.normals is not None:
-        mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE, motion.table))
-    if settings.keep_plate:  # the volume is square, what turns is not
-        mesh = vertices_kept(mesh, np.hypot(*mesh.vertices[:, :2].T) <= motion.radius + MARGIN)
-    if not len(mesh.faces):
+@dataclass(frozen=True)
+class Cleaned:
+    """The object alone.
+
+    Attributes:
+        mesh: without plate, flying parts and small holes.
+        kept: share of the surface that these are.
+        hidden: so far above the plate it cannot be told from it, and its sides are carried down [m]; 0: nothing is cut.
+    """
+
+    mesh: Mesh
+    kept: float
+    hidden: float = 0.0
+
+
+def clean(mesh: Mesh, settings: ScanSettings, motion: Motion, voxel: float) -> Cleaned:
+    """The object alone, of a surface that was made with a voxel [m]."""
+    if motion.plate is None or settings.keep_plate or mesh.normals is None:
+        if settings.keep_plate:  # the volume is square, what turns is not
+            mesh = vertices_kept(mesh, np.hypot(*mesh.vertices[:, :2].T) <= motion.radius + MARGIN)
+        found = Cleaned(*large_parts(mesh, CRUMB))
+    else:
+        plate = fitted_plate(mesh, voxel, motion.table)
+        found = Cleaned(*off_plate(mesh, plate), plate.hidden)
+    if not len(found.mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")
-    mesh, kept = large_parts(mesh, CRUMB)
-    return (fill_small_holes(mesh, settings.fill_holes) if settings.fill_holes > 0 else mesh), kept
+    if settings.fill_holes > 0:
+        return replace(found, mesh=fill_small_holes(found.mesh, settings.fill_holes))
+    return found

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.robust import MAD_TO_STD
+from fusion.progress import each
 from fusion.scan.finding.frames import masked
 from fusion.scan.finding.seen import ASKED, facing
 from fusion.turntable.pairs.edges import NOISES
@@ -56,7 +58,7 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
     placed = np.array([k for k, f in enumerate(frames) if f is not None and np.isfinite(poses[k]).all()], int)
     others = placed[np.unique(np.linspace(0, max(len(placed) - 1, 0), min(ASKED, len(placed))).round().astype(int))]
     found = list(frames)
-    for k in placed:
+    for k in each(placed.tolist(), "passing"):
         frame = frames[k]
         assert frame is not None
         shown = usable(frame.surface, region) & np.isfinite(frame.depth)
@@ -86,7 +88,7 @@ def _passing(asked: _Asked, others: list[tuple[Prepared | None, Array]]) -> NDAr
     known = np.abs(beyond[np.isfinite(beyond)])
     if not len(known):
         return np.zeros(len(asked.points), bool)
-    near = max(NOISES * 1.4826 * float(np.median(known)), asked.beside)
+    near = max(NOISES * MAD_TO_STD * float(np.median(known)), asked.beside)
     with np.errstate(invalid="ignore"):
         shown, through = (np.abs(beyond) <= near).sum(axis=0), (beyond > near).sum(axis=0)
     return np.asarray(through > shown + 1)
@@ -108,8 +110,15 @@ def _beyond(asked: _Asked, frame: Prepared | None, T: Array) -> NDArray[np.float
     around = grid[rows[:, None] + np.repeat((-1, 0, 1), 3), columns[:, None] + np.tile((-1, 0, 1), 3)]
     found = np.full(len(asked.points), np.nan, np.float32)
     told = np.isfinite(around[:, 4])  # its own place, the middle of nine
-    found[which[told]] = np.nanmedian(around[told], axis=1)
+    found[which[told]] = _medians(around[told])
     return found
+
+
+def _medians(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(m,) medians of what is known in each row (m, 9), one value at least; NumPy's takes ten times as long."""
+    ordered = np.sort(rows, axis=1)  # NaN last
+    known, each_row = np.isfinite(rows).sum(axis=1), np.arange(len(rows))
+    return (ordered[each_row, (known - 1) // 2] + ordered[each_row, known // 2]) / np.float32(2)
 
 
 def _image(asked: _Asked, passing: NDArray[np.bool_], shape: tuple[int, ...], step: int) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ from fusion.sensor.correction.calibrated import depth_std, tilt_std
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.all_views.log import with_log
 from fusion.turntable.axis import Axis, Turns
-from fusion.turntable.guess.told_step import refuse_contradicted_step
+from fusion.turntable.guess.told_step import GOOD, neighbours_misfit, rather_alone, refuse_contradicted_step
 from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion, estimate_motion
@@ -105,15 +105,31 @@ def _motion(
 ) -> tuple[Motion, Array | None]:
     """The motion between the views, and the told angles that it follows.
 
-    Where a log leads nowhere, as one in radians does, the images are asked alone; what is wrong with it shows then.
+    Where a log leads nowhere, or the images alone fit clearly better, as beside one in radians, they are asked alone;
+    what is wrong with it shows then.
     """
     commanded, depth, logged = known
+    told = None
     try:
-        return estimate_motion(views, region, commanded, depth, start), commanded
+        told = estimate_motion(views, region, commanded, depth, start)
+        if commanded is None or not logged or neighbours_misfit(views, _turns(told)) < GOOD:
+            return told, commanded
     except TrackingError:
         if commanded is None or not logged:
             raise
-    return estimate_motion(views, region, None, depth, start), None
+    try:
+        alone = estimate_motion(views, region, None, depth, start)
+    except TrackingError:
+        if told is None:
+            raise
+        return told, commanded
+    if told is None or rather_alone(views, _turns(told), _turns(alone)):
+        return alone, None
+    return told, commanded
+
+
+def _turns(motion: Motion) -> Turns:
+    return Turns(motion.axis, motion.angles)
 
 
 def _finished(

@@ -23,6 +23,7 @@ class Evidence:
         kept_share: share of the surface that hangs together; the rest was dropped.
         agreement: of single frames with the model.
         print: of what is printed on the object, from view to view; None where no colours helped to find the motion.
+        hidden: so far above the plate the object cannot be told from it [m].
         notes: of the recording's doctor, of readers and of the correction.
         footnotes: sentences that come with nearly every scan of such a sensor.
     """
@@ -35,5 +36,6 @@ class Evidence:
     kept_share: float
     agreement: Agreement
     print: PrintAgreement | None = None
+    hidden: float = 0.0
     notes: tuple[Light, ...] = ()
     footnotes: tuple[str, ...] = ()

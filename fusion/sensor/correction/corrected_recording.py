@@ -6,7 +6,7 @@ import numpy as np
 
 from fusion.errors import RecordingError
 from fusion.recording.recording import Frame, Recording
-from fusion.sensor.correction.correction import true_camera, undone
+from fusion.sensor.correction.correction import corrected_image, true_camera
 from fusion.sensor.correction.summary import CorrectionSummary, tell
 from fusion.sensor.moments import moments_of
 from fusion.sensor.sensor import Sensor
@@ -25,7 +25,7 @@ def corrected_recording(recording: Recording, sensor: Sensor) -> tuple[Recording
 
     def load(index: int) -> Frame:
         frame = recording.load(index)
-        return replace(frame, depth=undone(sensor, frame.depth, stated, frame.ir, moments[index]))
+        return replace(frame, depth=corrected_image(sensor, frame.depth, stated, frame.ir, moments[index]))
 
     warnings = (*recording.warnings, *moments.warnings)
     better = replace(recording, camera=true_camera(sensor, stated), load=load, warnings=warnings)

@@ -46,14 +46,14 @@ def corrected(
     Raises:
         SensorError: the model holds maps of another image size.
     """
-    found = undone(sensor, depth, camera, ir, moment)
+    found = corrected_image(sensor, depth, camera, ir, moment)
     true = true_camera(sensor, camera)
     view = View(true, found, incidence_of(normals_of(found, true), true), ir=ir, moment=moment or Moment())
     sigma = sigma_of(sensor, view)
     return CorrectedDepth(found, sigma, weight_of(sensor, view, sigma), true)
 
 
-def undone(
+def corrected_image(
     sensor: Sensor, depth: Image, stated: Camera, ir: NDArray | None = None, moment: Moment | None = None
 ) -> Image:
     """The depth (h, w) [m] along the rays of `true_camera`; arguments as in `corrected`."""
@@ -81,9 +81,8 @@ def view_of(
     sensor: Sensor, depth: Image, camera: Camera, ir: NDArray | None = None, moment: Moment | None = None
 ) -> View:
     """What is known of a measured image, no more than the effects ask for that are undone."""
-    principle = sensor.principle if sensor.principle != "unknown" else ""
-    view = View(camera, depth, ir=ir, baseline=sensor.baseline, moment=moment or Moment(), principle=principle)
-    asked = {v for e in sensor.effects if e.changes("bias") and not sensor.left(e) for v in e.variables}
+    view = View(camera, depth, ir=ir, baseline=sensor.baseline, moment=moment or Moment(), principle=sensor.principle)
+    asked = {v for e in sensor.effects if e.changes("bias") and not sensor.why_not_corrected(e) for v in e.variables}
     with np.errstate(all="ignore"):
         if asked & {"incidence", "reflectance"}:
             normals = normals_of(depth, camera)

@@ -22,14 +22,14 @@ class CorrectionSummary:
     """The correction of a recording in numbers and words.
 
     Attributes:
-        undone: effect to the median size of what was taken back in a frame that was looked at [m].
+        corrected: effect to the median size of what was taken back in a frame that was looked at [m].
         camera: names of the errors of the camera that the true camera takes out.
-        left: what is not undone, one sentence each with the reason.
-        doubtful: effects that are undone, but are known no better than the noise, one sentence each.
+        left: what is not corrected, one sentence each with the reason.
+        doubtful: effects that are corrected, but are known no better than the noise, one sentence each.
         guessed: [m] size of what was taken back for a brightness that was guessed.
     """
 
-    undone: dict[str, float]
+    corrected: dict[str, float]
     camera: tuple[str, ...]
     left: tuple[str, ...]
     doubtful: tuple[str, ...]
@@ -38,19 +38,19 @@ class CorrectionSummary:
     @property
     def line(self) -> str:
         """One line for a person."""
-        sizes = [f"{name} {1e3 * size:.2f} mm" for name, size in self.undone.items()]
-        return ", ".join([*sizes, *(f"{name} by the true camera" for name in self.camera)]) or "nothing to undo"
+        sizes = [f"{name} {1e3 * size:.2f} mm" for name, size in self.corrected.items()]
+        return ", ".join([*sizes, *(f"{name} by the true camera" for name in self.camera)]) or "nothing to correct"
 
     @property
     def notes(self) -> list[tuple[str, str]]:
         """(severity, sentence) as reports take them."""
-        undone = [("ok", f"depth corrected: {self.line}")] if self.undone or self.camera else []
-        return undone + [("warning", text) for text in (*self.left, *self.doubtful)]
+        done = [("ok", f"depth corrected: {self.line}")] if self.corrected or self.camera else []
+        return done + [("warning", text) for text in (*self.left, *self.doubtful)]
 
     def values(self) -> dict[str, str | dict[str, float] | list[str]]:
         """As `settings.json` holds it."""
         left = [*self.left, *self.doubtful]
-        return {"text": self.line, "undone_m": self.undone, "true_camera": list(self.camera), "left": left}
+        return {"text": self.line, "undone_m": self.corrected, "true_camera": list(self.camera), "left": left}
 
 
 def tell(sensor: Sensor, view: View) -> CorrectionSummary:
@@ -65,39 +65,39 @@ def tell(sensor: Sensor, view: View) -> CorrectionSummary:
     depth = sensor.correct(measured, full)
     true = true_camera(sensor, view.camera)
     noise = _median(sigma_of(sensor, View(true, depth, ir=view.ir, moment=view.moment)))
-    undone, left, doubtful, dark = {}, _by_name(sensor), [], 0.0
+    corrected, left, doubtful, dark = {}, _by_name(sensor), [], 0.0
     for effect in sensor.effects:
         why = _why_left(sensor, effect)
         if why:
-            left.append(f"{effect.name}: not undone ({why})")
+            left.append(f"{effect.name}: not corrected ({why})")
         if why or not effect.changes("bias") or isinstance(effect, CameraEffect):
             continue
-        left += [f"{effect.name}: not undone, the recording has no {what}" for what in _lacking(effect, full)]
+        left += [f"{effect.name}: not corrected, the recording has no {what}" for what in _lacking(effect, full)]
         size = _size(effect, depth, full)
         if size > NOTHING:
-            undone[effect.name] = size
+            corrected[effect.name] = size
             if view.ir is None and full.ir is not None and "amplitude" in effect.variables:
-                guessed = "undone as for surfaces that reflect half of the light, as the recording has no IR"
+                guessed = "corrected as for surfaces that reflect half of the light, as the recording has no IR"
                 doubtful.append(f"{effect.name}: {guessed}")
                 dark = max(dark, size)
         # the deviations of numbers that were fitted together say little one by one
         if effect.name not in sensor.fitted and (std := _std(sensor, effect, depth, full)) > noise:
             doubtful.append(
-                f"{effect.name}: undone, but known to {1e3 * std:.1f} mm only at {_median(depth):.2f} m, "
+                f"{effect.name}: corrected, but known to {1e3 * std:.1f} mm only at {_median(depth):.2f} m, "
                 f"worse than the noise of {1e3 * noise:.1f} mm"
             )
     moved = tuple(e.name for e in camera_effects(sensor) if e.true_camera(view.camera) != view.camera)
-    return CorrectionSummary(undone, moved, tuple(left), tuple(doubtful), dark)
+    return CorrectionSummary(corrected, moved, tuple(left), tuple(doubtful), dark)
 
 
 def _by_name(sensor: Sensor) -> list[str]:
     """What the model holds by name only."""
-    return [text for text in sensor.left_out if "not undone by the correction" not in text]
+    return [text for text in sensor.left_out if ": not corrected (" not in text]
 
 
 def _why_left(sensor: Sensor, effect: Effect) -> str:
-    """Why an effect stays; the true camera undoes those of the camera."""
-    return sensor.usual(effect) if isinstance(effect, CameraEffect) else sensor.left(effect)
+    """Why an effect stays; the true camera corrects those of the camera."""
+    return sensor.usual(effect) if isinstance(effect, CameraEffect) else sensor.why_not_corrected(effect)
 
 
 def _size(effect: Effect, depth: np.ndarray, view: View) -> float:
@@ -130,7 +130,7 @@ def _differ(effect: Effect, view: View, other: View) -> bool:
 
 
 def _std(sensor: Sensor, effect: Effect, depth: np.ndarray, view: View) -> float:
-    """Median uncertainty [m] of what is undone, from the standard deviations of the effect's parameters."""
+    """Median uncertainty [m] of what is corrected, from the standard deviations of the effect's parameters."""
     variance = np.zeros(depth.shape)
     with np.errstate(all="ignore"):
         own = effect.bias(depth, view)

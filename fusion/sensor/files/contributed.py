@@ -1,5 +1,6 @@
 """Is a measured model fit for others? It says of which camera it is, how well each number is known, and whence."""
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.words.description import description
 
@@ -15,7 +16,7 @@ def shortcomings(sensor: Sensor) -> list[str]:
     found = []
     if not sensor.sensor:
         found.append("sensor: it does not say which camera it is of")
-    if sensor.principle == "unknown":
+    if sensor.principle == Principle.UNKNOWN:
         found.append("principle: it does not say how the camera measures")
     if not sensor.effects:
         found.append("effects: it has none, which is an ideal sensor")

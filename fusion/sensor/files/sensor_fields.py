@@ -7,7 +7,7 @@ import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
 from fusion.files.values import Name
-from fusion.recording.native.camera_file import Principle
+from fusion.geometry.principle import Principle
 from fusion.sensor.catalogue import IMPLEMENTED, KNOWN
 from fusion.sensor.parameter import Parameter, Setting, parameters, settings
 from fusion.sensor.where import BoundFields
@@ -39,6 +39,14 @@ class GivenParameter(Struct, frozen=True, kw_only=True):
     std: Annotated[Std | NpyName | list[Any] | None, Meta(description="standard deviation; 0: exact")] = None
 
 
+class RangeFields(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Between which depths the sensor gives values; absent: no such limit."""
+
+    nearest_m: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    farthest_m: Annotated[float, Meta(gt=0, le=1000)] | None = None
+    source: Name = None
+
+
 class SensorFields(Struct, frozen=True, kw_only=True):
     """All of a sensor model but its effects."""
 
@@ -49,6 +57,7 @@ class SensorFields(Struct, frozen=True, kw_only=True):
     serial: Name = None
     baseline_m: Baseline | None = None
     modulation_hz: Annotated[list[Frequency], Meta(description="modulations [Hz], each from 1e5 to 1e10")] | None = None
+    range: RangeFields | None = None
 
 
 @cache

@@ -12,15 +12,17 @@ from fusion.files.json_file import read_json, shown
 from fusion.files.json_values import json_values
 from fusion.files.output.publish import atomic_file
 from fusion.files.schema import one_of
+from fusion.geometry.principle import Principle
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects
 from fusion.sensor.files.map_files import store_map
-from fusion.sensor.files.sensor_fields import FORMAT, SensorFields
+from fusion.sensor.files.sensor_fields import FORMAT, RangeFields, SensorFields
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import BASELINE_M
+from fusion.sensor.working_range import ANY, WorkingRange
 
 LONGEST_INLINE = 1000  # more numbers than a person would read: they go into a file of their own
 
@@ -38,7 +40,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
     name, path = str(path_or_preset), Path(path_or_preset)
     if name in PRESETS or not (path.suffix or path.exists()):
         return preset(name)
-    content = Content(_read(path), path, "the sensor", SensorError)
+    content = _content(path)
     given = given_effects(content)
     computed = {one.name: one.effect() for one in given if one.name in IMPLEMENTED}
     kept = [one for one in given if one.name not in computed]
@@ -51,12 +53,13 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
             warnings += one.missing()
     return Sensor(
         name=str(fields.name or path.stem),
-        principle=fields.principle or "unknown",
+        principle=fields.principle or Principle.UNKNOWN,
         effects=tuple(computed.values()),
         sensor=str(fields.sensor or ""),
         serial=str(fields.serial or ""),
         baseline=_baseline(fields, given, content),
         frequencies=tuple(fields.modulation_hz or ()),
+        works=_works(fields.range),
         std=std,
         sources={one.name: str(one.entry.source) for one in given if one.entry.source},
         fitted=frozenset(one.name for one in given if one.entry.fitted),
@@ -80,6 +83,9 @@ def write_sensor(path: str | Path, sensor: Sensor) -> None:
     content["baseline_m"] = sensor.baseline
     if sensor.frequencies:
         content["modulation_hz"] = list(sensor.frequencies)
+    if (works := sensor.works) != ANY:
+        farthest = works.farthest if np.isfinite(works.farthest) else None
+        content["range"] = {"nearest_m": works.nearest, "farthest_m": farthest, "source": works.source}
     content["effects"] = [*entries, *sensor.kept]
     with atomic_file(path) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -118,14 +124,21 @@ def _stored(effect: Effect, about: Parameter, path: Path) -> Any:
     return store_map(path.parent, f"{path.stem}_{effect.name}_{about.name}", value)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _content(path: Path) -> Content:
     try:
-        return read_json(path, SensorError, "the sensor file")
+        return Content(read_json(path, SensorError, "the sensor file"), path, "the sensor", SensorError)
     except SensorError as error:
         if not isinstance(error.__cause__, FileNotFoundError):
             raise
         known = "a sensor.json or " + one_of(list(PRESETS), path)
         raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
+
+
+def _works(given: RangeFields | None) -> WorkingRange:
+    if given is None:
+        return ANY
+    farthest = np.inf if given.farthest_m is None else given.farthest_m
+    return WorkingRange(given.nearest_m, farthest, str(given.source or ""))
 
 
 def _baseline(fields: SensorFields, given: list[GivenEffect], content: Content) -> float:

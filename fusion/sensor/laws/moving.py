@@ -23,7 +23,7 @@ from fusion.sensor.view import Image, View, stretch
 class CameraEffect(Effect, ABC):
     """The stated camera is wrong: every ray goes elsewhere."""
 
-    not_undone: ClassVar[str] = "use the true camera instead of the stated one"
+    not_corrected: ClassVar[str] = "use the true camera instead of the stated one"
 
     @abstractmethod
     def true_camera(self, stated: Camera) -> Camera:
@@ -46,7 +46,7 @@ class CameraEffect(Effect, ABC):
 class RigEffect(Effect, ABC):
     """What is seen stands elsewhere than stated: a rigid motion of the surface in the camera frame."""
 
-    not_undone: ClassVar[str] = "it belongs to the pose of the frame, not to its depth"
+    not_corrected: ClassVar[str] = "it belongs to the pose of the frame, not to its depth"
 
     @abstractmethod
     def motion(self, moment: Moment) -> NDArray[np.float64] | None:

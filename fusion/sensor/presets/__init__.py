@@ -6,6 +6,7 @@ from dataclasses import replace
 from fusion.errors import SensorError
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.presets.azure import azure_kinect, femto_bolt
 from fusion.sensor.presets.kinect_v1 import kinect_v1
 from fusion.sensor.presets.kinect_v2 import kinect_v2_indoors, kinect_v2_overcast, kinect_v2_sunlight
@@ -62,10 +63,14 @@ _DEVICES = {
     "oak-d": "oak-d",
 }
 # what a sensor of that principle is taken for when the device is not known
-_USUAL = {"structured_light": "kinect-v1", "itof": "kinect-v2-indoors", "active_stereo": "realsense-d435"}
+_USUAL = {
+    Principle.STRUCTURED_LIGHT: "kinect-v1",
+    Principle.TIME_OF_FLIGHT: "kinect-v2-indoors",
+    Principle.ACTIVE_STEREO: "realsense-d435",
+}
 _KINDS = {
-    "structured_light": "structured-light sensor", "itof": "time-of-flight sensor",
-    "active_stereo": "stereo sensor with a projector",
+    Principle.STRUCTURED_LIGHT: "structured-light sensor", Principle.TIME_OF_FLIGHT: "time-of-flight sensor",
+    Principle.ACTIVE_STEREO: "stereo sensor with a projector",
 }  # fmt: skip
 # a unit's own errors and the light it needs are not known from its kind; its noise is about right
 _NOISE = ("lateral_noise", "axial_noise")
@@ -105,7 +110,7 @@ def default_sensor(camera: Camera) -> Sensor:
         return _assumed(known, camera, (*_NOISE, "depth_quantization"), what)
     if camera.principle not in _USUAL:
         # rounding is left out where not even the principle is known: it would be an invention
-        guess = replace(known, principle="unknown")
+        guess = replace(known, principle=Principle.UNKNOWN)
         return _assumed(
             guess, camera, _NOISE, "a depth sensor is assumed", "guess: the sensor's principle is not known"
         )

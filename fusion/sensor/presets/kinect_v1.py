@@ -1,13 +1,16 @@
 """Kinect for Xbox 360: structured light of PrimeSense."""
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.light.projector_shadow import ProjectorShadow
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.effects.triangulation.vertical_banding import VerticalBanding
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.working_range import WorkingRange
 
 NGUYEN = "Nguyen, Izadi, Lovell 2012, near mode"
+RANGE = WorkingRange(0.4, 10.0, "nearest of Microsoft's near mode; libfreenect: FREENECT_DEPTH_MM_MAX_VALUE")
 SIMKINECT = "github ankurhanda/simkinect: disparity rounded to 1/8 px, baseline 0.075 m"
 
 
@@ -15,7 +18,7 @@ def kinect_v1() -> Sensor:
     """0.0012 + 0.0019 (z - 0.4)^2 + 0.0001 z^-0.5 theta^2 / (pi/2 - theta)^2 [m]; 1/8 px; shadow; bands."""
     return Sensor(
         "kinect-v1",
-        "structured_light",
+        Principle.STRUCTURED_LIGHT,
         (
             ProjectorShadow(baseline=0.075),
             VerticalBanding(step=0.06),
@@ -26,6 +29,7 @@ def kinect_v1() -> Sensor:
         ),
         sensor="Kinect for Xbox 360",
         baseline=0.075,
+        works=RANGE,
         std={("vertical_banding", "step"): 0.06},
         sources={
             "projector_shadow": "simkinect: 7.5 cm (Pagliari 2014: about 7.4); on the right: in TUM fr1/rpy 94 % of "

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
@@ -14,6 +15,7 @@ from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.effects.readout.saturation import Saturation
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.working_range import WorkingRange
 
 PAPER = "Fankhauser et al. 2015"
 # [count] of a white frontal surface at 1 m: guess; only ratios to the thresholds below matter
@@ -22,6 +24,7 @@ IR_AT_1M = 8000.0
 SATURATED = 0.8 * IR_AT_1M / 0.7**2
 # A white wall's error at 2 m: some 6 mm in the middle, 30 mm at the corners, where a fifth of the light comes back
 DARK_ERROR, DARK_AT = 0.0015, 0.8 * IR_AT_1M
+RANGE = WorkingRange(0.25, 8.0, f"{PAPER}, figure 11: dark surfaces from 0.25 m; libfreenect2 #152: to about 8 m")
 SUN_LUX = 90_000.0
 
 # what holds for every unit in kind, but in size only for the paper's own
@@ -72,4 +75,7 @@ def _kinect_v2(light: str, noise: tuple[Effect, ...], equations: str) -> Sensor:
         "depth_quantization": "files hold millimetres",
     }
     sources |= {effect.name: f"{PAPER}, {equations}" for effect in noise}
-    return Sensor(f"kinect-v2-{light}", "itof", (*common, *noise), sensor="Kinect v2", std=dict(_OWN), sources=sources)
+    name, effects = f"kinect-v2-{light}", (*common, *noise)
+    return Sensor(
+        name, Principle.TIME_OF_FLIGHT, effects, sensor="Kinect v2", works=RANGE, std=dict(_OWN), sources=sources
+    )

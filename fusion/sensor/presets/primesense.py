@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.light.projector_shadow import ProjectorShadow
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
@@ -31,7 +32,7 @@ def iphone_truedepth() -> Sensor:
     """Front camera of an iPhone: projected dots at a short baseline that Apple does not state; noise is a guess."""
     return Sensor(
         "iphone-truedepth",
-        "structured_light",
+        Principle.STRUCTURED_LIGHT,
         (ProjectorShadow(baseline=0.027), LateralNoise(sigma_px=1.0), AxialNoise(c0=0.0, c1=0.0, c2=0.006)),
         sensor="iPhone TrueDepth",
         baseline=0.027,
@@ -46,4 +47,5 @@ def iphone_truedepth() -> Sensor:
 def _primesense(name: str, sensor: str) -> Sensor:
     kinect = kinect_v1()
     sources = {effect: f"{SAME_CHIP}; {source}" for effect, source in kinect.sources.items()}
-    return replace(kinect, name=name, sensor=sensor, sources=sources)
+    works = replace(kinect.works, source=f"{SAME_CHIP}; {kinect.works.source}")
+    return replace(kinect, works=works, name=name, sensor=sensor, sources=sources)

@@ -60,7 +60,7 @@ def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
     view = _completed(sensor, view)
     assert view.depth is not None
     with np.errstate(all="ignore"):
-        weight = (1 - sensor.dropout(view.depth, view)) / np.maximum(sigma, SMALLEST_SIGMA) ** 2
+        weight = (1 - sensor.doubt(view.depth, view)) / np.maximum(sigma, SMALLEST_SIGMA) ** 2
     doubt = doubtful(sensor, view.depth, view.time_of_flight)
     if doubt.any():
         weight = np.where(doubt, DOUBT * weight, weight)
@@ -68,6 +68,5 @@ def weight_of(sensor: Sensor, view: View, sigma: Image | None = None) -> Image:
 
 
 def _completed(sensor: Sensor, view: View) -> View:
-    principle = view.principle or (sensor.principle if sensor.principle != "unknown" else "")
     depth = np.asarray(view.depth, np.float32)
-    return replace(view, depth=depth, baseline=sensor.baseline, principle=principle)
+    return replace(view, depth=depth, baseline=sensor.baseline, principle=view.principle.or_else(sensor.principle))

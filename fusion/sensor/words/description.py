@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters, settings
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.working_range import ANY
 
 LONGEST = 64  # numbers that are given one by one; a longer table is told by its shape, mean and rms
 
@@ -44,7 +46,7 @@ class DescribedEffect:
 
     effect: str
     source: str
-    not_undone: str
+    not_corrected: str
     parameters: dict[str, DescribedParameter]
 
 
@@ -53,10 +55,11 @@ class SensorDescription:
     """All of a sensor model, its effects in light-path order."""
 
     name: str
-    principle: str
+    principle: Principle
     sensor: str
     serial: str
     baseline_m: float
+    gives_values: str
     effects: tuple[DescribedEffect, ...]
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -66,7 +69,10 @@ def description(sensor: Sensor) -> SensorDescription:
     """A sensor model for a person, and for JSON."""
     effects = [
         DescribedEffect(
-            effect.name, sensor.sources.get(effect.name, ""), sensor.left(effect), _parameters(effect, sensor)
+            effect.name,
+            sensor.sources.get(effect.name, ""),
+            sensor.why_not_corrected(effect),
+            _parameters(effect, sensor),
         )
         for effect in sensor.effects
     ]
@@ -76,6 +82,7 @@ def description(sensor: Sensor) -> SensorDescription:
         sensor=sensor.sensor,
         serial=sensor.serial,
         baseline_m=sensor.baseline,
+        gives_values="" if sensor.works == ANY else f"{sensor.works} ({sensor.works.source or 'no source'})",
         effects=tuple(effects),
         left_out=tuple(sensor.left_out),
         warnings=tuple(sensor.warnings),

@@ -7,6 +7,7 @@ import numpy as np
 
 from fusion.files.output.publish import output_folder
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each
 from fusion.sensor.presets import preset
@@ -28,7 +29,7 @@ CAMERA = Camera(
     cy=237.8,
     distortion=(0.062, -0.14, 0.0006, -0.0004, 0.03),
     depth_scale=5000.0,
-    principle="itof",
+    principle=Principle.TIME_OF_FLIGHT,
     sensor="simulated time of flight, noise of a Kinect v2 indoors",
 )
 OBJECT_AT = np.array([0.012, -0.008, 0.0])  # beside the axis, as people place things
@@ -58,7 +59,7 @@ def demo_scene(frames: int = 72, turns: float = 1.2) -> Scene:
 def demo_sensor() -> Sensor:
     """A Kinect v2 that was calibrated: the preset's own errors are taken as exactly known, and can be undone."""
     usual = preset("kinect-v2-indoors")
-    return replace(usual, name="kinect-v2-indoors, calibrated", std={}, left_out=())
+    return replace(usual, name="kinect-v2-indoors, calibrated", sensor=CAMERA.sensor, std={}, left_out=())
 
 
 def demo_truth() -> Mesh:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,7 @@ class Further:
         table: reflectance of each label of the segmentation; empty: not given.
         from_ir: the recording's IR images tell the reflectance: they are those of a lamp at the camera, without noise
             and loss, of 1000 counts for a white surface at 1 m, as `fusion simulate` without a sensor makes them.
+        depth: images of it, finer than the recording's counts.
         rows, columns, lit: images of depth between the pixels and of a shadow pass, as in `IdealFrame`.
     """
 
@@ -44,9 +45,21 @@ class Further:
     reflectance: Channel | float | None = None
     table: dict[int, float] = field(default_factory=dict)
     from_ir: bool = False
+    depth: Channel | None = None
     rows: Channel | None = None
     columns: Channel | None = None
     lit: Channel | None = None
+
+    @property
+    def held(self) -> list[str]:
+        """Names of the images."""
+        return [one.name for entry in fields(self) if isinstance(one := getattr(self, entry.name), Channel)]
+
+    def beside(self, found: "Further") -> "Further":
+        """This, and what was found where nothing is given."""
+        told = self.reflectance is not None or self.table or self.from_ir
+        more = [name for name in found.held if getattr(self, name) is None and not (told and name == "reflectance")]
+        return replace(self, **{name: getattr(found, name) for name in more})
 
 
 def ideal_frames(recording: Recording, further: Further) -> Iterator[IdealFrame]:
@@ -54,9 +67,11 @@ def ideal_frames(recording: Recording, further: Further) -> Iterator[IdealFrame]
     moments = _moments(recording)
     rounding = 0.0
     for index in range(len(recording)):
-        if index == 0 and recording.depth_counts(0) is not None:
+        if index == 0 and further.depth is None and recording.depth_counts(0) is not None:
             rounding = 1 / recording.camera.depth_scale
         frame, camera = recording[index], recording.camera
+        if further.depth is not None:
+            frame = replace(frame, depth=np.asarray(further.depth.image(index, camera.shape), np.float32))
         normals = labels = None
         if further.normals is not None:
             normals = normals_in(further.normals, index, camera, frame.depth)
@@ -95,6 +110,8 @@ def fill_sensed(
     fill_recording(folder, camera, sensed, recording.poses, recording.telemetry, scene)
     copy_color_apart(recording, folder)
     unknown = unknown_to(sensor, first)
+    if missed := sensor.works.told(np.asarray(first.depth), sensor.name):
+        unknown.insert(0, missed)
     _write_truth(folder / "truth", recording, sensor, seed, unknown)
     return unknown
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.recording import Frame
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image
@@ -81,7 +82,7 @@ def stated_by(camera: Camera, sensor: Sensor) -> Camera:
     """The camera with the sensor's principle, name and number, as its recordings state it."""
     return replace(
         camera,
-        principle=sensor.principle if sensor.principle != "unknown" else camera.principle,
+        principle=sensor.principle.or_else(camera.principle),
         sensor=sensor.sensor or sensor.name,
         serial=sensor.serial or camera.serial,
     )
@@ -112,6 +113,6 @@ def _one(ideal: IdealFrame, camera: Camera, sensor: Sensor, seed: int, index: in
     # generators of its own per frame, as the simulator has them
     depth = measured(view, sensor, (0.0, 0.0), np.random.default_rng([seed, FRAME, index]))
     ir = None
-    if sensor.principle != "structured_light":  # that sees its pattern
+    if sensor.principle != Principle.STRUCTURED_LIGHT:  # that sees its pattern
         ir = infrared(view, sensor, np.random.default_rng([seed, INFRARED, index]))
     return Frame(index, moment.time, depth, None, ir)

@@ -46,7 +46,7 @@ def view_of_ideal(frame: IdealFrame, camera: Camera, sensor: Sensor) -> View:
             view = replace(view, edges=edges_within(view, facing.normals, frame, reach))
         else:
             view = replace(view, edges=edges_of_perfect(frame, _light(view, facing.cosine), reach))
-    principle = sensor.principle if sensor.principle != "unknown" else camera.principle
+    principle = sensor.principle.or_else(camera.principle)
     return replace(view, baseline=sensor.baseline, principle=principle)
 
 

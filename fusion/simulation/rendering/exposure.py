@@ -123,7 +123,7 @@ class Exposures:
     def _as_stated(self, view: View) -> View:
         """The view as the recording holds it: a time-of-flight sensor turns range into depth by the stated rays."""
         sensor = self._sensor
-        principle = sensor.principle if sensor.principle != "unknown" else self._stated.principle
+        principle = sensor.principle.or_else(self._stated.principle)
         view = replace(view, baseline=sensor.baseline, principle=principle, done=self._done)
         if self._true is self._stated or view.depth is None:
             return view

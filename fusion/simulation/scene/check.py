@@ -14,8 +14,12 @@ LOOKS = 12  # frames
 WIDTH = 64  # [px]
 
 
-def check_sight(simulation: Simulation) -> None:
-    """Raises SceneError when no coarse picture shows a surface within the range of the depth images."""
+def check_sight(simulation: Simulation) -> list[str]:
+    """What a sensor will not see of a scene, one sentence each, by coarse pictures.
+
+    Raises:
+        SceneError: none shows a surface within the range of the depth images.
+    """
     scene = simulation.scene
     caster, camera = RayCaster(simulation.mesh), coarse(simulation.camera)
     n = len(simulation)
@@ -34,6 +38,8 @@ def check_sight(simulation: Simulation) -> None:
         found, expected = f"a median depth of {np.median(seen):.3g} m", f"up to {far:.3g} m"
         do = 'check the unit ("scale": 0.001 for millimetres) and depth_scale'
         raise SceneError("the scene lies outside the range of the depth images", scene.name, found, expected, do)
+    missed = simulation.sensor.works.told(seen, simulation.sensor.name)
+    return [missed] if missed else []
 
 
 def coarse(camera: Camera) -> Camera:

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,8 +23,8 @@ GREY = (180.0, 180.0, 180.0)
 DICTIONARY = "DICT_5X5_100"  # of a ChArUco board that does not say which
 
 
-def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint], dict[str, Any] | None]:
-    """Parts, patterns and the content of `board.json` (or None) of a scene's "mesh" and "parts".
+def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint], PaintedBoard | None]:
+    """Parts, patterns and the board (or None) of a scene's "mesh" and "parts".
 
     `turns`: what does not say whether it stands on the turntable does.
     """
@@ -50,7 +49,7 @@ def read_parts(source: SceneSource, turns: bool) -> tuple[list[Part], list[Paint
     if not parts:
         found, must = "neither mesh nor parts", '"mesh": "object.ply"'
         raise SceneError("the scene has no surface", source.content.where, found, must)
-    return parts, paints, None if board is None else board.to_dict()
+    return parts, paints, board
 
 
 def _board(given: str | DrawnBoard, source: SceneSource, index: int) -> PaintedBoard:

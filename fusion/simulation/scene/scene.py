@@ -1,11 +1,12 @@
 """Scene: everything a simulated recording is made from, but for the sensor and the seed."""
 
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.lens.boards.board import Board
 from fusion.errors import SceneError
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
@@ -76,7 +77,7 @@ class Scene:
         telemetry: further columns of `telemetry.csv`, each (frames,).
         color: colour images are made.
         infrared: infrared images are made even by a sensor that does not give them along with depth.
-        board: content of `board.json`, where the scene is for calibration.
+        board: where the scene is for calibration.
         edge_lost, edge_mixed: shares of the pixels at depth edges that have no value, and that have a value
             between both surfaces, beside what the sensor's effects do.
     """
@@ -91,7 +92,7 @@ class Scene:
     telemetry: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     color: bool = False
     infrared: bool = False
-    board: dict[str, Any] | None = None
+    board: Board | None = None
     edge_lost: float = 0.0
     edge_mixed: float = 0.0
 

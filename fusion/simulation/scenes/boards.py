@@ -50,7 +50,7 @@ def _seen(name: str, board: PaintedBoard, field_deg: float, frames: int) -> Scen
         ambient_lux=300.0,
         color=True,
         infrared=True,
-        board=board.to_dict(),
+        board=board,
     )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import robust_std
 from fusion.tracking.pairs import tukey
 
 Array = NDArray[np.float64]
@@ -34,7 +35,7 @@ def log_equations(angles: Array, told: Array) -> tuple[NDArray[np.intp], Array, 
     known = np.flatnonzero(np.isfinite(angles) & np.isfinite(told))
     excess, gaps = np.diff(angles[known]) - np.diff(told[known]), np.diff(known)
     each = excess / np.sqrt(gaps)
-    spread = max(1.4826 * float(np.median(np.abs(each))), LEAST_SPREAD) if len(each) else LEAST_SPREAD
+    spread = max(robust_std(each), LEAST_SPREAD) if len(each) else LEAST_SPREAD
     return known, 1 / (spread**2 * gaps * (1 + (each / (USUAL * spread)) ** 2) ** 2), excess
 
 
@@ -111,4 +112,4 @@ def with_log(angles: Array, angle_std: Array, commanded: Array) -> Array:
 
 
 def _spread(values: Array) -> float:
-    return max(1.4826 * float(np.median(np.abs(values - np.median(values)))), EXACT)
+    return max(robust_std(values - np.median(values)), EXACT)

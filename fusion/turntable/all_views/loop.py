@@ -181,7 +181,7 @@ def no_errors(views: Sequence[ObjectView], known: DepthKnown | None = None) -> S
     """
     z = np.concatenate([v.points[::20, 2] for v in views])
     near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
-    triangulation = views[0].map.camera.principle in ("structured_light", "active_stereo")
+    triangulation = views[0].map.camera.principle.triangulates
     prior = prior_of(views[0].map.camera, known)
     return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation, prior)
 

@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.robust import robust_std
 from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.model.cells import normal_equations, settle
 from fusion.turntable.model.meeting import AXIS, CELLS, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT, by_cell, meet
 from fusion.turntable.model.rays import Bundle
 from fusion.turntable.pairs.edge_pairs import ERRORS
 from fusion.turntable.selfcheck import LENS, SelfCheck
+from fusion.volume.sample import field
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -49,11 +51,8 @@ def equations(rays: Bundle, motion: Turns, volume: Volume, check: SelfCheck) -> 
     poses = np.column_stack([placed(axis, angles)[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])
     columns = SHARED + AXIS + (ERRORS if check.open.any() else 0)
     cell, out = np.empty(len(rays.frame), np.int32), np.empty((len(rays.frame), columns), np.float32)
-    blocks, reach = volume.blocks, 0.75 * volume.settings.truncation
-    meet(
-        rays.frame, rays.values, poses.astype(np.float32), blocks.keys, blocks.ids, blocks.neighbours, blocks.flat,
-        volume.settings.voxel, reach, check.span, cell, out,
-    )  # fmt: skip
+    reach = 0.75 * volume.settings.truncation
+    meet(rays.frame, rays.values, poses.astype(np.float32), field(volume.blocks), reach, check.span, cell, out)
     counts = np.bincount(cell[cell >= 0], minlength=volume.block_count * CELLS)
     ends = np.cumsum(counts)
     order = np.empty(int(counts.sum()), np.int32)
@@ -128,7 +127,7 @@ def _scale(e: CellEquations, offset: Array, steady: bool, lowest: float) -> floa
     rest = e.rows[some, RESIDUAL] - offset[np.searchsorted(e.first, some, side="right") - 1]
     sigma = e.rows[some, SIGMA] * e.rows[some, SPOILT] if steady else e.rows[some, SIGMA]
     taken = e.rows[some, HEIGHT] >= lowest
-    return max(1.4826 * float(np.median(np.abs(rest[taken]) / sigma[taken])), 0.1) if taken.any() else 1.0
+    return max(robust_std(rest[taken] / sigma[taken]), 0.1) if taken.any() else 1.0
 
 
 def _step(H: Array, g: Array) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.start import start
 from fusion.errors import TrackingError
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.turntable.axis import Turns
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import ObjectView
@@ -162,7 +163,7 @@ def _scale(ratio: NDArray[np.float32], count: NDArray[np.int64]) -> Array:
     ordered = np.sort(ratio, axis=1)
     rows, last = np.arange(len(ratio)), np.maximum(count, 1)
     middle = (ordered[rows, (last - 1) // 2].astype(float) + ordered[rows, last // 2]) / 2
-    return np.maximum(1.0, 1.4826 * np.where(count > 0, middle, 0))
+    return np.maximum(1.0, MAD_TO_STD * np.where(count > 0, middle, 0))
 
 
 def paired(
@@ -181,7 +182,7 @@ def paired(
         limits: largest distance of a pair [m] where noise does not ask for more, least cosine between its normals.
         errors: of camera and depth; those up to the last that is asked for have columns too.
     """
-    from fusion.turntable.pairs.edge_pairs import pair_edges  # starts Taichi
+    from fusion.turntable.pairs.edge_pairs import CameraErrors, PairedViews, pair_edges  # starts Taichi
 
     start()
     (axis, turns), check = motion, errors.check
@@ -189,16 +190,11 @@ def paired(
     most = int(np.max(np.diff(seen.first)))
     code = np.empty((len(edges), most), np.int8)
     out = np.empty((len(edges), most, 7 + max(errors.places, default=-1) + 1), np.float32)
+    stated = np.array([camera.fx, camera.fy], np.float32)
+    poses = axis.turns(turns).astype(np.float32)
     pair_edges(
-        np.array(edges, np.int32),
-        axis.turns(turns).astype(np.float32),
-        seen.first,
-        seen.points,
-        seen.maps,
-        check.camera(camera).parameters,
-        np.array([camera.fx, camera.fy], np.float32),
-        check.values.astype(np.float32),
-        check.span,
+        PairedViews(np.array(edges, np.int32), poses, seen.first, seen.points, seen.maps),
+        CameraErrors(check.camera(camera).parameters, stated, check.values.astype(np.float32), check.span),
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
         np.array([seen.reach(limits[0]), limits[1], seen.stride], np.float32),
         np.empty(code.shape, np.int32),

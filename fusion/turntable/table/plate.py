@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.tracking.pairs import tukey
 from fusion.turntable.axis import Axis
 from fusion.turntable.table.level import BEYOND, has_a_rim, is_plate
-from fusion.turntable.table.slab import HALFWAY, LOWEST, WIDER, is_slab, reach_of
+from fusion.turntable.table.slab import LOWEST, WIDER, is_slab, reach_of
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
@@ -115,37 +114,6 @@ def _largest(height: Array, limits: tuple[float, float]) -> list[float]:
         levels.append(float(np.median(height[np.abs(height - borders[best] - cell / 2) < 1.5 * cell])))
         counts[max(0, best - 2) : best + 3] = 0
     return levels
-
-
-def above_plate(
-    vertices: Array, normals: NDArray[np.float32], clear: float, table: float | None = None
-) -> NDArray[np.bool_]:
-    """Vertices (n,) of an object frame (z up along the axis, plate near 0) that lie above the plate.
-
-    A plate need not be square to its axis, and a camera that is not calibrated bends it: z = c + a x + b y + k r^2 is
-    fitted to the level surface near the plate (Tukey's weights).
-
-    Args:
-        vertices: (n, 3) [m].
-        normals: (n, 3) outwards.
-        clear: height above the plate up to which vertices still belong to it [m].
-        table: height of the table below a plate that turns, seen beside it [m].
-    """
-    near = NEAR_PLATE if table is None else min(NEAR_PLATE, HALFWAY * abs(table))
-    x, y, z = vertices.T
-    terms = np.column_stack([np.ones_like(x), x, y, x**2 + y**2])
-    level = np.flatnonzero((normals[:, 2] > 0.9) & (np.abs(z) < near))
-    if len(level) < 100:
-        return np.asarray(z > clear)
-    level = level[:: max(1, len(level) // 20_000)]
-    A, height = terms[level], z[level]
-    fit = np.array([np.median(height), 0, 0, 0])
-    for scale in np.geomspace(near, min(clear, near), 12):
-        weight = tukey((height - A @ fit) / scale, cut=1.0)
-        # the bend and the tilt must not run away where the plate is hardly seen
-        ridge = 1e-3 * max(float(np.sum(weight)), 1.0) * np.diag([0, 1e-3, 1e-3, 1e-4])
-        fit = np.linalg.solve((A * weight[:, None]).T @ A + ridge, A.T @ (weight * height))
-    return np.asarray(z > terms @ fit + clear)
 
 
 def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:

@@ -5,6 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import MAD_TO_STD
+
 Image = NDArray[np.float32]
 BINS = 16  # of depth: noise grows as its square or so
 LEAST = 500  # differences that tell a bin: its spread to 5 %
@@ -39,7 +41,7 @@ def noise_over_stated(depths: Image, sigma: Callable[[Image], Image], at: Image)
     full = [b for b in range(BINS) if np.count_nonzero(which == b) >= LEAST]
     if not full:
         return np.ones_like(at)
-    spread = [1.4826 * float(np.median(ratio[which == b])) / np.sqrt(6) for b in full]
+    spread = [MAD_TO_STD * float(np.median(ratio[which == b])) / np.sqrt(6) for b in full]
     middle = (borders[:-1] + borders[1:])[full] / 2
     with np.errstate(invalid="ignore", divide="ignore"):
         found = np.interp(np.log(at), middle, spread)

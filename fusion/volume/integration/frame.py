@@ -4,6 +4,7 @@ What a camera fixes is shared by all who use it, and read only; what a frame fil
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,20 @@ STRIP = 32  # pixels of a row that are looked at in turn; rows are whole strips
 NOWHERE = 1e30  # one over the depth where nothing was measured: all that lies there is hidden
 
 Flat = NDArray[np.float32]
+
+
+class FrameImages(NamedTuple):
+    """A frame as it is fused.
+
+    Attributes:
+        depth: (h, w) [m], anything not finite and positive is missing.
+        weight: (h, w), no positive one is missing too; None for 1.
+        color: (h, w, 3), or None.
+    """
+
+    depth: Flat
+    weight: Flat | None
+    color: NDArray[np.uint8] | None
 
 
 @dataclass(frozen=True)

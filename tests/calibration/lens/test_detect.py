@@ -4,14 +4,20 @@ import numpy as np
 import pytest
 from rendered_boards import SIZE, pattern, picture, poses, project
 
-from fusion.calibration.lens.boards.board import Board, board_from_dict
+from fusion.calibration.lens.boards.board import Board, board_of
 from fusion.calibration.lens.boards.charuco import find_charuco
 from fusion.calibration.lens.boards.detect import find_checkerboard, largest_board, stretched
 from fusion.calibration.lens.boards.grid import upright
-from fusion.errors import FusionError
+from fusion.errors import FusionError, RecordingError
+from fusion.files.content import Content
+from fusion.files.json_values import json_values
 
 BOARD = Board(9, 6, 0.04)
 CHARUCO = Board(7, 5, 0.05, 0.035, "DICT_5X5_100")
+
+
+def content(fields):
+    return Content(fields, "board.json", "the board", RecordingError)
 
 
 # the dim one has a 25th of the light: its white squares stand 15 noise levels above the black ones
@@ -80,7 +86,7 @@ def test_the_largest_board_in_a_picture_is_counted():
 
 
 def test_charuco_corners_are_found_even_when_half_is_hidden():
-    board = board_from_dict(CHARUCO.to_dict())
+    board = board_of(content(json_values(CHARUCO.file())))
     pose = np.array([0.2, -0.25, 0.1, -0.2, -0.15, 0.6])
     image = picture(board, pose)
     true = project(board.points(), pose)
@@ -121,6 +127,6 @@ def test_charuco_corners_are_found_even_when_half_is_hidden():
 )
 def test_boards_that_cannot_be_are_refused_in_one_line(change, said):
     with pytest.raises(FusionError, match="cannot be used") as caught:
-        board_from_dict({"columns": 9, "rows": 6, "square_m": 0.04} | change)
+        board_of(content({"columns": 9, "rows": 6, "square_m": 0.04} | change))
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -13,6 +13,7 @@ from fusion.calibration.lens.boards.pictures import find_pictures, thinned
 from fusion.calibration.lens.intrinsics import calibrate_intrinsics
 from fusion.commands.main import main
 from fusion.errors import FusionError
+from fusion.files.json_values import json_values
 from fusion.geometry.camera import Camera
 from fusion.recording.formats.bags.write import write_mcap
 from fusion.recording.images.read import read_ir
@@ -65,7 +66,7 @@ def both(tmp_path_factory):
 
 def board_file(tmp_path, **change):
     path = tmp_path / "board.json"
-    path.write_text(json.dumps(BOARD.to_dict() | change))
+    path.write_text(json.dumps(json_values(BOARD.file()) | change))
     return path
 
 

@@ -221,8 +221,8 @@ class TestCyclicError:
             CyclicError([0.004, 0.002], [0.9, 0.5, 0.3], 0.0)
 
     def test_left_where_two_ranges_look_alike(self):
-        assert not CyclicError([0.01, 0.005], [0.94, 0.47]).left()
-        assert CyclicError(0.05, 0.3).left()
+        assert not CyclicError([0.01, 0.005], [0.94, 0.47]).why_not_corrected()
+        assert CyclicError(0.05, 0.3).why_not_corrected()
 
 
 class TestAmplitudeError:

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.moment import Moment
 from fusion.sensor.view import Indirect, View
 from tools.documentation.effect_pages.panel import Panel, Picture, across_edge, change, image, sweep
 from tools.documentation.effect_pages.views import (
     CARD,
+    FLIGHT,
     FX,
     Seen,
     at,
@@ -54,10 +56,10 @@ def rows_of_moving_wall(effect: Effect) -> NDArray[np.floating]:
 
 
 def vignetted() -> View:
-    return wall(principle="itof")
+    return wall(principle=FLIGHT)
 
 
-def lit(lux: float, depth: float, principle: str = "itof") -> View:
+def lit(lux: float, depth: float, principle: Principle = FLIGHT) -> View:
     return at(depth, principle, reflectance=one(0.8), moment=Moment(ambient=lux))
 
 
@@ -124,7 +126,7 @@ BEFORE_SENSOR: dict[str, Picture] = {
                 "bias",
                 RADIUS,
                 "distance to the image's middle [px]",
-                lambda r: pixel(Seen(2.0, r / FX), "itof"),
+                lambda r: pixel(Seen(2.0, r / FX), FLIGHT),
                 "time of flight, frontal wall",
             ),
         ),
@@ -136,7 +138,7 @@ BEFORE_SENSOR: dict[str, Picture] = {
                 "bias",
                 RADIUS,
                 "distance to the image's middle [px]",
-                lambda r: pixel(Seen(2.0, r / FX), "itof"),
+                lambda r: pixel(Seen(2.0, r / FX), FLIGHT),
                 "time of flight, frontal wall at 2 m",
             ),
             sweep(
@@ -173,7 +175,7 @@ BEFORE_SENSOR: dict[str, Picture] = {
         (
             image(
                 "dropout",
-                lambda: card_before_wall(1.0, 2.0, "structured_light"),
+                lambda: card_before_wall(1.0, 2.0, Principle.STRUCTURED_LIGHT),
                 "a card at 1 m before a wall at 2 m",
                 window=AROUND_CARD,
                 outline=CARD,
@@ -202,7 +204,7 @@ BEFORE_SENSOR: dict[str, Picture] = {
                 "noise",
                 np.linspace(0, 30, 241),
                 "time [ms]",
-                lambda t: at(2.0, "itof", reflectance=one(0.8), moment=Moment(time=t / 1000, ambient=500.0)),
+                lambda t: at(2.0, FLIGHT, reflectance=one(0.8), moment=Moment(time=t / 1000, ambient=500.0)),
                 "time of flight, wall at 2 m, lamps of 500 lux",
             ),
         ),
@@ -214,7 +216,7 @@ BEFORE_SENSOR: dict[str, Picture] = {
                 "bias",
                 RADIUS,
                 "distance to the image's middle [px]",
-                lambda r: pixel(Seen(1.0, r / FX), "itof"),
+                lambda r: pixel(Seen(1.0, r / FX), FLIGHT),
                 "time of flight",
             ),
             sweep(
@@ -252,13 +254,20 @@ BEFORE_SENSOR: dict[str, Picture] = {
                 "bias",
                 np.linspace(0, 1.87, 188),
                 "how much longer the other way is [m]",
-                lambda w: at(2.0, "itof", indirect=Indirect(one(0.2), one(w))),
+                lambda w: at(2.0, FLIGHT, indirect=Indirect(one(0.2), one(w))),
                 "indirect light of a fifth of the direct one, at 80 MHz",
             ),
         ),
         ("strength",),
     ),
     "stray_light": Picture(
-        (image("bias", lambda: card_before_wall(1.5, 2.2, "itof"), "a bright card 0.7 m before a wall"),), ("fraction",)
+        (
+            image(
+                "bias",
+                lambda: card_before_wall(1.5, 2.2, FLIGHT),
+                "a bright card 0.7 m before a wall",
+            ),
+        ),
+        ("fraction",),
     ),
 }

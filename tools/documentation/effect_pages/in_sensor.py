@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.moment import Moment
@@ -18,7 +19,7 @@ from tools.documentation.effect_pages.before_sensor import (
     drifting,
 )
 from tools.documentation.effect_pages.panel import Panel, Picture, across_edge, change, image, sweep
-from tools.documentation.effect_pages.views import FX, Seen, at, beside_edge, one, pixel, wall
+from tools.documentation.effect_pages.views import FLIGHT, FX, Seen, at, beside_edge, one, pixel, wall
 
 COLUMN = np.arange(0.0, 640.0, 8)
 IR_LABEL = "amplitude [count]"
@@ -29,24 +30,24 @@ TINY = (slice(225, 255), slice(300, 340))
 SMALL = (slice(217, 262), slice(290, 350))  # part of an image in which each pixel counts
 
 
-def column(depth: float, principle: str, note: str, **more: object) -> Panel:
+def column(depth: float, principle: Principle, note: str, **more: object) -> Panel:
     """Over the columns of an image of 640 px of a frontal wall."""
     return sweep("bias", COLUMN, "column [px]", lambda u: pixel(Seen(depth, (u - 319.5) / FX), principle, **more), note)
 
 
-def bright(count: float, principle: str = "itof") -> View:
+def bright(count: float, principle: Principle = FLIGHT) -> View:
     return at(2.0, principle, ir=one(count))
 
 
 def striped() -> View:
     """A bright stripe on a dark wall that is turned away: the phase changes from pixel to pixel."""
-    view = wall(1.5, np.deg2rad(50), "itof")
+    view = wall(1.5, np.deg2rad(50), FLIGHT)
     bright = (view.u > 308) & (view.u < 332)
     return replace(view, ir=np.where(bright, 1000.0, 50.0) * np.ones(view.camera.shape))
 
 
 def wrapped(effect: Effect) -> NDArray[np.floating]:
-    return np.array([z + float(change(effect, at(z, "itof"), "bias")[0, 0]) for z in FAR_AWAY])
+    return np.array([z + float(change(effect, at(z, FLIGHT), "bias")[0, 0]) for z in FAR_AWAY])
 
 
 def behind(count: NDArray[np.floating], effect: Effect) -> NDArray[np.floating]:
@@ -72,13 +73,13 @@ def settling(effect: Effect) -> NDArray[np.floating]:
 
 
 def warm(depth: float, degrees: float, time: float) -> View:
-    return at(depth, "itof", moment=Moment(time=time, temperature=degrees))
+    return at(depth, FLIGHT, moment=Moment(time=time, temperature=degrees))
 
 
 IN_SENSOR: dict[str, Picture] = {
     "edge_fattening": Picture((across_edge("bias", beside_edge, EDGE_NOTE),), ("window_px",)),
     "projector_thermal_drift": Picture(
-        (column(2.0, "structured_light", "frontal wall at 2 m, 10 K warmer", moment=Moment(temperature=35.0)),),
+        (column(2.0, Principle.STRUCTURED_LIGHT, "frontal wall at 2 m, 10 K warmer", moment=Moment(temperature=35.0)),),
         ("coefficient",),
     ),
     "disparity_offset": Picture((sweep("bias", DEPTH, DEPTH_LABEL, at, "fx b = 43.5 px m"),), ("offset",)),
@@ -100,12 +101,18 @@ IN_SENSOR: dict[str, Picture] = {
     ),
     "emitter_parallax": Picture(
         (
-            sweep("bias", np.linspace(0.3, 4.0, 149), RANGE_LABEL, lambda z: at(z, "itof"), "middle of the image"),
-            column(1.0, "itof", "frontal wall at 1 m"),
+            sweep(
+                "bias",
+                np.linspace(0.3, 4.0, 149),
+                RANGE_LABEL,
+                lambda z: at(z, FLIGHT),
+                "middle of the image",
+            ),
+            column(1.0, FLIGHT, "frontal wall at 1 m"),
         ),
         ("baseline",),
     ),
-    "mixed_pixels": Picture((across_edge("bias", lambda s: beside_edge(s, "itof"), EDGE_NOTE, 1.5),), ("fill",)),
+    "mixed_pixels": Picture((across_edge("bias", lambda s: beside_edge(s, FLIGHT), EDGE_NOTE, 1.5),), ("fill",)),
     "pixel_crosstalk": Picture(
         (image("bias", striped, "bright stripe, dark wall tilted by 50 deg", TINY, steps=True),), ("fraction",)
     ),
@@ -115,7 +122,7 @@ IN_SENSOR: dict[str, Picture] = {
                 "bias",
                 np.linspace(0, 20, 201),
                 "time [s]",
-                lambda t: at(2.0, "itof", moment=Moment(time=t)),
+                lambda t: at(2.0, FLIGHT, moment=Moment(time=t)),
                 "slow beat of 0.1 Hz",
             ),
             sweep("noise", np.geomspace(50, 3000, 101), IR_LABEL, bright, "wall at 2 m", log=True),
@@ -128,17 +135,21 @@ IN_SENSOR: dict[str, Picture] = {
                 "bias",
                 np.linspace(0.5, 3.0, 251),
                 RANGE_LABEL,
-                lambda z: at(z, "itof", velocity=drifting(0, 0, 0.5)),
+                lambda z: at(z, FLIGHT, velocity=drifting(0, 0, 0.5)),
                 "moves away at 0.5 m/s",
             ),
-            across_edge("bias", lambda s: beside_edge(s, "itof", velocity=drifting(0.5, 0, 0)), MOVING_EDGE),
+            across_edge("bias", lambda s: beside_edge(s, FLIGHT, velocity=drifting(0.5, 0, 0)), MOVING_EDGE),
         ),
         ("duration",),
     ),
     "cyclic_error": Picture(
         (
             sweep(
-                "bias", np.linspace(0.5, 3.0, 251), RANGE_LABEL, lambda z: at(z, "itof"), "one harmonic, period 0.469 m"
+                "bias",
+                np.linspace(0.5, 3.0, 251),
+                RANGE_LABEL,
+                lambda z: at(z, FLIGHT),
+                "one harmonic, period 0.469 m",
             ),
         ),
         ("amplitude",),
@@ -147,7 +158,7 @@ IN_SENSOR: dict[str, Picture] = {
         (sweep("bias", np.geomspace(50, 5000, 121), IR_LABEL, bright, "any range, middle of the image", log=True),),
         ("coefficient",),
     ),
-    "column_delay": Picture((image("bias", lambda: wall(principle="itof"), "any range"),), ("slope", "slope_v")),
+    "column_delay": Picture((image("bias", lambda: wall(principle=FLIGHT), "any range"),), ("slope", "slope_v")),
     "phase_wrapping": Picture(
         (
             Panel(
@@ -191,7 +202,7 @@ IN_SENSOR: dict[str, Picture] = {
     "depth_offset": Picture(
         (
             sweep("bias", np.linspace(0, 4, 81), DEPTH_LABEL, at, "triangulation"),
-            column(2.0, "itof", "time of flight"),
+            column(2.0, FLIGHT, "time of flight"),
         ),
         ("offset",),
     ),

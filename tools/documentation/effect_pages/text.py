@@ -6,6 +6,7 @@ import sys
 from types import ModuleType
 from typing import Any
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters, settings
@@ -16,9 +17,9 @@ ROOMS = ("rig", "optics", "light", "triangulation", "phase", "readout")
 CHANNELS = {"bias": "bias", "noise": "noise", "spread": "noise", "dropout": "dropout", "light": "light"}
 SENSORS = {
     (): "all",
-    ("itof",): "time of flight",
-    ("structured_light",): "structured light",
-    ("structured_light", "active_stereo"): "triangulation",
+    (Principle.TIME_OF_FLIGHT,): "time of flight",
+    (Principle.STRUCTURED_LIGHT,): "structured light",
+    (Principle.STRUCTURED_LIGHT, Principle.ACTIVE_STEREO): "triangulation",
 }
 FROZEN = " (frozen: the bias repeats in every frame, the noise is how it spreads where it is not known)"
 KINDS = {
@@ -71,12 +72,12 @@ def index() -> str:
 
 
 def table(kinds: list[type[Effect]]) -> str:
-    """One row per effect: name, what it does, channels, sensors, undone or not."""
-    rows = ["| effect | what it does | changes | sensors | undone |", "|---|---|---|---|---|"]
+    """One row per effect: name, what it does, channels, sensors, corrected or not."""
+    rows = ["| effect | what it does | changes | sensors | corrected |", "|---|---|---|---|---|"]
     for kind in kinds:
         does = summary(kind)[1].rstrip(".")
         link = f"[{kind.name}]({kind.name}.md)"
-        rows.append(f"| {link} | {_cell(does)} | {channels(kind)} | {sensors(kind)} | {undone(kind)[0]} |")
+        rows.append(f"| {link} | {_cell(does)} | {channels(kind)} | {sensors(kind)} | {corrected(kind)[0]} |")
     return "\n".join(rows)
 
 
@@ -98,15 +99,15 @@ def sensors(kind: type[Effect]) -> str:
     return SENSORS[kind.principles]
 
 
-def undone(kind: type[Effect]) -> tuple[str, str]:
+def corrected(kind: type[Effect]) -> tuple[str, str]:
     """Whether the correction undoes an effect: one word, and a sentence."""
     if not kind.changes("bias"):
-        return "-", "there is nothing to undo, as the mean depth stays"
-    if kind.not_undone:
-        return "no", f"no: {kind.not_undone}"
+        return "-", "there is nothing to correct, as the mean depth stays"
+    if kind.not_corrected:
+        return "no", f"no: {kind.not_corrected}"
     if kind.frozen:
         return "yes", "yes, once its values are known for this very unit"
-    if kind.left is not Effect.left:
+    if kind.why_not_corrected is not Effect.why_not_corrected:
         return "yes", "yes, unless its law is so steep that two depths give the same value"
     return "yes", "yes"
 
@@ -134,7 +135,7 @@ def _facts(kind: type[Effect]) -> str:
         "depends on": ", ".join(depends).replace("_", " ") or ("what the table says" if settings(kind) else "nothing"),
         "changes": channels(kind) + (FROZEN if kind.frozen else ""),
         "sensors": sensors(kind),
-        "undone by the correction": undone(kind)[1],
+        "corrected": corrected(kind)[1],
     }
     return "\n".join(["| | |", "|---|---|", *(f"| {name} | {_cell(text)} |" for name, text in rows.items())])
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.moment import Moment
 from fusion.sensor.view import Edges, Image, View, incidence_of
 
@@ -28,7 +29,10 @@ class Seen:
     tilt: float = 0.0
 
 
-def pixel(seen: Seen, principle: str = "structured_light", **more: Any) -> View:
+FLIGHT = Principle.TIME_OF_FLIGHT
+
+
+def pixel(seen: Seen, principle: Principle = Principle.STRUCTURED_LIGHT, **more: Any) -> View:
     """A view of one pixel with normals and incidence; `more` are fields of `View`."""
     camera = Camera(1, 1, FX, FX, -seen.x * FX, -seen.y * FX, principle=principle)
     normal = np.array([[[np.sin(seen.tilt), 0.0, -np.cos(seen.tilt)]]])
@@ -36,7 +40,7 @@ def pixel(seen: Seen, principle: str = "structured_light", **more: Any) -> View:
     return View(camera, depth, incidence_of(normal, camera), normal, **more)
 
 
-def at(depth: float, principle: str = "structured_light", **more: Any) -> View:
+def at(depth: float, principle: Principle = Principle.STRUCTURED_LIGHT, **more: Any) -> View:
     """The middle pixel before a frontal wall."""
     return pixel(Seen(depth), principle, **more)
 
@@ -46,7 +50,7 @@ def one(value: float) -> Image:
     return np.full((1, 1), value)
 
 
-def beside_edge(position: float, principle: str = "structured_light", **more: Any) -> View:
+def beside_edge(position: float, principle: Principle = Principle.STRUCTURED_LIGHT, **more: Any) -> View:
     """A pixel at a place across an edge [px]: negative on the near side (1.5 m), positive on the far side (2 m)."""
     near = position < 0
     jump, light = (FAR - NEAR, (NEAR / FAR) ** 2) if near else (NEAR - FAR, (FAR / NEAR) ** 2)
@@ -72,7 +76,7 @@ def on_table(place: tuple[float, float, float], normal: tuple[float, float, floa
     return replace(view, normals=n, incidence=incidence_of(n, view.camera), moment=moment)
 
 
-def wall(depth: float = 2.0, tilt: float = 0.0, principle: str = "structured_light") -> View:
+def wall(depth: float = 2.0, tilt: float = 0.0, principle: Principle = Principle.STRUCTURED_LIGHT) -> View:
     """An image of a wall, for unit 3 and placement 5 of what is frozen."""
     camera = Camera(WIDTH, HEIGHT, FX, FX, (WIDTH - 1) / 2, (HEIGHT - 1) / 2, principle=principle)
     rays = np.dstack([camera.rays().astype(float), np.ones(camera.shape)])
@@ -83,7 +87,7 @@ def wall(depth: float = 2.0, tilt: float = 0.0, principle: str = "structured_lig
     )
 
 
-def card_before_wall(near: float, far: float, principle: str) -> View:
+def card_before_wall(near: float, far: float, principle: Principle) -> View:
     """A bright card before a darker wall, with the amplitude that comes back."""
     view = wall(far, principle=principle)
     left, top, right, bottom = CARD

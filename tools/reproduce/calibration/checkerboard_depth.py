@@ -41,6 +41,7 @@ from fusion.calibration.depth.walls.wall import Wall
 from fusion.calibration.lens.boards.board import Board, read_board
 from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.commands.main import main as fusion
+from fusion.files.json_values import json_text
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import PRESETS
 from fusion.recording.native.camera_file import read_camera
@@ -81,7 +82,7 @@ def write_pairs(source: Path, folder: Path) -> list[str]:
             yield Frame(i, float(i), np.where(depth > 0, depth, np.nan), ir=read_picture(source / f"{name}_ir.png"))
 
     write_recording(folder / "recording", STATED, frames())
-    (folder / "board.json").write_text(json.dumps(BOARD.to_dict()) + "\n")
+    (folder / "board.json").write_text(json_text(BOARD.file()) + "\n")
     return names
 
 
@@ -95,7 +96,7 @@ def squares(folder: Path, camera: Camera) -> Squares:
         seen = seen_board(frame, camera, board)
         if seen is None:
             continue
-        pose = seen[1]
+        pose = seen.pose
         depth = (centres @ cv2.Rodrigues(pose[:3])[0].T + pose[3:])[:, 2]
         found = []
         assert frame.ir is not None  # seen_board found the board in it

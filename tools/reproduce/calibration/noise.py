@@ -23,6 +23,7 @@ from fusion.calibration.noise.poses import Pose, pose_of
 from fusion.calibration.noise.target_noise import measure_target
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.presets import preset
@@ -31,8 +32,10 @@ from fusion.sensor.view import View
 from fusion.simulation.rendering.render import Channels, render
 
 CAMERAS = {
-    "v1": Camera(640, 480, 585.0, 585.0, 319.5, 239.5, principle="structured_light", sensor="Kinect for Xbox 360"),
-    "v2": Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle="itof", sensor="Kinect v2"),
+    "v1": Camera(
+        640, 480, 585.0, 585.0, 319.5, 239.5, principle=Principle.STRUCTURED_LIGHT, sensor="Kinect for Xbox 360"
+    ),
+    "v2": Camera(512, 424, 365.0, 365.0, 255.5, 211.5, principle=Principle.TIME_OF_FLIGHT, sensor="Kinect v2"),
 }
 PRESETS = {"v1": "kinect-v1", "v2": "kinect-v2-indoors"}
 DISTANCES, TILTS = np.arange(0.7, 3.11, 0.3), np.arange(0, 76, 15)
@@ -113,7 +116,7 @@ def simulated(
     sensor: Sensor, camera: Camera, known: Sensor, place: tuple[float, float], drawn: tuple[int, np.random.Generator]
 ) -> Pose:
     """A target near this distance [m] and tilt [deg], measured over some frames."""
-    lit = sensor.baseline if sensor.principle == "structured_light" else None
+    lit = sensor.baseline if sensor.principle == Principle.STRUCTURED_LIGHT else None
     view = seen_at(camera, place, lit, int(drawn[1].integers(2)))
     return measured(sensor, view, known, drawn, f"{place[0]:.1f} m, {place[1]:.0f} deg")
 
@@ -124,7 +127,7 @@ def measured(sensor: Sensor, view: View, known: Sensor, drawn: tuple[int, np.ran
     assert view.depth is not None
     depths = [np.round(sensor.sample(view.depth, view, None, rng) * part.depth_scale) / part.depth_scale
               for _ in range(frames)]  # fmt: skip
-    ir = sensor.amplitude(view) if sensor.principle == "itof" else None
+    ir = sensor.amplitude(view) if sensor.principle == Principle.TIME_OF_FLIGHT else None
     clean = replace(known, left_out=())
     correct = (lambda mean: clean.correct(mean, View(part, mean, ir=ir))) if clean.effects else None
     seen = measure_target(depths, part, correct=correct)

@@ -26,6 +26,7 @@ from fusion.calibration.depth.walls.plane import WallPlane
 from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.calibration.series import PixelSeries
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
@@ -37,8 +38,8 @@ from fusion.sensor.view import View, incidence_of
 
 WIDTH, HEIGHT = 128, 96
 CAMERAS = {
-    "v1": Camera(WIDTH, HEIGHT, 585.0, 585.0, 63.5, 47.5, principle="structured_light"),
-    "v2": Camera(WIDTH, HEIGHT, 365.0, 365.0, 63.5, 47.5, principle="itof"),
+    "v1": Camera(WIDTH, HEIGHT, 585.0, 585.0, 63.5, 47.5, principle=Principle.STRUCTURED_LIGHT),
+    "v2": Camera(WIDTH, HEIGHT, 365.0, 365.0, 63.5, 47.5, principle=Principle.TIME_OF_FLIGHT),
 }
 LASER = 0.0007  # [m]
 DISTANCES = np.arange(0.6, 3.21, 0.1)
@@ -143,7 +144,7 @@ def simulated(
     series = PixelSeries(camera.shape)
     for _ in range(frames):
         series.add(sensor.sample(view.depth, view, None, rng))
-    ir = sensor.amplitude(view) if camera.principle == "itof" else None
+    ir = sensor.amplitude(view) if camera.principle == Principle.TIME_OF_FLIGHT else None
     means = Means(frames, series.mean, series.std, ir)
     stated = (f"{z:.1f} m", plane.distance + rng.normal(0, LASER), LASER)
     return wall_of(means, camera, known, stated), plane.distance

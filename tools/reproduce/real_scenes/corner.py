@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
@@ -15,7 +16,15 @@ from tools.reproduce.real_scenes.scene import write_scene
 
 # of the recording's own program
 CAMERA = Camera(
-    640, 480, 522.96, 523.88, 329.09, 254.71, depth_scale=1000.0, principle="structured_light", sensor="Kinect v1"
+    640,
+    480,
+    522.96,
+    523.88,
+    329.09,
+    254.71,
+    depth_scale=1000.0,
+    principle=Principle.STRUCTURED_LIGHT,
+    sensor="Kinect v1",
 )
 NEAR = 0.012  # [1] of the depth: what belongs to a plane, steps of the rounding included
 OFF_M = 0.04  # [m] from every plane: something else that stands there

@@ -28,19 +28,17 @@ from fusion.geometry.camera import Camera
 from fusion.mesh.cleanup import largest_part
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.vertices import vertices_kept
-from fusion.recording.native.camera_file import camera_from_dict, camera_to_dict
+from fusion.recording.native.camera_file import camera_content, camera_of, camera_to_dict
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.facts import Gap
-from fusion.scan.finding.object import CLEAR_OF_PLATE
+from fusion.scan.finding.off_plate import fitted_plate, off_plate
 from fusion.scan.pipeline import mesh_at, scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.table.plate import above_plate
 from fusion.volume.forecast import choose_truncation
 from fusion.volume.prepared import fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings
@@ -108,9 +106,7 @@ def with_true_poses(
     for frame, T in zip(frames, poses, strict=True):
         fuse(volume, frame, T)
     mesh = volume.surface()
-    assert mesh.normals is not None
-    mesh = vertices_kept(mesh, above_plate(mesh.vertices, mesh.normals, CLEAR_OF_PLATE))
-    mesh = largest_part(mesh)
+    mesh = largest_part(off_plate(mesh, fitted_plate(mesh, voxel))[0])
     return {
         "corrected": told.line,
         "left": "; ".join((*told.left, *told.doubtful)),
@@ -159,7 +155,7 @@ def _with_camera(recording: Recording, fields: dict[str, Any]) -> Recording:
     from dataclasses import replace
 
     known = camera_to_dict(recording.camera)
-    camera: Camera = camera_from_dict(known | fields, "truth.json")
+    camera: Camera = camera_of(camera_content(known | fields, "truth.json"))
     return replace(open_recording(recording.path, camera), camera=camera)
 
 

@@ -15,12 +15,12 @@ from fusion.calibration.depth.laws.terms import (
     triangulation_terms,
     wave_terms,
 )
+from fusion.geometry.principle import TRIANGULATING, Principle
 
 # periods of the wiggling [m], 2 % apart: c / 2f over a number of phase steps, for modulations of 16 to 160 MHz with
 # their second harmonics; between two of them a wave of 0.2 m shifts by a third of a radian over 2 m
 PERIODS = tuple(float(p) for p in np.geomspace(LEAST, MOST, 155))
 MOST_WAVES = 8  # three modulations with two harmonics each, and two for what they make together
-TRIANGULATING = ("structured_light", "active_stereo")
 DELAYS = ("delay u", "delay v")
 # what the brightness may do: one power of the darkness, or two shapes that make a curve together
 BRIGHTNESS = (("amplitude",), ("amplitude^2",), ("amplitude^2", "amplitude log"))
@@ -61,7 +61,7 @@ class CandidateLaw:
 
 
 def terms_for(
-    principle: str, nodes: tuple[float, ...], ir_reference: float | None, periods: tuple[float, ...] = ()
+    principle: Principle, nodes: tuple[float, ...], ir_reference: float | None, periods: tuple[float, ...] = ()
 ) -> list[LawTerm]:
     """All terms that a sensor of this principle can have.
 
@@ -72,14 +72,14 @@ def terms_for(
     terms = common_terms()
     if principle in TRIANGULATING:
         terms += triangulation_terms()
-    elif principle == "itof":
+    elif principle == Principle.TIME_OF_FLIGHT:
         terms += flight_terms(ir_reference) + wave_terms((*PERIODS, *periods))
     else:
         terms += radial_terms()
     return terms + curve_terms(nodes)
 
 
-def candidates_for(principle: str, terms: list[LawTerm], periods: tuple[float, ...] = ()) -> list[CandidateLaw]:
+def candidates_for(principle: Principle, terms: list[LawTerm], periods: tuple[float, ...] = ()) -> list[CandidateLaw]:
     """Candidates made of the terms at hand, from simple to rich; "nothing" is the first. `periods` [m] as above."""
     keys = {term.key for term in terms}
     curves = [c for c in _curves(principle, terms, periods) if set(c.keys) <= keys]
@@ -119,7 +119,7 @@ def richest(candidates: list[CandidateLaw], keys: tuple[str, ...]) -> CandidateL
     return replace(longest, keys=(*longest.keys, *more))
 
 
-def _curves(principle: str, terms: list[LawTerm], periods: tuple[float, ...]) -> list[CandidateLaw]:
+def _curves(principle: Principle, terms: list[LawTerm], periods: tuple[float, ...]) -> list[CandidateLaw]:
     """Laws over the distance."""
     keys = {term.key for term in terms}
     simple = ("offset", "scale", *(["disparity"] if principle in TRIANGULATING else []))

@@ -60,9 +60,9 @@ def finish(problem: Problem, law: FittedLaw, terms: list[LawTerm], setting: FitS
     walls = [e.wall for e in problem.evidence]
     variances = [e.variance for e in problem.evidence]
     for _ in range(ROUNDS):
-        every, _, total = _system(walls, variances, chosen, (value, law.held), setting)
+        every, _, total = _system(walls, variances, chosen, value, law.held, setting)
         value = _stepped(value, every, _step(total, every, value))
-    every, left, total = _system(walls, variances, chosen, (value, law.held), setting)
+    every, left, total = _system(walls, variances, chosen, value, law.held, setting)
     scatter = excess(left, [e.rest for e in left], len(value) - sum(t.shape for t in chosen))
     covariance = _covariance(total, left, scatter) if every else np.zeros((0, 0))
     std = {term.key: float(s) for term, s in zip(every, np.sqrt(np.diag(covariance)), strict=True)}
@@ -95,13 +95,17 @@ def _without_each(evidence: list[WallEvidence], terms: list[LawTerm], key: str) 
 
 
 def _system(
-    walls: list[Wall], variances: list[NDArray], chosen: list[LawTerm], now: tuple[dict, bool], setting: FitSetting
+    walls: list[Wall],
+    variances: list[NDArray],
+    chosen: list[LawTerm],
+    value: dict[str, float],
+    held: bool,
+    setting: FitSetting,
 ) -> tuple[list[LawTerm], list[WallEvidence], Information]:
     """Terms at the present numbers, what these leave over on every wall, and the sums of that.
 
-    `now`: the numbers, and True when periods stay as they are.
+    `held`: periods stay as they are.
     """
-    value, held = now
     every = chosen if held else _with_periods(chosen, value)
     sensor = with_law(setting.known, setting.camera, _numbers(value, {}, setting))
     evidence = [_at(w, every, sensor, setting, v) for w, v in zip(walls, variances, strict=True)]

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.laws.candidates import TRIANGULATING
 from fusion.calibration.depth.walls.samples import reach
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.effects.phase.column_delay import ColumnDelay
@@ -142,9 +142,9 @@ def _add_table(numbers: LawNumbers, camera: Camera, known: Sensor, effects: dict
     value = numbers.value
     radial = [key for key in value if key.startswith("radius")]
     pieces = [key for key in value if key.startswith("curve")]
-    triangulating = known.principle in TRIANGULATING
+    triangulating = known.principle.triangulates
     if pieces:
-        over = "range" if known.principle == "itof" else "depth"
+        over = "range" if known.principle == Principle.TIME_OF_FLIGHT else "depth"
         # nodes beyond what was recorded have no term
         nodes = tuple(numbers.nodes[int(key.split()[1])] for key in pieces)
         effects["tabulated"] = Tabulated((over,), (nodes,), np.array([value[key] for key in pieces]))

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.laws.information import WallEvidence
 from fusion.calibration.depth.walls.tiles import TileGrid
+from fusion.geometry.robust import robust_std
 
 FLAT = 2e-4  # [m] how far a tile of a good wall may stand off its plane (guess)
 FEW = 24  # tiles whose spread is known to a fifth: as good as what all walls together say (guess)
@@ -29,7 +30,7 @@ def with_variance(evidence: WallEvidence, rest: NDArray[np.floating], usual: flo
 
 def spread_of(rest: NDArray[np.floating]) -> float:
     """Robust standard deviation [m] of what is left on the tiles of a wall (t,)."""
-    return 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
+    return robust_std(rest - np.median(rest))
 
 
 def alike(tiles: TileGrid, rest: NDArray[np.floating]) -> float:

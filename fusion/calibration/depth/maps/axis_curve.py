@@ -28,13 +28,13 @@ UNLIKELY = 1e-3  # weight below which another law is not looked at
 
 
 def axis_curve(
-    walls: list[Wall], choice: tuple[list[JudgedLaw], int, list[LawTerm]], fitted: Fitted, setting: FitSetting
+    walls: list[Wall], rivals: list[Rival], fitted: Fitted, setting: FitSetting
 ) -> tuple[DepthCurve | None, NDArray, NDArray]:
     """The curve (None when no distance is known), and the walls' own errors (w,) [m] with their deviations.
 
     Args:
         walls: as read.
-        choice: the candidates as judged, which is in use, and all terms.
+        rivals: the law in use, then others that may hold as well, as `rivals_of` has them.
         fitted: the law in use.
         setting: camera and known sensor.
     """
@@ -44,10 +44,10 @@ def axis_curve(
     distance = np.linspace(*span(walls), POINTS)
     place = (setting.camera, setting.known, light_of(walls))
     rows = axis_terms(fitted.terms, distance, *place)
-    own, *others = _laws(*choice)
+    own, *others = rivals
     straight = axis_terms(own.terms, distance, *place) @ own.numbers
-    rivals = [(rival, axis_terms(rival.terms, distance, *place)) for rival in others]
-    std = among_rivals(straight, deviation_of(rows, fitted.covariance), rivals)
+    beside = [(rival, axis_terms(rival.terms, distance, *place)) for rival in others]
+    std = among_rivals(straight, deviation_of(rows, fitted.covariance), beside)
     light = light_of(walls)
     at = np.array([w.distance if np.isfinite(w.distance) else w.true_plane.distance for w in walls])
     curve = DepthCurve(distance, axis_bias(fitted.numbers, distance, setting, light), std)
@@ -67,7 +67,7 @@ def axis_bias(numbers: LawNumbers, distance: NDArray, setting: FitSetting, light
     return np.array(found)
 
 
-def _laws(judged: list[JudgedLaw], chosen: int, terms: list[LawTerm]) -> list[Rival]:
+def rivals_of(judged: list[JudgedLaw], chosen: int, terms: list[LawTerm]) -> list[Rival]:
     """The law in use, then those that did nearly as well on the walls left out; surfaces are no part of a curve."""
     by_key = {term.key: term for term in terms}
     own = judged[chosen].law

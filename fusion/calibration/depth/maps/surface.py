@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from fusion.calibration.depth.laws.candidates import TRIANGULATING
 from fusion.calibration.depth.laws.information import WallEvidence
 from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, level, on_axis, upright
 from fusion.calibration.depth.laws.terms import length, pixels
@@ -38,7 +37,7 @@ class MapStack:
 
 def native(evidence: WallEvidence, sensor: Sensor) -> Array:
     """(t,) change of the depth [m] per unit of error in the sensor's own unit."""
-    unit = pixels if sensor.principle in TRIANGULATING else length
+    unit = pixels if sensor.principle.triangulates else length
     at = evidence.samples
     return at.tile_means(unit(lambda samples: np.ones(len(samples.depth)))(at))
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from fusion.calibration.depth.laws.candidates import TRIANGULATING
 from fusion.calibration.depth.maps.surface import MapStack
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
@@ -19,7 +18,7 @@ from fusion.sensor.sensor import Sensor
 
 def with_surface(sensor: Sensor, camera: Camera, stack: MapStack) -> Sensor:
     """The sensor with a map (one distance) or a stack added; a radial table that it has goes into the stack's."""
-    triangulating = sensor.principle in TRIANGULATING
+    triangulating = sensor.principle.triangulates
     if len(stack.distance) == 1:
         pixels = np.asarray(_full(stack, camera), float)
         there = sensor.effect("disparity_distortion" if triangulating else "fixed_pattern")

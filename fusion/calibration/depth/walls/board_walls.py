@@ -1,6 +1,7 @@
 """Boards as walls: the corners in the IR image tell where the board stands, so each picture is a wall of its own."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,6 +18,7 @@ from fusion.calibration.lens.fit.solve import placed
 from fusion.calibration.lens.views import BoardView, view_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.progress import each
 from fusion.recording.looking.sample import spread
 from fusion.recording.recording import Frame, Recording
@@ -61,21 +63,29 @@ def _corners(frame: Frame, board: Board, attempts: tuple[DetectorTry, ...] = ATT
     return find_charuco(picture, board) if board.is_charuco else find_checkerboard(picture, board, attempts)
 
 
-def seen_board(frame: Frame, camera: Camera, board: Board) -> tuple[BoardView, Array] | None:
+class SeenBoard(NamedTuple):
+    """A board in an image."""
+
+    board: Board
+    view: BoardView
+    pose: Array  # (6,) turn and shift of the board to the camera
+
+
+def seen_board(frame: Frame, camera: Camera, board: Board) -> SeenBoard | None:
     """Corners of the board in the frame's IR (or colour) image, and the board's pose (6,); None when it is not seen."""
     found = _corners(frame, board)
     if found is None:
         return None
     view = view_of("", found.pixels, board, found.ids)
     pose = placed(view, np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion]))
-    return None if pose is None else (view, pose)
+    return None if pose is None else SeenBoard(board, view, pose)
 
 
 def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) -> Wall | None:
     seen = seen_board(frame, camera, board)
     if seen is None:
         return None
-    view, pose = seen
+    _, view, pose = seen
     mask = np.zeros(camera.shape, np.uint8)
     cv2.fillConvexPoly(mask, cv2.convexHull(np.rint(view.pixels).astype(np.int32)), 1)
     # one frame is noisy, and a power of a noisy brightness is biased
@@ -90,8 +100,8 @@ def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) 
     except FusionError:  # a hand before the board, a reflection: one picture of many
         return None
     wall = wall if board.is_charuco else _in_squares(wall, patches(board, pose, camera), camera)
-    if known.principle == "itof":
-        wall = _with_gloss(wall, frame, camera, (board, pose), known.frequencies or MODULATIONS_HZ)
+    if known.principle == Principle.TIME_OF_FLIGHT:
+        wall = _with_gloss(wall, frame, camera, seen, known.frequencies or MODULATIONS_HZ)
     return _as_the_board_stands(wall, pose, pose_covariance(view, pose, camera))
 
 
@@ -116,13 +126,11 @@ def _in_squares(wall: Wall, squares: NDArray[np.intp] | None, camera: Camera) ->
     return replace(wall, mask=(squares >= 0) & near, squares=squares)
 
 
-def _with_gloss(
-    wall: Wall, frame: Frame, camera: Camera, stands: tuple[Board, Array], frequencies: tuple[float, ...]
-) -> Wall:
-    """The wall with what its squares mirror; `stands`: the board and its pose; `frequencies`: modulations [Hz]."""
+def _with_gloss(wall: Wall, frame: Frame, camera: Camera, stands: SeenBoard, frequencies: tuple[float, ...]) -> Wall:
+    """The wall with what its squares mirror; `frequencies`: modulations [Hz]."""
     if wall.squares is None or wall.ir is None or frame.ir is None:
         return wall
-    board, pose = stands
+    board, _, pose = stands
     turned = cv2.Rodrigues(pose[:3])[0]
     middles = np.asarray(square_centres(board) @ turned.T + pose[3:], float)
     normal = np.asarray(turned[:, 2], float)

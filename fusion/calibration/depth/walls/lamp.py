@@ -6,6 +6,7 @@ import numpy as np
 
 from fusion.calibration.depth.walls.wall import Wall
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import stretch
@@ -21,7 +22,7 @@ def with_lamp(sensor: Sensor, walls: list[Wall], camera: Camera) -> Sensor:
     It tells how much light comes back where a recording has no infrared image. A board's squares tell nothing: how
     dark they are is not known.
     """
-    if sensor.principle != "itof":
+    if sensor.principle != Principle.TIME_OF_FLIGHT:
         return sensor
     away, light = [np.zeros(0)], [np.zeros(0)]
     for wall in walls:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.geometry.robust import robust_std
 
 Image = NDArray[np.floating]
 
@@ -111,7 +112,7 @@ def _smooth_part(depth: Image, c: NDArray, basis: NDArray, near: NDArray[np.bool
         A = bend[v[::step], u[::step]]
         coefficients = np.linalg.lstsq(A.T @ A, A.T @ off[v[::step], u[::step]], rcond=1e-12)[0]
         rest = off - bend @ coefficients
-        spread = 1.4826 * float(np.median(np.abs(rest[keep])))
+        spread = robust_std(rest[keep])
         limit = max(CLOSER * spread, CLOSEST * float(c[0]))
         keep = near & (np.abs(rest) < limit)
     # a single lost pixel is noise; a patch of them is a thing, and its border is mixed

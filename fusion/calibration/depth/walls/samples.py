@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fusion.calibration.depth.walls.tiles import TileGrid
 from fusion.calibration.depth.walls.wall import Wall
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import stretch
 
@@ -77,7 +78,7 @@ def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: TileGrid) -> W
         None if wall.ir is None else np.nan_to_num(wall.ir[taken]),
         camera.fx * abs(sensor.baseline),
         reach(camera),
-        sensor.principle == "itof",
+        sensor.principle == Principle.TIME_OF_FLIGHT,
         tiles.label[taken],
         None if wall.gloss is None else wall.gloss[taken],
     )
@@ -88,7 +89,7 @@ def samples_on_axis(depth: Array, camera: Camera, sensor: Sensor, light: float) 
     zero = np.zeros(len(depth))
     ir = light / depth**2 if light > 0 else None
     baseline = camera.fx * abs(sensor.baseline)
-    flight = sensor.principle == "itof"
+    flight = sensor.principle == Principle.TIME_OF_FLIGHT
     return WallSamples(depth, depth, zero + 1, zero, zero, ir, baseline, reach(camera), flight, np.arange(len(depth)))
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.walls.plane import WallPlane, find_wall
 from fusion.calibration.series import PixelSeries
-from fusion.calibration.stretches import still_stretches
+from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
@@ -128,14 +128,15 @@ def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std
         FusionError: no frames, nothing stands still, no plane, or a plane far from the stated distance.
     """
     column, walls = recording.telemetry_at_frames("distance_m"), []
-    parts = unmoved_parts(recording)
     if column is None or not np.isfinite(column).any():  # nobody wrote down when the camera was moved
-        parts = [range(*stretch.frames) for stretch in still_stretches(recording)]
+        parts = still_stretches(recording)
+    else:
+        moved = unmoved_parts(recording)
+        parts = [Stretch(recording, (part.start, part.stop), len(moved) == 1) for part in moved]
     for part in parts:
-        means, frames = frame_means(recording, part), slice(part.start, part.stop)
-        distance = float(np.mean(column[frames])) if column is not None else float("nan")
-        name = recording.path.name if len(parts) == 1 else f"{recording.path.name} [{part.start}:{part.stop}]"
-        walls.append(wall_of(means, camera, known, (name, distance, distance_std), _moment(recording, frames)))
+        means, frames = frame_means(recording, range(*part.frames)), slice(*part.frames)
+        distance = part.telemetry("distance_m")
+        walls.append(wall_of(means, camera, known, (part.name, distance, distance_std), _moment(recording, frames)))
     return walls
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -27,7 +27,7 @@ CHARUCO = (
 ONE_PITCH = ("square_x_m", "square_y_m", "square_width_m", "square_height_m")
 
 
-class DrawnBoard(Struct, frozen=True, kw_only=True):
+class DrawnBoard(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A board that can be drawn; calibration wants more of it."""
 
     columns: Annotated[float, Meta(ge=2, le=99, multiple_of=1, description=CORNERS)]
@@ -77,10 +77,12 @@ class Board:
         v, u = np.mgrid[0 : self.rows, 0 : self.columns]
         return np.stack([u.ravel(), v.ravel(), np.zeros(u.size)], axis=1) * self.square_m
 
-    def to_dict(self) -> dict[str, Any]:
+    def file(self) -> BoardFile:
         """The content of `board.json`."""
-        fields = {"columns": self.columns, "rows": self.rows, "square_m": self.square_m}
-        return fields | ({"marker_m": self.marker_m, "dictionary": self.dictionary} if self.is_charuco else {})
+        marker, dictionary = (self.marker_m, self.dictionary) if self.is_charuco else (None, None)
+        return BoardFile(
+            columns=self.columns, rows=self.rows, square_m=self.square_m, marker_m=marker, dictionary=dictionary
+        )
 
 
 def read_board(path: Path | str) -> Board:
@@ -89,19 +91,18 @@ def read_board(path: Path | str) -> Board:
     >>> fusion.read_board("board/board.json").square_m
     0.04
     """
-    return board_from_dict(read_json(path, RecordingError, "the board file"), path)
+    return board_of(Content(read_json(path, RecordingError, "the board file"), path, "the board", RecordingError))
 
 
-def board_from_dict(fields: dict[str, Any], where: object = "board.json") -> Board:
-    """A board that can be; `where` names it in errors.
+def board_of(content: Content) -> Board:
+    """A board that can be.
 
     Raises:
         RecordingError: a field is absent or no number, there are too few corners, the squares are not all of one
             size, a length looks like millimetres, or the markers are not known to OpenCV.
     """
-    content = Content(fields, where, "the board", RecordingError)
-    uneven = [name for name in ONE_PITCH if name in fields]
-    if uneven or isinstance(fields.get("square_m"), list):
+    uneven = [name for name in ONE_PITCH if name in content.value]
+    if uneven or isinstance(content.value.get("square_m"), list):
         must = "one side for all squares: rows and columns must have the same pitch"
         raise content.wrong(BoardFile, (uneven or ["square_m"])[0], expected=must)
     given = content.as_type(BoardFile)

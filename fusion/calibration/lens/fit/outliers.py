@@ -11,6 +11,7 @@ from fusion.calibration.lens.fit.spread import spread
 from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
+from fusion.geometry.robust import robust_std
 
 ROUNDS = 10
 FACTOR = 2.5  # times the usual error of a view: far and near, sharp and blurred views differ by less (measured: 1.9)
@@ -113,7 +114,7 @@ def _usual_error(residuals: Array) -> float:
 def _standing_out(rms: Array, views: list[BoardView], bad: dict[int, str], solution: LensSolution) -> dict[int, str]:
     good = [i for i in range(len(views)) if i not in bad]
     usual = float(np.median(rms[good]))
-    scatter = 1.4826 * float(np.median(np.abs(np.log(np.maximum(rms[good], 1e-9) / max(usual, 1e-9)))))
+    scatter = robust_std(np.log(np.maximum(rms[good], 1e-9) / max(usual, 1e-9)))
     limit = max(LEAST_PX, usual * max(FACTOR, float(np.exp(min(SPREADS * scatter, 3)))))
     found = {int(i): f"{rms[i]:.2f} px, the others {usual:.2f} px" for i in np.flatnonzero(rms > limit)}
     if len(good) > 5:

@@ -8,6 +8,7 @@ from fusion.calibration.lens.fit.solve import placed, residual, solve
 from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
+from fusion.geometry.robust import robust_std
 
 FOLDS = 5
 FEWEST = 10  # views: a fold leaves out two or more
@@ -33,7 +34,7 @@ def is_rational(views: Sequence[BoardView], size: tuple[int, int]) -> bool:
     if len(gain) < FEWEST:
         return False
     middle = float(np.median(gain))
-    spread = 1.4826 * float(np.median(np.abs(gain - middle))) / np.sqrt(len(gain))
+    spread = robust_std(gain - middle) / np.sqrt(len(gain))
     return middle < np.log(BETTER) and middle < -SURE * spread
 
 

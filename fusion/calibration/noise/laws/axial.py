@@ -10,6 +10,7 @@ from fusion.calibration.noise.laws.fit import Data, NoiseFit, choose, fit_law
 from fusion.calibration.noise.poses import Pose
 from fusion.calibration.noise.visible import VisibleParameters, visible
 from fusion.errors import FusionError
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.sensor import Sensor
 
@@ -73,7 +74,7 @@ class AxialLaw:
         return value.reshape(depth.shape), (self.best.half_width() * std).reshape(depth.shape)
 
 
-def axial_law(poses: list[Pose], principle: str, known: Sensor, focal_baseline: float) -> AxialLaw:
+def axial_law(poses: list[Pose], principle: Principle, known: Sensor, focal_baseline: float) -> AxialLaw:
     """Fit the forms of this kind of sensor and choose by held-out poses.
 
     Args:

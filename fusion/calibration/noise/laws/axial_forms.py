@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.poses import Pose
+from fusion.geometry.principle import Principle
 from fusion.sensor.effects.readout.axial_noise import STEEPEST, AxialNoise
 
 Array = NDArray[np.floating]
@@ -111,7 +112,7 @@ class AxialForm:
         return AxialNoise(**values)
 
 
-def candidates(places: Places, principle: str, seen: frozenset[str], fixed: dict[str, float]) -> list[AxialForm]:
+def candidates(places: Places, principle: Principle, seen: frozenset[str], fixed: dict[str, float]) -> list[AxialForm]:
     """The laws that compete for these places.
 
     Args:
@@ -122,7 +123,7 @@ def candidates(places: Places, principle: str, seen: frozenset[str], fixed: dict
     polynomial = tuple(name for name in POLYNOMIAL if name in seen)
     forms = []
     if "angle" in seen:
-        usual = "Fankhauser" if principle == "itof" else "Nguyen"
+        usual = "Fankhauser" if principle == Principle.TIME_OF_FLIGHT else "Nguyen"
         for name, power in EXPONENTS.items():
             if "angle_exponent" not in seen and name != usual:
                 continue  # one distance cannot tell them apart
@@ -139,9 +140,13 @@ def candidates(places: Places, principle: str, seen: frozenset[str], fixed: dict
             for form in forms
             if "angle_exponent" not in form.names
         ]
-    if principle != "itof" and "c2" in seen:
+    if principle != Principle.TIME_OF_FLIGHT and "c2" in seen:
         forms += _of_disparity(places, seen, fixed)
-    if principle == "itof" and np.isfinite(places.ir).all() and np.ptp(np.log(np.maximum(places.ir, 1.0))) > 0.5:
+    if (
+        principle == Principle.TIME_OF_FLIGHT
+        and np.isfinite(places.ir).all()
+        and np.ptp(np.log(np.maximum(places.ir, 1.0))) > 0.5
+    ):
         reference = {"ir_reference": float(np.median(places.ir))}
         forms.append(AxialForm("light that comes back: shot noise and floor", ("shot", "floor"), places, reference))
     return forms

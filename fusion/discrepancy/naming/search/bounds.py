@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.effect_part import is_field
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.score import scored
-from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.naming.search.space import Aim
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.variables import VARIABLES
 from fusion.sensor.where import Bound
@@ -26,8 +26,8 @@ def tweaked(
     candidate: Candidate,
     bound: Bound,
     values: Vector,
-    measured: tuple[Observations, TileCovariance],
-    aim: tuple[Space, Vector],
+    measured: MeasuredTiles,
+    aim: Aim,
 ) -> Candidate:
     """The candidate in a region whose edges were moved, pixel by pixel, to where they explain most."""
     space, target = aim

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.effect_part import is_field
 from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored, scored
-from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.naming.search.space import Aim, Space
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.variables import VARIABLES
 from fusion.sensor.where import Bound
@@ -77,9 +77,9 @@ def best_region(
             key = is_field(candidate), candidate.name, cut.variable
             if found is not None and (key not in best or found[0] > best[key][0]):
                 best[key] = found[0], candidate, found[1]
-    results, values = [], region_variables(observations)
+    measured, results, values = MeasuredTiles(observations, covariance), [], region_variables(observations)
     for candidate, bound in _worth_a_look(best):
-        chosen = tweaked(candidate, bound, values[bound.variable], (observations, covariance), (space, target))
+        chosen = tweaked(candidate, bound, values[bound.variable], measured, Aim(space, target))
         result = scored(chosen, space.of(chosen.white), target)
         paid = _price(chosen.where[0], n) + 2 * float(np.log(max(tried, 1)))
         results.append(Regional(chosen, replace(result, score=result.score - paid), tried))

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.discrepancy.decisions import SURE
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit, refitted
@@ -63,8 +64,9 @@ def _edged(fit: PartsFit) -> PartsFit:
         if not part.candidate.where or part.size:
             continue
         bound, aim = part.candidate.where[0], partial_residual(fit, k)
-        moved = tweaked(part.candidate, bound, values[bound.variable], (fit.observations, fit.covariance), aim)
-        weights = scored(moved, aim[0].of(moved.white), aim[1]).weights
+        measured = MeasuredTiles(fit.observations, fit.covariance)
+        moved = tweaked(part.candidate, bound, values[bound.variable], measured, aim)
+        weights = scored(moved, aim.space.of(moved.white), aim.target).weights
         better = refitted(
             [*fit.parts[:k], EffectPart(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.covariance
         )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,13 @@ class Space:
             return values
         along = self.directions.T @ values
         return np.asarray(values - self.directions @ ((1 - self.kept) * along.T).T)
+
+
+class Aim(NamedTuple):
+    """What is to be explained: a vector (n,), and the space in which it counts."""
+
+    space: Space
+    target: NDArray[np.float64]
 
 
 def space_beside(parts: Sequence[EffectPart], free: Sequence[Matrix], n: int) -> Space:

@@ -14,7 +14,7 @@ from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_ga
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.region import Regional, best_region, confined
 from fusion.discrepancy.naming.search.score import Scored, scored
-from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.naming.search.space import Aim, Space
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.parameter import parameters
 
@@ -72,16 +72,16 @@ def best_part(
     best = int(np.argmax(likely))
     if not np.isfinite(all_scored[best].score):
         return None
-    whole = _tuned(candidates[best], observations, covariance, (space, target))
+    whole = _tuned(candidates[best], observations, covariance, Aim(space, target))
     own = scored(whole, space.of(whole.white), target)
     candidate, result, tried = whole, own, len({c.name for c in candidates})
-    regional = _regional(candidates, all_scored, observations, covariance, (space, target))
+    regional = _regional(candidates, all_scored, observations, covariance, Aim(space, target))
     if regional is not None and _beats(regional, own):
         everywhere = candidate_of(observations, covariance, regional.candidate.form)
         if confined(regional.candidate, everywhere, space, target) and _replicates_more(
-            regional, whole, observations, (space, target)
+            regional, whole, observations, Aim(space, target)
         ):
-            candidate, result = _own_to_region(regional, candidates, observations, covariance, (space, target))
+            candidate, result = _own_to_region(regional, candidates, observations, covariance, Aim(space, target))
             tried *= regional.tried
     part = EffectPart(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
@@ -114,7 +114,7 @@ def _regional(
     all_scored: Sequence[Scored],
     observations: Observations,
     covariance: TileCovariance,
-    aim: tuple[Space, Vector],
+    aim: Aim,
 ) -> Regional | None:
     """The best candidate in a region, among the most telling shapes of each name."""
     ranked = sorted(range(len(candidates)), key=lambda i: -all_scored[i].gain)
@@ -138,7 +138,7 @@ def _own_to_region(
     candidates: Sequence[Candidate],
     observations: Observations,
     covariance: TileCovariance,
-    aim: tuple[Space, Vector],
+    aim: Aim,
 ) -> tuple[Candidate, Scored]:
     """Of look-alikes in a region, one whose law depends on what bounds it: any other needs a second cause.
 
@@ -173,9 +173,7 @@ def of_time(candidate: Candidate) -> bool:
     return bool(about & set(WITHIN))
 
 
-def _replicates_more(
-    regional: Regional, whole: Candidate, observations: Observations, aim: tuple[Space, Vector]
-) -> bool:
+def _replicates_more(regional: Regional, whole: Candidate, observations: Observations, aim: Aim) -> bool:
     space, target = aim
     size = scored(whole, space.of(whole.white), target).size
     place = observations.block_number if of_time(regional.candidate) else observations.replicate
@@ -184,9 +182,7 @@ def _replicates_more(
     return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
 
 
-def _tuned(
-    candidate: Candidate, observations: Observations, covariance: TileCovariance, aim: tuple[Space, Vector]
-) -> Candidate:
+def _tuned(candidate: Candidate, observations: Observations, covariance: TileCovariance, aim: Aim) -> Candidate:
     """The candidate with its searched shape parameters between the values of the search."""
     space, target = aim
     if is_field(candidate):

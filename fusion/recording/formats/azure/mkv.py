@@ -17,6 +17,7 @@ from fusion.files.json_file import json_in
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.recording.formats.azure.calibration import DO, Calibration, cameras_of
 from fusion.recording.formats.azure.matroska import START, Matroska, Track, read_matroska
 from fusion.recording.formats.azure.pictures import (
@@ -115,7 +116,7 @@ def _stated(camera: Camera | None, known: Calibration | None, held: Matroska, de
     serial = held.tags.get("K4A_DEVICE_SERIAL_NUMBER", "")
     if camera is None:
         assert known is not None
-        camera = replace(known.depth, principle="itof", sensor="azure-kinect", serial=serial)
+        camera = replace(known.depth, principle=Principle.TIME_OF_FLIGHT, sensor="azure-kinect", serial=serial)
     elif not camera.width:
         camera = replace(camera, width=depth.width, height=depth.height)
     if camera.color is None and known is not None and known.color is not None:

@@ -13,6 +13,7 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid, pose
+from fusion.geometry.principle import Principle
 from fusion.recording.formats.bags.containers.store import Store, Topic, cut
 from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.messages.values import message
@@ -69,7 +70,7 @@ SET: dict[int, tuple[str, str]] = {
 }
 MODELS = ("none", "modified brown conrady", "true inverse", "brown conrady", "rational_polynomial", "fisheye")
 PROFILE = struct.Struct("<BB9f3fHHH4f8fB")
-PRINCIPLES = {"Femto": "itof", "Gemini": "active_stereo", "Astra": "structured_light"}
+PRINCIPLES = {"Femto": Principle.TIME_OF_FLIGHT, "Gemini": Principle.ACTIVE_STEREO, "Astra": Principle.STRUCTURED_LIGHT}
 
 
 def depth_topics(store: Store) -> list[str]:
@@ -100,7 +101,7 @@ def choose(store: Store, name: str, camera: Camera | None) -> ChosenStreams:
     told = _told(store) | _settings(properties)
     if camera is None:
         name = told.get("name", "")
-        principle = next((kind for word, kind in PRINCIPLES.items() if word in name), "unknown")
+        principle = next((kind for word, kind in PRINCIPLES.items() if word in name), Principle.UNKNOWN)
         chosen = replace(chosen, sensor=name, serial=told.get("sn", ""), principle=principle)
     # given in single precision, which holds seven digits
     chosen = replace(chosen, depth_scale=float(f"{scale:.6g}"))

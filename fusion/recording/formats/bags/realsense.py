@@ -11,6 +11,7 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, from_tum, inverse, pose
+from fusion.geometry.principle import Principle
 from fusion.recording.formats.bags.containers.store import Store, Topic
 from fusion.recording.formats.bags.lens import camera_of, made_camera
 from fusion.recording.formats.bags.messages.values import RosValues, decoded, message
@@ -20,7 +21,11 @@ from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stre
 STREAM = re.compile(r"^/device_(\d+)/sensor_(\d+)/(Depth|Color|Infrared)_(\d+)/image/data(?:/compressed\w*)?$")
 FINEST, COARSEST = 1e-7, 1e3  # metres per count that a camera file may hold
 # by the device's name; the others are pairs of cameras with a projector
-PRINCIPLES = {"L515": "itof", "SR300": "structured_light", "SR305": "structured_light"}
+PRINCIPLES = {
+    "L515": Principle.TIME_OF_FLIGHT,
+    "SR300": Principle.STRUCTURED_LIGHT,
+    "SR305": Principle.STRUCTURED_LIGHT,
+}
 
 
 def depth_topics(store: Store) -> list[str]:
@@ -198,8 +203,11 @@ def _option(values: RosValues) -> str:
     return f"{value:.6g}" if np.isfinite(value) else str(values.get("data", ""))
 
 
-def _principle(device: str) -> str:
-    return next((p for model, p in PRINCIPLES.items() if model in device), "active_stereo" if device else "unknown")
+def _principle(device: str) -> Principle:
+    return next(
+        (p for model, p in PRINCIPLES.items() if model in device),
+        Principle.ACTIVE_STEREO if device else Principle.UNKNOWN,
+    )
 
 
 def _words(text: str) -> dict[str, str]:

@@ -22,7 +22,8 @@ from fusion.recording.formats.bags.messages.values import frame_of, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, FirstImage, look_at
 from fusion.recording.formats.bags.streams import METRES_SCALE, BagStream, ChosenStreams, stream_stamps
 from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree, stated_poses
-from fusion.recording.native.camera_file import camera_from_dict
+from fusion.recording.native.camera_file import camera_content
+from fusion.recording.native.camera_file import camera_of as own_camera_of
 from fusion.recording.native.device_file import settings_in
 from fusion.recording.native.scene_file import scene_in
 from fusion.recording.native.telemetry_file import telemetry_in
@@ -123,7 +124,7 @@ def _own_camera(store: Store, depth: ImageTopic) -> Camera | None:
     text = _own_text(store, CAMERA_TOPIC)
     if not text:
         return None
-    camera = camera_from_dict(json_in(text, CAMERA_TOPIC, RecordingError), CAMERA_TOPIC)
+    camera = own_camera_of(camera_content(json_in(text, CAMERA_TOPIC, RecordingError), CAMERA_TOPIC))
     return camera if camera.shape == (depth.look.height, depth.look.width) else None
 
 

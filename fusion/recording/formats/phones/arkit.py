@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, other_axes
+from fusion.geometry.principle import Principle
 
 # the smallest images of the LiDAR, and those of TrueDepth, longer side first
 LIDAR, TRUEDEPTH = (256, 192), (640, 480)
-SENSORS = {LIDAR: ("iphone-lidar", "unknown"), TRUEDEPTH: ("iphone-truedepth", "structured_light")}
+SENSORS = {LIDAR: ("iphone-lidar", Principle.UNKNOWN), TRUEDEPTH: ("iphone-truedepth", Principle.STRUCTURED_LIGHT)}
 COARSE = "depth of the phone's LiDAR (256 x 192): details below 1 to 2 cm are not resolved"
 LOOKED_AT = 3  # frames that tell whether confidence says anything
 # noise of ARKit's middle confidence over that of the highest: at least this (a guess: Apple gives the levels no
@@ -43,7 +44,7 @@ class Confident(Protocol):
 def camera_of(width: int, height: int, fx: float, fy: float, ox: float, oy: float) -> Camera:
     """The camera of ARKit's intrinsics [px]: the principal point is given from the image's corner (Apple,
     ARCamera.intrinsics), half a pixel from the centre of the first pixel."""
-    sensor, principle = SENSORS.get((max(width, height), min(width, height)), ("", "unknown"))
+    sensor, principle = SENSORS.get((max(width, height), min(width, height)), ("", Principle.UNKNOWN))
     return Camera(width, height, fx, fy, ox - 0.5, oy - 0.5, sensor=sensor, principle=principle)
 
 

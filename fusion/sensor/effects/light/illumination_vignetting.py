@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View, stretch
@@ -22,7 +23,7 @@ class IlluminationVignetting(Effect):
     key: ClassVar[str] = "I14"
     formula: ClassVar[str] = "IR = ir_at_1m reflectance cos(incidence) cos(psi)^exponent / range^2, psi from the axis"
     variables: ClassVar[tuple[str, ...]] = ("radius", "amplitude")
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
 
     exponent: Value = parameter(
         "1", (0, 10), "lamp profile cos^n of the angle from the axis", "cos^4 or a flood lens: from memory", typical=2.0

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.phasor import two_paths
 from fusion.sensor.parameter import Value, parameter
@@ -22,8 +23,8 @@ class Multipath(Effect):
     )
     variables: ClassVar[tuple[str, ...]] = ("neighbours", "range", "reflectance")
     per_frequency: ClassVar[bool] = True
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
-    not_undone: ClassVar[str] = "one depth image does not hold the light of the other surfaces, seen or not"
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
+    not_corrected: ClassVar[str] = "one depth image does not hold the light of the other surfaces, seen or not"
 
     strength: Value = parameter(
         "1",

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.start import start
+from fusion.geometry.principle import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -23,7 +24,7 @@ class ProjectorShadow(Effect):
     key: ClassVar[str] = "S1"
     formula: ClassVar[str] = "width = fx b (1 / z_near - 1 / z_far) [px], away from the projector"
     variables: ClassVar[tuple[str, ...]] = ("edge", "disparity")
-    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
 
     baseline: Value = parameter(
         "m",

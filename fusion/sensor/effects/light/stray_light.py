@@ -6,6 +6,7 @@ from typing import ClassVar
 import cv2
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.phasor import brightness, phasor, shift
 from fusion.sensor.parameter import Value, parameter
@@ -13,7 +14,7 @@ from fusion.sensor.view import Image, View
 
 # the kernel is wide: pixels of a quarter of its width lose less than 1 % of its shape
 SAMPLES_PER_WIDTH = 4.0
-LEAST = 0.1  # of the IR image: a pixel with less light of its own is not undone
+LEAST = 0.1  # of the IR image: a pixel with less light of its own is not corrected
 WIDTH_OF_IMAGE = 1.0 / 3.0  # guess: what is called broad, where no width is given
 
 
@@ -29,8 +30,8 @@ class StrayLight(Effect):
     formula: ClassVar[str] = "S' = S + fraction (K conv S), S = IR exp(4 pi i f range / c), K a bell of `width`"
     variables: ClassVar[tuple[str, ...]] = ("amplitude", "range", "neighbours")
     per_frequency: ClassVar[bool] = True
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
-    not_undone: ClassVar[str] = "it needs the light of the whole scene, also from outside the image"
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
+    not_corrected: ClassVar[str] = "it needs the light of the whole scene, also from outside the image"
 
     fraction: Value = parameter(
         "1", (0, 0.5), "share of the light received that is spread", "Schaefer et al. 2014, one scalar", typical=0.02

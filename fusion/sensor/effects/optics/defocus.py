@@ -22,7 +22,7 @@ class Defocus(Effect):
     formula: ClassVar[str] = "share across the edge = Phi(-edge distance / width); itof adds phasors, others the mean"
     variables: ClassVar[tuple[str, ...]] = ("edge", "amplitude", "depth")
     per_frequency: ClassVar[bool] = True
-    not_undone: ClassVar[str] = "one image does not tell what a blurred edge pixel saw on each side"
+    not_corrected: ClassVar[str] = "one image does not tell what a blurred edge pixel saw on each side"
 
     width: Value = parameter(
         "px", (0, 20), "standard deviation of the blur", "first principles; size: guess", typical=0.7

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -20,7 +21,7 @@ class AmplitudeError(Effect):
     key: ClassVar[str] = "I2"
     formula: ClassVar[str] = "range_measured = range + coefficient (ir_reference / IR)^exponent"
     variables: ClassVar[tuple[str, ...]] = ("amplitude",)
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
 
     coefficient: Value = parameter(
         "m", (-0.1, 0.1), "error at the reference amplitude", "mm to cm: from memory", typical=0.002

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -18,7 +19,7 @@ class ColumnDelay(Effect):
     key: ClassVar[str] = "N8"
     formula: ClassVar[str] = "range_measured = range + slope (u - cx) + slope_v (v - cy)"
     variables: ClassVar[tuple[str, ...]] = ("u", "v")
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
 
     slope: Value = parameter(
         "m/px", (-1e-3, 1e-3), "error from column to column", "mm to cm over an image: from memory", typical=3e-5

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -22,7 +23,7 @@ class CyclicError(Effect):
         "range_measured = range + sum over the harmonics of amplitude sin(2 pi range / period + phase)"
     )
     variables: ClassVar[tuple[str, ...]] = ("range",)
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
 
     amplitude: Value = parameter(
         "m", (-0.1, 0.1), "height of the wave", f"{LINDNER}; 6 mm: Fankhauser 2015", typical=0.005, kind="list"
@@ -46,7 +47,7 @@ class CyclicError(Effect):
                 total = total + amplitude * np.sin((2.0 * np.pi / period) * r + phase)
         return total / view.stretch
 
-    def left(self) -> str:
+    def why_not_corrected(self) -> str:
         steepest = sum(abs(2.0 * np.pi * a / p) for a, p, _ in self._waves())
         return "" if steepest < 0.5 else "waves so short and high that a depth no longer tells where it comes from"
 

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -21,7 +22,7 @@ class EmitterParallax(Effect):
     key: ClassVar[str] = "G8"
     formula: ClassVar[str] = "range_measured = (r_tx + r) / 2, r_tx^2 = r^2 - 2 r baseline sin(psi) + baseline^2"
     variables: ClassVar[tuple[str, ...]] = ("u", "v", "range")
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
 
     # a lamp 0.3 m away keeps the slope of the bias below 0.5 wherever a ray leaves within 60 deg of the axis
     baseline: Value = parameter("m", (-0.3, 0.3), "from the lens to the lamp", "geometry, derived", typical=0.05)

@@ -24,7 +24,7 @@ class MixedPixels(Effect):
     formula: ClassVar[str] = "S = (1 - a) S_own + a S_across, a = share of a square of area `fill` px beyond the edge"
     variables: ClassVar[tuple[str, ...]] = ("edge", "amplitude", "range")
     per_frequency: ClassVar[bool] = True
-    not_undone: ClassVar[str] = "one image does not tell how much of a pixel lies beyond an edge"
+    not_corrected: ClassVar[str] = "one image does not tell how much of a pixel lies beyond an edge"
 
     fill: Value = parameter(
         "1",

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.phasor import turn
 from fusion.sensor.parameter import Value, parameter
@@ -27,8 +28,8 @@ class MotionArtifact(Effect):
     formula: ClassVar[str] = "range_measured = range + v_radial duration / 8 cos(2 phase); both sides mixed at edges"
     variables: ClassVar[tuple[str, ...]] = ("velocity", "edge", "range")
     per_frequency: ClassVar[bool] = True
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
-    not_undone: ClassVar[str] = "one depth image does not tell velocities"
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
+    not_corrected: ClassVar[str] = "one depth image does not tell velocities"
 
     duration: Value = parameter(
         "s", (0, 0.2), "of all four exposures together", "four phase steps, derived; 125 ms: Drayton 2013", typical=0.02

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.forms import Form
 from fusion.sensor.parameter import Value, parameter
@@ -19,8 +20,8 @@ class PhaseWrapping(Effect):
     key: ClassVar[str] = "I8"
     formula: ClassVar[str] = "range_measured = range_true modulo range"
     variables: ClassVar[tuple[str, ...]] = ("range",)
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
-    not_undone: ClassVar[str] = "a wrapped range looks like any other"
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
+    not_corrected: ClassVar[str] = "a wrapped range looks like any other"
 
     range: Value = parameter(
         "m", (0, 100), "longest range that is told apart, c / 2f of one frequency; 0 = all", "derived", typical=1.874

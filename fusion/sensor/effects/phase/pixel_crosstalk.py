@@ -6,6 +6,7 @@ from typing import ClassVar
 import cv2
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.phasor import brightness, phasor, shift
 from fusion.sensor.parameter import Value, parameter
@@ -26,8 +27,8 @@ class PixelCrosstalk(Effect):
     formula: ClassVar[str] = "S' = (1 - fraction) S + fraction / 4 sum of S of the four neighbours, S = IR exp(i phase)"
     variables: ClassVar[tuple[str, ...]] = ("edge", "amplitude", "range")
     per_frequency: ClassVar[bool] = True
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
-    not_undone: ClassVar[str] = "what a missing neighbour counted is not known, and next to it all is noise"
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
+    not_corrected: ClassVar[str] = "what a missing neighbour counted is not known, and next to it all is noise"
 
     fraction: Value = parameter(
         "1", (0, 0.5), "share of the light that the four neighbours count", "1 to 5 %: from memory", typical=0.03

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.phasor import two_paths
 from fusion.sensor.parameter import Value, parameter
@@ -29,8 +30,8 @@ class SensorInterference(Effect):
     )
     variables: ClassVar[tuple[str, ...]] = ("time", "amplitude")
     per_frequency: ClassVar[bool] = True
-    principles: ClassVar[tuple[str, ...]] = ("itof",)
-    not_undone: ClassVar[str] = "the other sensor's clock is not known"
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.TIME_OF_FLIGHT,)
+    not_corrected: ClassVar[str] = "the other sensor's clock is not known"
 
     fraction: Value = parameter(
         "1", (0, 0.9), "the other sensor's light over the own one's", "sum of phasors; size: guess", typical=0.02

@@ -20,7 +20,7 @@ class DepthQuantization(Effect):
     key: ClassVar[str] = "N1"
     formula: ClassVar[str] = "d_measured = step_px round(d / step_px); z_measured = step round(z / step)"
     variables: ClassVar[tuple[str, ...]] = ("depth",)
-    not_undone: ClassVar[str] = "rounding loses what it rounds off; it counts as noise of step / sqrt(12)"
+    not_corrected: ClassVar[str] = "rounding loses what it rounds off; it counts as noise of step / sqrt(12)"
     frozen: ClassVar[bool] = True
     lattice: ClassVar[dict[str, str]] = {"constant": "step", "z^2": "step_px"}
 

@@ -30,7 +30,7 @@ class LateralNoise(Effect):
     key: ClassVar[str] = "N4"
     formula: ClassVar[str] = "z_measured = z + jump while e < sigma n, e = distance to the edge, n ~ N(0, 1)"
     variables: ClassVar[tuple[str, ...]] = ("edge", "depth")
-    not_undone: ClassVar[str] = "one image does not tell on which side of an edge a jittering pixel belongs"
+    not_corrected: ClassVar[str] = "one image does not tell on which side of an edge a jittering pixel belongs"
 
     sigma_px: Value = parameter(
         "px", (0, 10), "jitter of an edge", "Nguyen, Izadi, Lovell 2012: 0.8 px", "pixels", typical=0.6

@@ -72,7 +72,7 @@ class Tabulated(Effect):
             return np.zeros((), depth.dtype)
         return self._at(np.asarray(self.missing), at, depth)
 
-    def left(self) -> str:
+    def why_not_corrected(self) -> str:
         for own, table in (({"depth", "range"}, self.values), ({"disparity"}, self.values_px)):
             for axis, (name, nodes) in enumerate(zip(self.variables, self.grid, strict=True)):
                 if name in own and np.ndim(table) and len(nodes) > 1:
@@ -81,7 +81,7 @@ class Tabulated(Effect):
                         return f"the table is steeper along {name} than can be undone"
         return ""
 
-    def undone(self, measured: Image, view: View) -> Image | None:
+    def corrected(self, measured: Image, view: View) -> Image | None:
         """Of a stack over the depth: straight pieces have a solution each, of a length or of a disparity."""
         lengths, pixels = np.asarray(self.values), np.asarray(self.values_px)
         if self.where or self.variables != ("v", "u", "depth") or np.any(lengths) == np.any(pixels):

@@ -22,7 +22,7 @@ class TemporalFiltering(Effect):
     key: ClassVar[str] = "N13"
     formula: ClassVar[str] = "y_t = (1 - memory) z_t + memory y_(t-1)"
     variables: ClassVar[tuple[str, ...]] = ("time", "velocity")
-    not_undone: ClassVar[str] = "undoing the mixing would bring back the noise that it took away"
+    not_corrected: ClassVar[str] = "undoing the mixing would bring back the noise that it took away"
 
     memory: Value = parameter("1", (0, 0.99), "share of the previous value", "first-order filter", typical=0.4)
 

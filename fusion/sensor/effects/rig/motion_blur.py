@@ -27,7 +27,7 @@ class MotionBlur(Effect):
         "share across the edge = max(0, 1/2 - d / s), d = distance to the edge, s = shutter times its speed [px/s]"
     )
     variables: ClassVar[tuple[str, ...]] = ("velocity", "edge", "depth")
-    not_undone: ClassVar[str] = "one depth image does not tell how fast an edge moves"
+    not_corrected: ClassVar[str] = "one depth image does not tell how fast an edge moves"
 
     shutter: float = parameter(
         "s", (0, 0.5), "how long the shutter is open", "first principles; size: guess", typical=0.02, kind="scalar"

@@ -22,7 +22,7 @@ class RollingShutter(Effect):
     key: ClassVar[str] = "M2"
     formula: ClassVar[str] = "z_measured = z + t (n . velocity) / (n . ray), t = line_time (v - (height - 1) / 2)"
     variables: ClassVar[tuple[str, ...]] = ("velocity", "v", "incidence")
-    not_undone: ClassVar[str] = "one depth image does not tell how fast a surface moves"
+    not_corrected: ClassVar[str] = "one depth image does not tell how fast a surface moves"
 
     # 0.1 ms is 48 ms for 480 rows, longer than a frame at 30 Hz; the bounds take slower sensors
     line_time: float = parameter(

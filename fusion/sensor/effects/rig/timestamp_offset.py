@@ -23,7 +23,7 @@ class TimestampOffset(Effect):
     key: ClassVar[str] = "M4"
     formula: ClassVar[str] = "z_measured = z + offset (n . velocity) / (n . ray)"
     variables: ClassVar[tuple[str, ...]] = ("velocity", "incidence")
-    not_undone: ClassVar[str] = "one depth image does not tell how fast a surface moves"
+    not_corrected: ClassVar[str] = "one depth image does not tell how fast a surface moves"
 
     offset: float = parameter(
         "s",

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.principle import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.forms import Atom, Form
 from fusion.sensor.laws.disparity import depth_change, disparity
@@ -28,7 +29,7 @@ class DisparityDistortion(Effect):
     key: ClassVar[str] = "G6"
     formula: ClassVar[str] = "d_measured = d + D(u, v) exp(-decay d), d = fx b / z"
     variables: ClassVar[tuple[str, ...]] = ("u", "v", "depth")
-    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
     frozen: ClassVar[bool] = True
 
     rms: Value = parameter(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from fusion.geometry.principle import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
@@ -17,7 +18,7 @@ class DisparityOffset(Effect):
     key: ClassVar[str] = "G5"
     formula: ClassVar[str] = "d_measured = d + offset, d = fx b / z"
     variables: ClassVar[tuple[str, ...]] = ("depth",)
-    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
 
     # +-1.5 px keeps the slope of the bias below 0.5 up to 4.5 m for fx b = 43 px m
     offset: Value = parameter(

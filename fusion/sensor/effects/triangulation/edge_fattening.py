@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -20,8 +21,8 @@ class EdgeFattening(Effect):
         "z_measured = z + clip(window_px / 2 - e + 0.5, 0, 1) (z_near - z), e = distance to the near thing [px]"
     )
     variables: ClassVar[tuple[str, ...]] = ("edge",)
-    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
-    not_undone: ClassVar[str] = "what the near thing hides of the background is not in the image"
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
+    not_corrected: ClassVar[str] = "what the near thing hides of the background is not in the image"
 
     window_px: Value = parameter(
         "px", (0, 50), "width of the matching window", "9 x 9 px: github ankurhanda/simkinect", typical=5.0

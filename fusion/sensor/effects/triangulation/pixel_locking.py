@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.disparity import depth_change, disparity
 from fusion.sensor.parameter import Value, parameter
@@ -22,7 +23,7 @@ class PixelLocking(Effect):
     key: ClassVar[str] = "N9"
     formula: ClassVar[str] = "d_measured = d + amplitude sin(2 pi d / period), d = fx b / z"
     variables: ClassVar[tuple[str, ...]] = ("disparity",)
-    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
 
     amplitude: Value = parameter(
         "px",
@@ -45,6 +46,6 @@ class PixelLocking(Effect):
         phase = disparity(depth, view) * np.asarray(2 * np.pi / self.period, depth.dtype)
         return depth_change(depth, np.asarray(self.amplitude, depth.dtype) * np.sin(phase), view)
 
-    def left(self) -> str:
+    def why_not_corrected(self) -> str:
         steep = 2 * np.pi * np.max(np.abs(self.amplitude / np.asarray(self.period))) > STEEPEST
         return "its fringes are so steep that depths cannot be told apart" if steep else ""

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
@@ -27,7 +28,7 @@ class ProjectorThermalDrift(Effect):
         "d_measured = d + sign(baseline) fx coefficient (T - 25 degC) x_p (1 + x_p^2 + y^2), x_p = x - baseline / z"
     )
     variables: ClassVar[tuple[str, ...]] = ("u", "temperature", "depth")
-    principles: ClassVar[tuple[str, ...]] = ("structured_light",)
+    principles: ClassVar[tuple[Principle, ...]] = (Principle.STRUCTURED_LIGHT,)
 
     coefficient: Value = parameter(
         "1/K",

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fusion.geometry.principle import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.laws.fields import frozen_field
@@ -20,8 +21,8 @@ class SpeckleNoise(Effect):
     key: ClassVar[str] = "N5"
     formula: ClassVar[str] = "d_measured = d + sigma_px n(u, v), n frozen while the scene stands still"
     variables: ClassVar[tuple[str, ...]] = ("depth",)
-    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
-    not_undone: ClassVar[str] = "each placement of the scene has another grain, which one image does not tell"
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
+    not_corrected: ClassVar[str] = "each placement of the scene has another grain, which one image does not tell"
     frozen: ClassVar[bool] = True
     anew: ClassVar[bool] = True
     grain: ClassVar[tuple[str, ...]] = ("sigma_px", "correlation_px")

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.principle import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.forms import Atom, Form
 from fusion.sensor.laws.disparity import depth_change
@@ -29,7 +30,7 @@ class VerticalBanding(Effect):
     key: ClassVar[str] = "N7"
     formula: ClassVar[str] = "d_measured = d + sum of steps_k where u > columns_k, d = fx b / z"
     variables: ClassVar[tuple[str, ...]] = ("u", "depth")
-    principles: ClassVar[tuple[str, ...]] = ("structured_light", "active_stereo")
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
     frozen: ClassVar[bool] = True
 
     step: Value = parameter(

@@ -1,0 +1,136 @@
+"""The object cut off the plate it stands on, where noise parts the two, and its sides carried down to the plate.
+
+A surface is known to its noise, and in the corner between side and plate to a voxel: nearer to the plate than both,
+what is object and what is plate cannot be told. Above that the sides were seen; below they go on as they came.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fusion.mesh.cleanup import border_edges, large_parts
+from fusion.mesh.clipping import clipped
+from fusion.mesh.mesh import Mesh
+from fusion.mesh.shape import CRUMB
+from fusion.tracking.pairs import tukey
+from fusion.turntable.table.plate import NEAR_PLATE
+from fusion.turntable.table.slab import HALFWAY
+
+Array = NDArray[np.float64]
+FITTED = 0.004  # [m] off the plate's surface up to which vertices take part in its last fit (guess)
+FAR = 7.0  # median deviations: 5 standard deviations of normal noise
+HIGHEST = 99.5  # percentile of them that hardly any is higher by
+FEWEST = 100  # level vertices that make a plate
+STEEP = 0.7  # largest upright part of a side's normal: what is flatter is a top
+FLATTEST = 0.9  # where a side is flatter than that, where it meets the plate is not known
+LEVEL = 1e-5  # [m] on the cut
+
+
+@dataclass(frozen=True)
+class FittedPlate:
+    """A plate in the object's frame: z = c + a x + b y + k r^2, and how far above it nothing can be told from it [m].
+
+    It need not be square to the axis, and a camera that is not calibrated bends it.
+    """
+
+    terms: Array
+    hidden: float
+
+    def height(self, points: Array) -> Array:
+        """(n,) of points (n, 3) above it [m]."""
+        return np.asarray(points[:, 2] - _terms(points) @ self.terms)
+
+
+def fitted_plate(mesh: Mesh, voxel: float, table: float | None = None) -> FittedPlate:
+    """The plate near z = 0 by its level vertices; z = 0 itself where too few are seen.
+
+    Args:
+        mesh: of an object's frame, with normals.
+        voxel: that it was made with [m].
+        table: height of the table below a plate that turns, seen beside it [m].
+    """
+    assert mesh.normals is not None
+    near = NEAR_PLATE if table is None else min(NEAR_PLATE, HALFWAY * abs(table))
+    level = np.flatnonzero((mesh.normals[:, 2] > 0.9) & (np.abs(mesh.vertices[:, 2]) < near))
+    if len(level) < FEWEST:
+        return FittedPlate(np.zeros(4), FITTED)
+    level = level[:: max(1, len(level) // 20_000)]
+    A, height = _terms(mesh.vertices[level]), mesh.vertices[level, 2]
+    fit = np.array([np.median(height), 0, 0, 0])
+    for scale in np.geomspace(near, min(FITTED, near), 12):
+        weight = tukey((height - A @ fit) / scale, cut=1.0)
+        # the bend and the tilt must not run away where the plate is hardly seen
+        ridge = 1e-3 * max(float(np.sum(weight)), 1.0) * np.diag([0, 1e-3, 1e-3, 1e-4])
+        fit = np.linalg.solve((A * weight[:, None]).T @ A + ridge, A.T @ (weight * height))
+    return FittedPlate(fit, float(np.hypot(voxel, _noise(A @ fit - height, voxel))))
+
+
+def _noise(below: Array, voxel: float) -> float:
+    """As far [m] as the plate lies above its fit, by how far it lies below: there is no low part of the object.
+
+    Coarse counts have a median of about zero and long tails; what lies far below is the table beside the plate.
+    """
+    below = below[below > 0]
+    if not len(below):
+        return 0.0
+    own = below < max(FAR * float(np.median(below)), voxel)
+    return float(np.percentile(below[own], HIGHEST))
+
+
+def off_plate(mesh: Mesh, plate: FittedPlate) -> tuple[Mesh, float]:
+    """The object alone, standing on its plate, and the share of the surface above the plate that its parts hold."""
+    mesh, kept = large_parts(clipped(mesh, plate.height(mesh.vertices) - plate.hidden), CRUMB)
+    return (carried_down(mesh, plate) if len(mesh.faces) else mesh), kept
+
+
+def carried_down(mesh: Mesh, plate: FittedPlate) -> Mesh:
+    """The sides that end at the cut go on to the plate as they came, by a strip of triangles.
+
+    Where they come too flat to say where they end, the border stays where it was seen.
+    """
+    assert mesh.normals is not None
+    ends = border_edges(mesh)
+    on_cut = np.abs(plate.height(mesh.vertices) - plate.hidden) < LEVEL
+    ends = ends[on_cut[ends].all(axis=1)]
+    ring = np.unique(ends)
+    normals = _of_sides(mesh, ring, 3 * plate.hidden)
+    steep = np.abs(normals[:, 2]) < FLATTEST
+    ends = ends[np.isin(ends, ring[steep]).all(axis=1)]
+    ring, normals = ring[steep], normals[steep]
+    if not len(ends):
+        return mesh
+    down = np.array([0.0, 0.0, -1.0]) + normals[:, 2:] * normals
+    foot = mesh.vertices[ring] + down * (plate.hidden / np.maximum(-down[:, 2:], 1e-9))
+    foot[:, 2] -= plate.height(foot)  # the plate is not quite level
+    index = np.full(len(mesh.vertices), -1)
+    index[ring] = len(mesh.vertices) + np.arange(len(ring))
+    start, end = ends.T
+    strip = [np.stack([end, start, index[start]], axis=1), np.stack([end, index[start], index[end]], axis=1)]
+    return replace(
+        mesh,
+        vertices=np.concatenate([mesh.vertices, foot]),
+        faces=np.concatenate([mesh.faces, *strip]).astype(np.int32),
+        normals=np.concatenate([mesh.normals, normals.astype(np.float32)]),
+        colors=None if mesh.colors is None else np.concatenate([mesh.colors, mesh.colors[ring]]),
+        scalars={name: np.concatenate([values, values[ring]]) for name, values in mesh.scalars.items()},
+    )
+
+
+def _of_sides(mesh: Mesh, ring: NDArray[np.intp], reach: float) -> Array:
+    """(k, 3) unit normals of the side above each of the vertices `ring`, mean within a reach [m]; tops are left out."""
+    assert mesh.normals is not None
+    own = mesh.normals.astype(float)
+    side = np.flatnonzero(np.abs(own[:, 2]) < STEEP)
+    around = (
+        cKDTree(mesh.vertices[side]).query_ball_point(mesh.vertices[ring], reach) if len(side) else [[]] * len(ring)
+    )
+    mean = np.array([own[side[near]].mean(axis=0) if near else own[i] for near, i in zip(around, ring, strict=True)])
+    mean = mean.reshape(-1, 3)
+    return np.asarray(mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12))
+
+
+def _terms(points: Array) -> Array:
+    x, y, _ = points.T
+    return np.column_stack([np.ones_like(x), x, y, x**2 + y**2])
