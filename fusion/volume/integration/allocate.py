@@ -32,7 +32,7 @@ class RawImages(NamedTuple):
     width: ti.i32
 
 
-class Cleaned(NamedTuple):
+class FrameRest(NamedTuple):
     """What a frame leaves, see `Work`."""
 
     inverse: F32
@@ -81,7 +81,7 @@ def allocate(
     weighted = weight.size > 1 or depth.size == 1
     depth, weight = whole(depth), whole(weight) if weighted else weight
     raw = RawImages(depth.reshape(-1), weight.reshape(-1), depth.shape[1])
-    cleaned = Cleaned(frame.inverse, frame.weight, frame.farthest, frame.filled)
+    cleaned = FrameRest(frame.inverse, frame.weight, frame.farthest, frame.filled)
     cells = Cells(known.cells, known.x, known.y, known.margin, camera.fx)
     horizon = settings.voxel * BLOCK * (LATTICE - 4)
     lattice = Lattice(settings.voxel, settings.truncation, _span(settings), horizon)
@@ -190,7 +190,7 @@ def _reaches(box: ti.template(), begins: ti.template(), ends: ti.template(), pos
 
 @kernel
 def _scan(
-    raw: RawImages, out: Cleaned, cells: Cells, pose: F32, lattice: Lattice, there: Hash, missing: MissingBlocks,
+    raw: RawImages, out: FrameRest, cells: Cells, pose: F32, lattice: Lattice, there: Hash, missing: MissingBlocks,
     weighted: ti.template(),
 ):  # fmt: skip
     """Cleans a frame, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""
