@@ -83,7 +83,7 @@ def failure(scan: "Scan", where: Path) -> TrackingError | None:
     if worth.word != "failed":
         return None
     worst = worth.reasons[0]
-    log = scan.told is not None and scan.settings["step"] is None and worst.subject != "Log"
+    log = scan.told is not None and scan.settings.get("step") is None and worst.subject != "Log"
     suspect = "Or its log is wrong (turntable_deg in degrees?): --ignore-log does without. " if log else ""
     do = f"{worst.do} {suspect}--keep-failed writes what there is"
     return TrackingError("the scan failed", where, worst.reason.rstrip("."), do=do)

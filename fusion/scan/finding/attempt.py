@@ -57,11 +57,15 @@ def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings, start:
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     region = find_region(recording, sensor, settings, masks)
     told = told_angles(recording, settings)
-    # print helps to find what nothing was told of
-    frames, broken = load(recording, sensor, region, masks, settings.color and told is None)
+    loaded, broken = load(recording, sensor, region, masks, settings.color)
+    # print helps to find what nothing was told of; where something was, it judges what came of that
+    frames = loaded if told is None else [None if f is None else replace(f, color=None) for f in loaded]
     asked = Asked(recording, sensor, settings)
     moved = motion_alone(frames, asked, region, told, start)
     if told is None and moved.passed > FEW:  # what passes pulls the views along
         moved = motion_alone(moved.frames, asked, region, told, moved.motion)
     motion, frames = moved.motion, relieved(moved.frames, moved.motion.taken_out)
+    if told is not None:
+        both = zip(frames, loaded, strict=True)
+        frames = [f if f is None or seen is None else replace(f, color=seen.color) for f, seen in both]
     return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)

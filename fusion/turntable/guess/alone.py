@@ -19,10 +19,13 @@ from fusion.turntable.guess.everywhere import listen
 from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.upright import upright_axis
 from fusion.turntable.pairs.edges import above, stack
+from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 POINTS = 800  # source points per frame
+CLEAR = 0.008  # [m] above a plate both are seen in one pixel (guess)
+FEWEST = 150  # points of a view above it, or they are kept
 KEYS = 24  # views of which all pairs are compared; the others find their place between them
 
 
@@ -34,8 +37,12 @@ def find_alone(views: Sequence[ObjectView], region: Region) -> Alone:
     """
     n = len(views)
     keys = np.unique(np.linspace(0, n - 1, min(n, KEYS)).round().astype(int))
+    plate = plate_among(views)
+    if plate is not None:  # it turns into itself: what fits it best is no turn at all
+        clear = [above(v, Axis(*plate), CLEAR, len(v.points)) for v in views]
+        views, plate = (clear, plate) if min(len(v.points) for v in clear) >= FEWEST else (views, None)
     seen = stack([thinned_view(v, POINTS) for v in views])
-    axis = upright_axis(views, seen, region, keys)
+    axis = upright_axis(views, seen, region, keys, None if plate is None else plate[1])
     pairs = [(int(i), int(j)) for k, i in enumerate(keys) for j in keys[k + 1 :]]
     heard = listen(seen, axis, pairs)
     printed = heard.printed()

@@ -20,11 +20,12 @@ SOME = 4  # views that show what is behind them all
 PROBED = 8  # neighbours that tell the axis
 
 
-def upright_axis(views: Sequence[ObjectView], seen: ViewStack, region: Region, keys: NDArray[np.intp]) -> Axis:
+def upright_axis(
+    views: Sequence[ObjectView], seen: ViewStack, region: Region, keys: NDArray[np.intp], foot: Array | None = None
+) -> Axis:
     """The axis that brings neighbours together best: upright on what the object stands on, or leaning like a guess."""
     points = np.concatenate([v.points[:: max(1, len(v.points) // 3000)] for v in views]).astype(float)
-    foot = None
-    if region.wall is not None and region.wall.shape == views[0].map.camera.shape:
+    if foot is None and region.wall is not None and region.wall.shape == views[0].map.camera.shape:
         foot = foot_normal(_seen_behind(views, region.wall), points)
     guesses = [axis_through(g.direction, points) for g in axis_guesses(np.median(points, axis=0))]
     tried = guesses if foot is None else [axis_through(foot, points)]
