@@ -200,7 +200,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
 def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
     from fusion.results.words import closing_words, hidden_words, mesh_words, sure_words, table_words
-    from fusion.scan.judging.doctor import PLATE_TURNS
+    from fusion.scan.judging.notes import PLATE_TURNS
 
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned

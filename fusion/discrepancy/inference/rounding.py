@@ -15,7 +15,6 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Phasors = NDArray[np.complex128]
 
-LONG = 100.0  # square of a phase: beyond, nothing is left of its wave
 HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
 SAME = 16  # power of a correlation of patterns: only squares that see the very same jumps share what these break
 MANY = 12  # of them, where pixels jump: what the others leave out is a hundredth of a step
@@ -71,8 +70,8 @@ def _speckled(patch: Patch, speckle: Effect) -> Matrix:
         moved = speckle.noise(unrounded.mean, patch.view) / unrounded.step
         turned = float(np.nanmedian(np.where(tiles.label >= 0, moved, np.nan)))
         total = np.zeros((len(tiles), len(tiles)))
-        for k in range(1, MANY + 1):
-            phase = min((2 * np.pi * k * turned) ** 2, LONG)
+        for k in range(1, MANY + 1) if turned else ():
+            phase = (2 * np.pi * k * turned) ** 2
             size = np.sqrt(tiles.mean(_height(patch, unrounded, k) ** 2) * -np.expm1(-0.5 * phase))
             window = speckle.window(patch.view) * 2 * (1 / phase - 1 / np.expm1(phase))
             total += np.outer(size, size) * covariance.grain(tiles.cell, tiles.cell, tiles.side, window)

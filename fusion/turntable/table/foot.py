@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.turntable.axis import Axis
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
@@ -84,18 +83,3 @@ def _foot(behind: Array, points: Array) -> tuple[Array, Array] | None:
 def _stands_on(height: Array, under: float) -> bool:
     lowest = float(np.percentile(height, 2))
     return bool(np.mean(height > -FLAT) > ABOVE and lowest < under)
-
-
-def axis_through(direction: Array, points: Array) -> Axis:
-    """The axis along a direction (3,) through the middle of what points (n, 3) of all views fill: half of it shows, so
-    that it reaches as far behind its nearest as it does to the sides."""
-    middle = np.median(points, axis=0)
-    sideways = np.cross(direction, middle)
-    sideways /= np.linalg.norm(sideways)
-    away = np.cross(sideways, direction)
-    away *= np.sign(away @ middle)
-    left, right = np.percentile(points @ sideways, [1, 99])
-    near, far = np.percentile(points @ away, [1, 99])
-    depth = min(near + (right - left) / 2, max(far, near + 0.005))
-    along = np.percentile(points @ direction, [1, 99]).mean()
-    return Axis((left + right) / 2 * sideways + depth * away + along * direction, direction)
