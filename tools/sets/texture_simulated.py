@@ -18,6 +18,7 @@ undoing blur, true poses and true shape given.
 import argparse
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -70,7 +71,7 @@ def main() -> None:
     recording.done(turntable_deg=angles)
 
 
-def halved(colours: NDArray[np.uint8]) -> NDArray[np.float64]:
+def halved(colours: NDArray[Any]) -> NDArray[np.float64]:
     """(h, w, 3) each pixel the mean of four."""
     return cv2.resize(colours, (COLOR.width // 2, COLOR.height // 2), interpolation=cv2.INTER_AREA).astype(float)
 
