@@ -56,14 +56,14 @@ class SureFacts:
 
     Attributes:
         middle, high: median and 95th percentile of `sigma`, a standard deviation along the normal [m].
-        common: part of it that all vertices share, from calibration, rms [m].
-        scale: relative standard deviation of the size by that.
+        common: part of it that all vertices share, from calibration, rms [m]; None where nobody calibrated.
+        unknown: what is not in it, as nothing tells it.
     """
 
     middle: float
     high: float
-    common: float
-    scale: float
+    common: float | None
+    unknown: tuple[str, ...]
 
     @classmethod
     def of(cls, sure: Sure | None) -> "SureFacts | None":
@@ -72,7 +72,7 @@ class SureFacts:
         if sure is None or not len(known):
             return None
         middle, high = np.percentile(known, [50, 95])
-        return cls(float(middle), float(high), sure.parts["calibration"], sure.common.scale)
+        return cls(float(middle), float(high), sure.parts["calibration"], sure.unknown)
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,11 @@ class ScanFacts:
         if self.course is not None:
             out["course"] = self.course.values()
         if self.sure is not None:
-            out |= {"sigma_median_m": self.sure.middle, "sigma_p95_m": self.sure.high}
+            out |= {
+                "sigma_median_m": self.sure.middle,
+                "sigma_p95_m": self.sure.high,
+                "sigma_without": self.sure.unknown,
+            }
         return out
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fusion.certainty.sigma import without_words
 from fusion.mesh.shape import MeshShape
 from fusion.results.facts import Gap, SureFacts, TableFacts
 
@@ -81,5 +82,7 @@ def worse_words(table: TableFacts) -> str:
 
 def sure_words(sure: SureFacts) -> str:
     """ "0.21 mm (median; 95 % below 0.58 mm), of which calibration 0.06 mm"."""
-    middle, high, common = (f"{1e3 * x:.2f} mm" for x in (sure.middle, sure.high, sure.common))
-    return f"{middle} (median; 95 % below {high}), of which calibration {common}"
+    said = f"{1e3 * sure.middle:.2f} mm (median; 95 % below {1e3 * sure.high:.2f} mm)"
+    if sure.common is not None:
+        said += f", of which calibration {1e3 * sure.common:.2f} mm"
+    return f"{said}, {without_words(sure.unknown)}" if sure.unknown else said

@@ -145,7 +145,9 @@ def _place(at: ti.template(), z: ti.template(), right: ti.template(), down: ti.t
 
 
 @func
-def _add_row(blocks: ti.template(), n: ti.i32, slab: ti.i32, j: ti.i32, d: ti.template(), w: ti.template()):
+def _add_row(
+    blocks: ti.template(), n: ti.template(), slab: ti.template(), j: ti.template(), d: ti.template(), w: ti.template()
+):
     """Eight distances and weights to row j of a slab of block n, and to its octants what is behind the surface."""
     o = (n << 10) | (slab << 7) | (j << 4)
     sums = ti.Vector([blocks.voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
