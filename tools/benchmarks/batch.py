@@ -4,8 +4,8 @@
 
 As a user meets both: `fusion COMMAND` in a process of its own for each of some small simulated recordings, half of
 them before and half after one `fusion batch` of them all, so that others on the machine disturb both alike. `{rec}` and
-`{out}` stand in COMMAND as for `fusion batch`; the usual one is `evaluate {rec} -o {out} --no-report`. The machine's load is
-told: with more programs than cores both share what is left.
+`{out}` stand in COMMAND as for `fusion batch`; the usual one is `evaluate {rec} -o {out} --no-report`. The load
+of the machine is told: with more programs than cores both share what is left.
 """
 
 import argparse
