@@ -32,6 +32,12 @@ class Common:
     size: float | None = None
 
     @property
+    def unknown(self) -> tuple[str, ...]:
+        """What nobody calibrated and nothing else tells: its part is in no number."""
+        depth = self.depth is None and self.size is None
+        return ("focal length",) * (self.focal is None) + ("depth",) * depth
+
+    @property
     def scale(self) -> float:
         """Relative standard deviation of the size: a focal length too long, or a depth too large, makes it larger."""
         by_depth = (self.depth or 0.0) / max(self.distance, 1e-9) if self.size is None else self.size
@@ -43,11 +49,11 @@ class Common:
         return np.asarray(self.scale * np.abs(np.einsum("ij,ij->i", from_middle, normals)))
 
     def values(self) -> dict[str, float | str | None]:
-        """For JSON."""
+        """For JSON; None is what nobody knows."""
         return {
             "focal_relative": self.focal,
             "depth_m": self.depth,
-            "scale_relative": self.scale,
+            "scale_relative": None if len(self.unknown) == 2 else self.scale,
             "distance_m": self.distance,
             "focal_told_by": self.told_by,
         }

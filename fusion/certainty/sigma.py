@@ -25,7 +25,8 @@ class SigmaFigures:
     sigma_median_m: float
     sigma_p5_m: float
     sigma_p95_m: float
-    parts_rms_m: dict[str, float]
+    parts_rms_m: dict[str, float | None]
+    unknown: tuple[str, ...]
     views_share: dict[str, float | None]
     common: dict[str, float | str | None]
     unseen_share: float
@@ -37,14 +38,16 @@ class Sure:
 
     Attributes:
         sigma: (n,) standard deviation of each vertex along its normal [m], all causes together.
-        parts: root mean square over the vertices of each cause [m].
+        parts: root mean square over the vertices of each cause [m]; None where nothing tells it.
+        unknown: what nothing tells, and is therefore not in `sigma`.
         shared: how much of their errors views share.
         common: what calibration leaves open; a part of `sigma`.
         unseen: share of the vertices that no sampled frame shows.
     """
 
     sigma: NDArray[np.float32]
-    parts: dict[str, float]
+    parts: dict[str, float | None]
+    unknown: tuple[str, ...]
     shared: Shared
     common: Common
     unseen: float
@@ -54,11 +57,12 @@ class Sure:
         known = self.sigma[np.isfinite(self.sigma)]
         low, middle, high = np.percentile(known, [5, 50, 95]).tolist() if len(known) else [float("nan")] * 3
         shared, common = self.shared.values(), self.common.values()
-        return SigmaFigures(middle, low, high, self.parts, shared, common, self.unseen)
+        return SigmaFigures(middle, low, high, self.parts, self.unknown, shared, common, self.unseen)
 
     def onto(self, mesh: Mesh) -> Mesh:
-        """The mesh with the scalar `sigma` [m]."""
-        return replace(mesh, scalars=mesh.scalars | {"sigma": self.sigma})
+        """The mesh with the scalar `sigma` [m], and a word on what is not in it."""
+        said = (f"sigma: {without_words(self.unknown)}",) if self.unknown else ()
+        return replace(mesh, scalars=mesh.scalars | {"sigma": self.sigma}, notes=(*mesh.notes, *said))
 
 
 @dataclass(frozen=True)
@@ -105,9 +109,20 @@ def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Share
     common = causes.common.along(points, normals)
     variances = {"noise": noise, "model": beside, "bends": blurred**2, "poses": posed**2, "calibration": common**2}
     total = np.sqrt(np.sum(list(variances.values()), axis=0))
-    parts = {name: _rms(value[seen]) for name, value in variances.items()}
+    parts: dict[str, float | None] = {name: _rms(value[seen]) for name, value in variances.items()}
+    unknown = causes.common.unknown
+    if len(unknown) == 2:
+        parts["calibration"] = None
+    if causes.pose is None:
+        parts["poses"], unknown = None, (*unknown, "poses")
     sigma = _everywhere(mesh.vertices, points[seen], total[seen])
-    return Sure(sigma, parts, shared, causes.common, float(np.mean(~seen)) if len(seen) else 1.0)
+    return Sure(sigma, parts, unknown, shared, causes.common, float(np.mean(~seen)) if len(seen) else 1.0)
+
+
+def without_words(unknown: tuple[str, ...]) -> str:
+    """ "without what focal length and depth are wrong by, which nothing tells"."""
+    listed = " and ".join(", ".join(unknown).rsplit(", ", 1))
+    return f"without what {listed} may be wrong by, which nothing tells"
 
 
 def _shrunk(looks: Looks, shared: Shared, frames: int) -> Array:

@@ -7,10 +7,11 @@ runs on a core that something else uses, the others wait for it.
 
 import os
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fusion.compute.arrays import I32
 from fusion.compute.back_end import PROCESSORS
 from fusion.compute.language import func, ti
 
@@ -19,9 +20,16 @@ SHARES = 32  # of a loop, on a processor
 MANY = 4096  # elsewhere, where each is one of many threads
 
 
-def dealt() -> tuple[NDArray[np.int32], int]:
-    """What a kernel takes to deal a loop out: whose turn it is, and the iterations of the loop around."""
-    return np.zeros(1, np.int32), parts()
+class Deal(NamedTuple):
+    """What a kernel takes to deal a loop out: whose turn it is (1,), and the iterations of the loop around."""
+
+    turn: I32
+    parts: ti.i32
+
+
+def dealt() -> Deal:
+    """For one call."""
+    return Deal(np.zeros(1, np.int32), parts())
 
 
 @cache

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.belonging import refuse_strangers
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
-from fusion.discrepancy.channels.grain import with_grain
+from fusion.discrepancy.channels.grain import as_given, with_grain
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
 from fusion.discrepancy.held_out import before_and_after
@@ -19,7 +19,7 @@ from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.scatter import loose_of
 from fusion.discrepancy.inference.shaking import SHAKES, Shaking, shaking_of, steadied
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
-from fusion.discrepancy.mean import MeasuredForms, explained_mean, likeliest
+from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.naming.search.candidates import Candidate
@@ -157,20 +157,22 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor) -> Explanation
             expected="20 or more",
             do="check the poses, the mesh and its unit with fusion info",
         )
-    sensor, grain = with_grain(before)
+    grainy, grain = with_grain(before)  # how far tiles may be off; what of it is grain is told beside the mean's laws
     if grain:
-        before = before.under(sensor)
+        before = before.under(grainy)
     with stage("trying every effect"):
         covariance = covariance_of(before)  # whatever the likely poses are
         blocks = at_likely_poses(blocks, before, covariance)
         ways = _with_covariance(MeasuredForms.of(blocks, before.seen_again(blocks), covariance))
     with stage("naming"):
-        mean = beside_setting(likeliest([explained_mean(seen, sensor) for seen in ways]), ways[0], sensor)
+        mean = beside_setting(likeliest([explained_mean(seen, grainy) for seen in ways]), ways[0], grainy)
     with stage("noise"):
+        if grain:
+            mean, grain = _judged(mean, sensor)
         first = (*(() if shaking is None else (_shaken(shaking),)), *grain)
         channels = _channels(mean.named, mean.beyond, mean.seen.blocks, first)
     with stage("judging by frames held out"):
-        held_out = before_and_after(mean.held, sensor, _extended(mean.named, mean.beyond))
+        held_out = before_and_after(mean.held, grainy, _extended(mean.named, mean.beyond))
     seen = mean.seen
     return Explanation(
         seen.blocks, seen.observations, seen.covariance, seen.white, mean.named, channels, mean.possible, mean.left,
@@ -194,6 +196,14 @@ def _with_covariance(stated: MeasuredForms) -> list[MeasuredForms]:
         blocks = tuple(at_likely_poses(seen.blocks, seen.observations, seen.covariance))
         seen = replace(seen, blocks=blocks, observations=seen.observations.seen_again(blocks))
     return [stated, seen]
+
+
+def _judged(mean: MeanFindings, given: Sensor) -> tuple[MeanFindings, tuple[ChannelStep, ...]]:
+    """The findings under the model with no grain but what is given, and the grain that all laws of the mean leave."""
+    better = as_given(mean.named.sensor, given, {step.effect.name for step in mean.named.steps})
+    named = replace(mean.named, sensor=better, observations=mean.named.observations.under(better))
+    laws = named.observations if mean.beyond is None else named.observations.under(mean.beyond.added_to(better))
+    return replace(mean, named=named), with_grain(laws)[1]
 
 
 def _extended(named: Named, beyond: Unknown | None) -> Sensor:

@@ -69,6 +69,7 @@ def fill_small_holes(mesh: Mesh, max_perimeter: float) -> Mesh:
         normals=None if normals is None else normals.astype(np.float32),
         colors=None if mesh.colors is None else np.rint(grown(mesh.colors)).astype(np.uint8),
         scalars={name: grown(values).astype(np.float32) for name, values in mesh.scalars.items()},
+        notes=mesh.notes,
     )
 
 

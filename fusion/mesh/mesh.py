@@ -21,6 +21,7 @@ class Mesh:
         normals: (n, 3) float32 unit vectors pointing outwards, or None.
         colors: (n, 3) uint8 RGB, or None.
         scalars: named values per vertex, each (n,) float32.
+        notes: sentences on these; a PLY is written with them as comments.
     """
 
     vertices: NDArray[np.float64]
@@ -28,6 +29,7 @@ class Mesh:
     normals: NDArray[np.float32] | None = None
     colors: NDArray[np.uint8] | None = None
     scalars: dict[str, NDArray[np.float32]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def to_open3d(self) -> "open3d.t.geometry.TriangleMesh | open3d.t.geometry.PointCloud":
         """The same for Open3D, with normals, colours and scalars; a point cloud where there are no faces.

@@ -1,6 +1,7 @@
 """PLY files: read by trimesh, written as CloudCompare likes them."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,7 @@ def write_ply(path: Path, mesh: Mesh) -> None:
     """Binary little-endian PLY; scalars as float properties `scalar_<name>`, which CloudCompare shows as fields."""
     vertices = vertex_rows(mesh, exact_in_float32(mesh.vertices))
     with path.open("wb") as file:
-        file.write(header(vertices.dtype, len(vertices), len(mesh.faces)))
+        file.write(header(vertices.dtype, len(vertices), len(mesh.faces), mesh.notes))
         file.write(vertices.tobytes())  # not tofile: it does not tell why it could not write
         file.write(face_rows(mesh.faces).tobytes())
 
@@ -94,10 +95,11 @@ def face_rows(faces: NDArray[np.int32]) -> NDArray:
     return rows
 
 
-def header(kind: np.dtype, vertices: int, faces: int) -> bytes:
-    """What a PLY file begins with: so many vertices of such rows, so many triangles."""
+def header(kind: np.dtype, vertices: int, faces: int, notes: Sequence[str] = ()) -> bytes:
+    """What a PLY file begins with: so many vertices of such rows, so many triangles; notes [a line each]."""
     types = {"<f4": "float", "<f8": "double", "|u1": "uchar"}
-    lines = ["ply", "format binary_little_endian 1.0", "comment fusion; unit: metre", f"element vertex {vertices}"]
+    lines = ["ply", "format binary_little_endian 1.0", "comment fusion; unit: metre"]
+    lines += [*(f"comment {note}" for note in notes), f"element vertex {vertices}"]
     lines += [f"property {types[np.dtype(dtype).str]} {name}" for name, dtype, *_ in kind.descr]
     if faces:
         lines += [f"element face {faces}", "property list uchar int vertex_indices"]

@@ -17,6 +17,7 @@ def vertices_kept(mesh: Mesh, keep: NDArray[np.bool_]) -> Mesh:
         normals=None if mesh.normals is None else mesh.normals[keep],
         colors=None if mesh.colors is None else mesh.colors[keep],
         scalars={name: values[keep] for name, values in mesh.scalars.items()},
+        notes=mesh.notes,
     )
 
 

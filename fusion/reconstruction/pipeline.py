@@ -12,12 +12,14 @@ from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.reconstruction.course import straighten
+from fusion.reconstruction.held import pose_errors
 from fusion.reconstruction.planning import Plan, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.reconstruction.settling import settled
-from fusion.reconstruction.sure import walk_sigma
+from fusion.reconstruction.sure import FusedWith, walk_sigma
 from fusion.reconstruction.walk import WalkedFrames, track
+from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
@@ -75,16 +77,22 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
     with stage("sigma"):
-        sure = walk_sigma(mesh, frames, np.stack([r.T_world_camera for r in results]), settings.sensor, volume.settings)
+        poses = np.stack([r.T_world_camera for r in results])
+        held = pose_errors(tracked.keyframes, poses)  # given poses have no key frames
+        sure = walk_sigma(mesh, frames, poses, held, FusedWith(settings.sensor, volume.settings))
     made = _Made(sure.onto(mesh), volume, chosen, band, course, sensor, told, notes)
     return replace(_result(recording, settings, results, made), sure=sure)
 
 
 def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
-    # with given poses nothing is tracked, and in a box only what is in it
-    free = settings.poses is None and settings.box is None
-    checks = (voxel_check(settings.voxel), *((check_camera_moves,) if free else ()))
-    return refuse_if_certain(quick_look(recording, checks, settings.max_depth), recording, settings.force)
+    # with given poses nothing is tracked, but they may be inverted or in millimetres; in a box only what is in it
+    checks = [voxel_check(settings.voxel)]
+    if settings.poses is not None:
+        recording = replace(recording, poses=settings.poses)
+        checks.append(check_poses)
+    elif settings.box is None:
+        checks.append(check_camera_moves)
+    return refuse_if_certain(quick_look(recording, tuple(checks), settings.max_depth), recording, settings.force)
 
 
 def _check_enough(results: list[Tracked], recording: Recording, settings: ReconstructSettings) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array, transform
 from fusion.reconstruction.settings import ReconstructSettings
-from fusion.reconstruction.walked_round import StandingView, walked_round
+from fusion.reconstruction.walked_round import StandingView, seen_by, walked_round
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.volume.blocks import FullError
@@ -19,6 +19,7 @@ from fusion.volume.subject import MIDDLE, ROOM, Subject, subject_of
 
 PROBES = 9  # frames looked at before the start, to choose voxels and to forecast the memory
 GROWN = 2.0  # so much more than one view may all views of an object show, its surroundings among them (guess)
+SHOWN = 400  # points of a view say how large all is
 MUCH = 0.25  # of the memory for one view alone: a scan shows several times as much (guess)
 
 
@@ -66,6 +67,9 @@ def plan(recording: Recording, settings: ReconstructSettings, sensor: Sensor) ->
         return chosen
     poses = settings.poses.at(np.array([p.frame.timestamp for p in probes])).poses
     views = [StandingView(T, p.surface) for T, p in zip(poses, probes, strict=True) if np.isfinite(T).all()]
+    if views:
+        shown = np.concatenate([seen_by(view, SHOWN)[0] for view in views])
+        chosen = room_after_all(chosen, recording, settings, shown) or chosen
     return object_after_all(chosen, recording, settings, views) or chosen
 
 

@@ -1,5 +1,7 @@
 """How sure each vertex of a reconstruction is."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,7 @@ from fusion.certainty.sigma import Causes, Sure
 from fusion.certainty.vertex_sigma import blur_px, vertex_sigma_reading
 from fusion.errors import RecordingError
 from fusion.mesh.mesh import Mesh
+from fusion.reconstruction.held import PoseErrors
 from fusion.reconstruction.walk import WalkedFrames
 from fusion.sensor.sensor import Sensor
 from fusion.volume.prepared import Prepared
@@ -16,21 +19,31 @@ from fusion.volume.volume import VolumeSettings
 Array = NDArray[np.float64]
 
 
-def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, given: Sensor | None, volume: VolumeSettings) -> Sure:
-    """How sure each vertex is; a drift of all poses together is not in it, as no view tells it.
+@dataclass(frozen=True)
+class FusedWith:
+    """The sensor's model that was given, or None where a usual one is assumed; settings of the volume."""
+
+    given: Sensor | None
+    volume: VolumeSettings
+
+
+def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, held: PoseErrors | None, made: FusedWith) -> Sure:
+    """How sure each vertex is.
 
     Args:
         mesh: with normals.
         frames: some are read once more.
         poses: (n, 4, 4) `T_world_camera`, NaN where a frame has no place.
-        given: the sensor's model, None where a usual one is assumed.
-        volume: settings of what was fused.
+        held: what all poses may be wrong by together; None where nothing tells it.
+        made: with what.
     """
     camera = frames.recording.camera
     placed = poses[np.isfinite(poses).all(axis=(1, 2))]
     middle = mesh.vertices.mean(axis=0)
     distance = float(np.median(np.linalg.norm(placed[:, :3, 3] - middle, axis=1))) if len(placed) else 1.0
-    causes = Causes(len(placed), blur_px(frames.sensor, camera), volume.voxel, common_errors(camera, given, distance))
+    common = common_errors(camera, made.given, distance)
+    pose = None if held is None else held.along
+    causes = Causes(len(placed), blur_px(frames.sensor, camera), made.volume.voxel, common, pose)
 
     def read(index: int) -> Prepared | None:
         try:
@@ -38,4 +51,4 @@ def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, given: Sensor | N
         except RecordingError:
             return None
 
-    return vertex_sigma_reading(mesh, read, poses, causes, volume.truncation)
+    return vertex_sigma_reading(mesh, read, poses, causes, made.volume.truncation)

@@ -51,7 +51,7 @@ class Round:
 def walked_round(views: Sequence[StandingView]) -> Round | None:
     """What the camera goes round and keeps in view; None where there is no such thing, or it is as large as a room."""
     views = views[:: -(-len(views) // VIEWS)] if views else ()
-    seen = [_some(view, max(1, POINTS // len(views))) for view in views]
+    seen = [seen_by(view, max(1, POINTS // len(views))) for view in views]
     points, depth, sigma = (np.concatenate(part) for part in zip(*seen, strict=True)) if seen else (np.zeros(0),) * 3
     if not len(points):
         return None
@@ -87,7 +87,7 @@ def _shown(points: Array, view: StandingView) -> NDArray[np.bool_]:
     return np.asarray(before & (pixels > -0.5).all(axis=1) & (pixels < size - 0.5).all(axis=1))
 
 
-def _some(view: StandingView, most: int) -> tuple[Array, Array, Array]:
+def seen_by(view: StandingView, most: int) -> tuple[Array, Array, Array]:
     """Some points of a view in the world (n, 3) [m], their depth (n,) and its noise (n,) [m]."""
     known = np.isfinite(view.surface.normals[..., 0])
     step = max(1, -(-int(known.sum()) // most))

@@ -37,6 +37,7 @@ class TableFacts:
         gap, gap_raw: closing gap after and before the post-pass; None without a full turn.
         slab_cut: what the object stands on is no round plate, was told as a slab that turns, and is cut off.
         hidden: so far above the plate the object cannot be told from it; its sides are carried down [m].
+        rests: frames that show the object turned as the one before, where there are many.
     """
 
     step_mean: float
@@ -46,6 +47,7 @@ class TableFacts:
     gap_raw: Gap | None = None
     slab_cut: bool = False
     hidden: float = 0.0
+    rests: int = 0
 
 
 @dataclass(frozen=True)
@@ -54,14 +56,14 @@ class SureFacts:
 
     Attributes:
         middle, high: median and 95th percentile of `sigma`, a standard deviation along the normal [m].
-        common: part of it that all vertices share, from calibration, rms [m].
-        scale: relative standard deviation of the size by that.
+        common: part of it that all vertices share, from calibration, rms [m]; None where nobody calibrated.
+        unknown: what is not in it, as nothing tells it.
     """
 
     middle: float
     high: float
-    common: float
-    scale: float
+    common: float | None
+    unknown: tuple[str, ...]
 
     @classmethod
     def of(cls, sure: Sure | None) -> "SureFacts | None":
@@ -70,7 +72,7 @@ class SureFacts:
         if sure is None or not len(known):
             return None
         middle, high = np.percentile(known, [50, 95])
-        return cls(float(middle), float(high), sure.parts["calibration"], sure.common.scale)
+        return cls(float(middle), float(high), sure.parts["calibration"], sure.unknown)
 
 
 @dataclass(frozen=True)
@@ -129,13 +131,18 @@ class ScanFacts:
                 },
                 "slab_cut": table.slab_cut,
                 "hidden_m": table.hidden,
+                "frames_at_rest": table.rests,
             }
         if self.off_course is not None:
             out["trajectory_error"] = self.off_course.values()
         if self.course is not None:
             out["course"] = self.course.values()
         if self.sure is not None:
-            out |= {"sigma_median_m": self.sure.middle, "sigma_p95_m": self.sure.high}
+            out |= {
+                "sigma_median_m": self.sure.middle,
+                "sigma_p95_m": self.sure.high,
+                "sigma_without": self.sure.unknown,
+            }
         return out
 
 

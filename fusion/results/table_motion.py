@@ -10,6 +10,7 @@ from fusion.certainty.sigma import SigmaFigures
 Array = NDArray[np.float64]
 
 FRAME = "the first camera's: x right, y down, z forward; mesh.ply: z up along the axis, plate at z = 0"
+NO_PLATE = FRAME.replace("plate at z = 0", "z = 0 beside the middle of the object, as no plate was seen")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fusion.certainty.sigma import without_words
 from fusion.mesh.shape import MeshShape
 from fusion.results.facts import Gap, SureFacts, TableFacts
 
@@ -47,7 +48,8 @@ def table_words(table: TableFacts) -> str:
     """ "15.63 deg a frame (std 1.38), no slip"."""
     slips = ", ".join(f"slip before frame {frame}" for frame in table.slips) or "no slip"
     mean, std = step_words(table)
-    return f"{mean} deg a frame (std {std}), {slips}"
+    rests = f"; in {table.rests} frames it stands as in the one before (frames there twice?)" if table.rests else ""
+    return f"{mean} deg a frame (std {std}), {slips}{rests}"
 
 
 def gap_words(gap: Gap) -> str:
@@ -80,5 +82,7 @@ def worse_words(table: TableFacts) -> str:
 
 def sure_words(sure: SureFacts) -> str:
     """ "0.21 mm (median; 95 % below 0.58 mm), of which calibration 0.06 mm"."""
-    middle, high, common = (f"{1e3 * x:.2f} mm" for x in (sure.middle, sure.high, sure.common))
-    return f"{middle} (median; 95 % below {high}), of which calibration {common}"
+    said = f"{1e3 * sure.middle:.2f} mm (median; 95 % below {1e3 * sure.high:.2f} mm)"
+    if sure.common is not None:
+        said += f", of which calibration {1e3 * sure.common:.2f} mm"
+    return f"{said}, {without_words(sure.unknown)}" if sure.unknown else said

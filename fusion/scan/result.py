@@ -14,7 +14,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.results.facts import Gap, ScanFacts, SureFacts, TableFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
-from fusion.results.table_motion import ClosingGap, FocalFigures, SlipFound, TableMotion, UsedCamera
+from fusion.results.table_motion import FRAME, NO_PLATE, ClosingGap, FocalFigures, SlipFound, TableMotion, UsedCamera
 from fusion.scan.judging.evidence import Evidence
 from fusion.scan.judging.judgement import judge
 from fusion.turntable.circle import Circle
@@ -84,7 +84,14 @@ class Scan:
             residual=rms_of(self.residual),
             inlier_share=median_of(self.inlier_share),
             table=TableFacts(
-                self.steps.mean, self.steps.std, slips, self.closure, self.closure_raw, cut, self.evidence.hidden
+                self.steps.mean,
+                self.steps.std,
+                slips,
+                self.closure,
+                self.closure_raw,
+                cut,
+                self.evidence.hidden,
+                self.steps.rests,
             ),
             sure=SureFacts.of(self.sure),
         )
@@ -99,6 +106,7 @@ class Scan:
         motion, worth, focal = self.motion, self.judgement.worth, self.evidence.focal
         seen = self.camera
         return TableMotion(
+            frame=NO_PLATE if motion.plate is None else FRAME,
             axis_point=motion.axis.point,
             axis_direction=motion.axis.direction,
             plate_seen=motion.plate is not None,

@@ -4,9 +4,12 @@
 The kernels see a camera as (12,) parameters: fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6 (OpenCV's order).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32, F32_2, F32_3, I32
 from fusion.compute.language import kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
@@ -15,21 +18,28 @@ from fusion.geometry.lanes import project
 vec3 = ti.types.vector(3, ti.f32)
 
 
+class Model(NamedTuple):
+    """What is met: points and normals (h, w, 3), and the camera (12,)."""
+
+    points: F32_3
+    normals: F32_3
+    camera: F32
+
+
 @kernel
 def _associate(
-    points: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (n, 3) source points
-    normals: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (n, 3) source normals, may be NaN
-    T: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (4, 4) model from source
-    model_points: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (h, w, 3)
-    model_normals: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (h, w, 3)
-    camera: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (12,)
+    points: F32_2,  # (n, 3) source points
+    normals: F32_2,  # (n, 3) source normals, may be NaN
+    T: F32_2,  # (4, 4) model from source
+    model: Model,
     reach: ti.f32,  # largest distance of a pair [m]
     min_cosine: ti.f32,  # smallest cosine between normals
-    pixel: ti.types.ndarray(dtype=ti.i32, ndim=1),  # (n,) out: v * w + u, or a code below 0
-    moved: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (n, 3) out: source points in the model's camera
+    pixel: I32,  # (n,) out: v * w + u, or a code below 0
+    moved: F32_2,  # (n, 3) out: source points in the model's camera
 ):
-    h = model_points.shape[0]
-    w = model_points.shape[1]
+    """Finds what each point meets."""
+    h = model.points.shape[0]
+    w = model.points.shape[1]
     for i in range(points.shape[0]):
         p = vec3(points[i, 0], points[i, 1], points[i, 2])
         n = vec3(normals[i, 0], normals[i, 1], normals[i, 2])
@@ -41,19 +51,19 @@ def _associate(
             moved[i, r] = q[r]
         code = OUTSIDE
         if q[2] > 0.05:
-            x, y = project(q[0] / q[2], q[1] / q[2], camera, True)
+            x, y = project(q[0] / q[2], q[1] / q[2], model.camera, True)
             u = ti.floor(x + 0.5, ti.i32)
             v = ti.floor(y + 0.5, ti.i32)
             if 0 <= u < w and 0 <= v < h:
-                z = model_points[v, u, 2]
+                z = model.points[v, u, 2]
                 if not z > 0.0:
                     code = UNKNOWN
                 else:
-                    d = q - vec3(model_points[v, u, 0], model_points[v, u, 1], z)
+                    d = q - vec3(model.points[v, u, 0], model.points[v, u, 1], z)
                     if q[2] < z - reach:
                         code = IN_FRONT
                     elif d.norm() < reach:
-                        nm = vec3(model_normals[v, u, 0], model_normals[v, u, 1], model_normals[v, u, 2])
+                        nm = vec3(model.normals[v, u, 0], model.normals[v, u, 1], model.normals[v, u, 2])
                         code = NO_NORMAL
                         if nm.norm() > 0.5:  # NaN compares false
                             code = FACING_AWAY
@@ -98,9 +108,7 @@ def associate(
             np.ascontiguousarray(points, np.float32),
             np.ascontiguousarray(normals, np.float32),
             np.ascontiguousarray(T_model_source, np.float32),
-            np.ascontiguousarray(model.points),
-            np.ascontiguousarray(model.normals),
-            model.camera.parameters,
+            Model(np.ascontiguousarray(model.points), np.ascontiguousarray(model.normals), model.camera.parameters),
             reach,
             min_cosine,
             pixel,

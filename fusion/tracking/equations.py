@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.arrays import F32
 from fusion.compute.choice import either
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import func, kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project
@@ -193,6 +193,29 @@ def _gather(
             count += 1
 
 
+@func
+def _sum_up(work: ti.template(), o: ti.i32, weight: ti.template(), J: ti.template(), r: ti.template()):
+    """Matrix and slope of eight equations, and their weight, to the first of their SUMS."""
+    for row in ti.static(range(6)):
+        wJ = weight * J[row]
+        for col in ti.static(range(row + 1)):
+            work[o + row * (row + 1) // 2 + col] = (wJ * J[col]).sum()
+        work[o + 21 + row] = (wJ * r).sum()
+    work[o + 27] = weight.sum()
+
+
+@func
+def _depth_there(points: ti.template(), at: ti.template(), width: ti.i32, du: ti.template(), dv: ti.template()):
+    """Depth [m] between four pixels, the first of them at a place, NaN where one is missing; and how much they differ:
+    inverse depth is linear in the image on a plane."""
+    here = at * 3 + 2
+    z00, z01 = gather(points, here), gather(points, here + 3)
+    z10, z11 = gather(points, here + width * 3), gather(points, here + width * 3 + 3)
+    lowest, highest = low(low(z00, z01), low(z10, z11)), high(high(z00, z01), high(z10, z11))
+    upper, lower = 1.0 / z00 + (1.0 / z01 - 1.0 / z00) * du, 1.0 / z10 + (1.0 / z11 - 1.0 / z10) * du
+    return 1.0 / (upper + (lower - upper) * dv), highest - lowest
+
+
 @kernel
 def _accumulate(source: F32, points: F32, normals: F32, sigma: F32, distorted: ti.template(), work: F32):
     groups = source.shape[0] // (7 * LANES)
@@ -213,18 +236,12 @@ def _accumulate(source: F32, points: F32, normals: F32, sigma: F32, distorted: t
         ua, va = ti.cast(low(uc, right - 0.5), ti.i32), ti.cast(low(vc, bottom - 0.5), ti.i32)
         du, dv = uc - ti.cast(ua, ti.f32), vc - ti.cast(va, ti.f32)
         at = va * width + ua
-        here = at * 3 + 2
-        z00, z01 = gather(points, here), gather(points, here + 3)
-        z10, z11 = gather(points, here + width * 3), gather(points, here + width * 3 + 3)
-        lowest, highest = low(low(z00, z01), low(z10, z11)), high(high(z00, z01), high(z10, z11))
-        # inverse depth is linear in the image on a plane
-        upper, lower = 1.0 / z00 + (1.0 / z01 - 1.0 / z00) * du, 1.0 / z10 + (1.0 / z11 - 1.0 / z10) * du
-        z = 1.0 / (upper + (lower - upper) * dv)
+        z, difference = _depth_there(points, at, width, du, dv)
         nearest = at + ti.select(dv < 0.5, 0, width) + ti.select(du < 0.5, 0, 1)
         n = [gather(normals, nearest * 3 + k) for k in ti.static(range(3))]
         other = gather(sigma, nearest)
         # of NaN no comparison is true; z is NaN where one of the four is
-        seen = ti.select(z > 0.0, 1.0, 0.0) * ti.select(highest - lowest < STEEP / c[0] * z, 1.0, 0.0)
+        seen = ti.select(z > 0.0, 1.0, 0.0) * ti.select(difference < STEEP / c[0] * z, 1.0, 0.0)
         seen *= ti.select(q[2] > 0.05, 1.0, 0.0) * ti.select(aside <= 0.0, 1.0, 0.0) * ti.select(p[6] >= 0.0, 1.0, 0.0)
         length = ti.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
         behind = 1.0 - z * near
@@ -250,12 +267,7 @@ def _accumulate(source: F32, points: F32, normals: F32, sigma: F32, distorted: t
         J = [a[1] * f[2] - a[2] * f[1], a[2] * f[0] - a[0] * f[2], a[0] * f[1] - a[1] * f[0], f[0], f[1], f[2]]
         kept = ti.select(weight > 0.0, 1.0, 0.0)
         o = NUMBERS + g * SUMS
-        for row in ti.static(range(6)):
-            wJ = weight * J[row]
-            for col in ti.static(range(row + 1)):
-                work[o + row * (row + 1) // 2 + col] = (wJ * J[col]).sum()
-            work[o + 21 + row] = (wJ * r).sum()
-        work[o + 27] = weight.sum()
+        _sum_up(work, o, weight, J, r)
         work[o + 28] = (kept * r * r).sum()
         work[o + 29] = kept.sum()
         work[o + 30] = paired.sum()

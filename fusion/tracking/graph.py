@@ -7,11 +7,15 @@ Carlone 2020, eq. 11 to 14, for the loss of Geman and McClure).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
 
@@ -68,21 +72,21 @@ def settle(poses: Array, edges: Sequence[Edge]) -> Settled:
     if not edges:
         return Settled(T, np.zeros(0), np.zeros(0))
     doubtful = np.array([edge.doubtful for edge in edges])
-    held = _held(len(T), edges)
+    fixed = held(len(T), edges)
     hardness = 0.0
     weights = np.ones(len(edges))
     for _ in range(ITERATIONS):
-        H, gaps = _linear(T, edges)
+        H, gaps = linear(T, edges)
         squares = np.einsum("mi,mij,mj->m", gaps, np.stack([e.information for e in edges]), gaps)
         worst = float(squares[doubtful].max()) if doubtful.any() else 0.0
         hardness = max(2 * worst / BELIEVED, 1.0) if not hardness else max(hardness / EASED, 1.0)
         bound = hardness * BELIEVED
         weights = np.where(doubtful, (bound / (bound + squares)) ** 2, 1.0)
-        steps = _step(len(T), edges, H, gaps, weights, held)
+        steps = _step(len(T), edges, H, gaps, weights, fixed)
         T = _moved(T, steps)
         if hardness == 1.0 and np.abs(steps).max() < SETTLED:
             break
-    _, gaps = _linear(T, edges)
+    _, gaps = linear(T, edges)
     squares = np.einsum("mi,mij,mj->m", gaps, np.stack([e.information for e in edges]), gaps)
     return Settled(T, weights, np.sqrt(squares / 6))
 
@@ -99,16 +103,17 @@ def parts(n: int, edges: Sequence[Edge]) -> NDArray[np.int64]:
     return np.asarray(first[label], np.int64)
 
 
-def _held(n: int, edges: Sequence[Edge]) -> NDArray[np.int64]:
+def held(n: int, edges: Sequence[Edge]) -> NDArray[np.int64]:
+    """The first of each part that hangs together: it stays where it is."""
     return np.unique(parts(n, edges))
 
 
-def _linear(T: Array, edges: Sequence[Edge]) -> tuple[Array, Array]:
+def linear(T: Array, edges: Sequence[Edge]) -> tuple[Array, Array]:
     """Of each edge the change (m, 6, 6) of its twist with a world twist of j, and the twist (m, 6) that it misses."""
     i, j = (np.array([getattr(edge, end) for edge in edges]) for end in "ij")
     measured, centre = np.stack([e.T_i_j for e in edges]), np.stack([e.centre for e in edges])
     D = measured @ pose.inverse(pose.inverse(T[i]) @ T[j])
-    gaps = np.concatenate([_vectors(D[:, :3, :3]), _transformed(D, centre) - centre], axis=1)
+    gaps = np.concatenate([vectors(D[:, :3, :3]), _transformed(D, centre) - centre], axis=1)
     R = np.swapaxes(T[i][:, :3, :3], 1, 2)
     c = _transformed(T[i], centre)
     zero = np.zeros(len(edges))
@@ -119,27 +124,35 @@ def _linear(T: Array, edges: Sequence[Edge]) -> tuple[Array, Array]:
     return A, gaps
 
 
-def _step(
-    n: int, edges: Sequence[Edge], A: Array, gaps: Array, weights: Array, held: NDArray[np.int64]
-) -> Array:  # fmt: skip
-    """Gauss-Newton step (n, 6) of the nodes' world twists."""
-    from scipy.sparse import coo_matrix, identity
-    from scipy.sparse.linalg import spsolve
+def normal(n: int, edges: Sequence[Edge], A: Array, weighted: Array) -> "csr_matrix":
+    """Normal matrix (6 n, 6 n) of the nodes' world twists."""
+    from scipy.sparse import coo_matrix
 
     i, j = (np.array([getattr(edge, end) for edge in edges]) for end in "ij")
-    weighted = weights[:, None, None] * np.stack([e.information for e in edges])
     H = np.swapaxes(A, 1, 2) @ weighted @ A
-    b = np.einsum("mki,mkl,ml->mi", A, weighted, gaps)
-    rhs = np.zeros((n, 6))
-    np.add.at(rhs, j, b)
-    np.add.at(rhs, i, -b)
     blocks = [(i, i, 1), (j, j, 1), (i, j, -1), (j, i, -1)]
     down, across = np.mgrid[0:6, 0:6]
     rows = np.concatenate([(6 * a[:, None, None] + down).ravel() for a, _, _ in blocks])
     columns = np.concatenate([(6 * b[:, None, None] + across).ravel() for _, b, _ in blocks])
     values = np.concatenate([(sign * H).ravel() for _, _, sign in blocks])
-    system = coo_matrix((values, (rows, columns)), (6 * n, 6 * n)).tocsr()
-    free = np.setdiff1d(np.arange(6 * n), (6 * held[:, None] + np.arange(6)).ravel())
+    return coo_matrix((values, (rows, columns)), (6 * n, 6 * n)).tocsr()
+
+
+def _step(
+    n: int, edges: Sequence[Edge], A: Array, gaps: Array, weights: Array, fixed: NDArray[np.int64]
+) -> Array:  # fmt: skip
+    """Gauss-Newton step (n, 6) of the nodes' world twists."""
+    from scipy.sparse import identity
+    from scipy.sparse.linalg import spsolve
+
+    i, j = (np.array([getattr(edge, end) for edge in edges]) for end in "ij")
+    weighted = weights[:, None, None] * np.stack([e.information for e in edges])
+    b = np.einsum("mki,mkl,ml->mi", A, weighted, gaps)
+    rhs = np.zeros((n, 6))
+    np.add.at(rhs, j, b)
+    np.add.at(rhs, i, -b)
+    system = normal(n, edges, A, weighted)
+    free = np.setdiff1d(np.arange(6 * n), (6 * fixed[:, None] + np.arange(6)).ravel())
     if not len(free):
         return np.zeros((n, 6))
     inner = system[free][:, free]
@@ -159,7 +172,7 @@ def _moved(T: Array, twists: Array) -> Array:
     return out
 
 
-def _vectors(R: Array) -> Array:
+def vectors(R: Array) -> Array:
     """Rotation vectors (m, 3) [rad] of matrices (m, 3, 3)."""
     from scipy.spatial.transform import Rotation
 

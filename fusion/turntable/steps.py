@@ -12,6 +12,8 @@ LEAST_SLIP = np.deg2rad(1.0)  # less cannot be told from uneven steps
 SURE = 4.0  # standard deviations of the step's own noise: some frames are known worse than others
 COUNTS = 4  # steps that the fit's own figure counts for, beside the spread of the steps seen (guess)
 UNUSUAL = 6.0  # robust standard deviations of all steps: how evenly this table turns
+RESTS = 0.1  # of a large step: less is none
+OFTEN = 0.2  # share of the steps that are none from which the frames are doubled, or the table rested (guess)
 BESIDE = 3  # frames on either side that must agree that the object stayed turned
 
 
@@ -34,10 +36,12 @@ class Steps:
 
     Attributes:
         direction: 1 right-handed about the axis, -1 left-handed.
-        mean, std: of the turn between neighbouring frames, slips left out [rad].
+        mean, std: of the turn between neighbouring frames, slips and rests left out [rad].
         slips: jumps.
         warnings: sentences for a person, of what a table should not do.
         notes: of what is only good to know.
+        rests: frames that show the object turned as the one before, where there are many: they are there twice, or
+            the table rested.
     """
 
     direction: int
@@ -46,6 +50,7 @@ class Steps:
     slips: tuple[Slip, ...]
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    rests: int = 0
 
 
 def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None) -> Steps:
@@ -65,8 +70,9 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     measured = np.diff(angles[known])
     direction = 1 if np.sum(measured) >= 0 else -1
     warnings, notes = [], []
+    rests = _rests(measured)
     if commanded is None:
-        expected = np.multiply(float(np.median(measured / gaps)), gaps)
+        expected = np.where(rests, 0.0, np.multiply(float(np.median((measured / gaps)[~rests])), gaps))
     else:
         told = np.diff(commanded[known])
         sign = float(np.sign(np.sum(told * measured))) or 1.0
@@ -74,13 +80,13 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
         if sign < 0:
             notes.append("the table turns against the sign of its log (right-handed about the upward axis)")
     excess = measured - expected
-    excess = excess - np.median(excess)
+    excess = excess - np.where(rests, 0.0, np.median(excess[~rests]))
     limit = _limits(excess, angle_std[known])
     slips = tuple(
         Slip(int(known[k + 1]), float(excess[k]))
         for k in np.flatnonzero((np.abs(excess) > limit) & _lasting(excess)).tolist()
     )
-    regular = np.abs(excess) <= limit
+    regular = (np.abs(excess) <= limit) & ~rests
     per_frame = measured[regular] / gaps[regular]
     std = float(per_frame.std()) if len(per_frame) else 0.0
     noise = float(np.sqrt(2) * np.nanmedian(angle_std))
@@ -90,9 +96,15 @@ def judge_steps(angles: Array, angle_std: Array, commanded: Array | None = None)
     wrong_way = (np.sign(measured) != direction) & (np.abs(measured) > 3 * noise + 1e-3)
     if wrong_way.any():
         warnings.append(f"the table turns back before frames {known[1:][wrong_way][:5].tolist()}")
-    return Steps(
-        direction, float(per_frame.mean()) if len(per_frame) else 0.0, std, slips, tuple(warnings), tuple(notes)
-    )
+    mean = float(per_frame.mean()) if len(per_frame) else 0.0
+    return Steps(direction, mean, std, slips, tuple(warnings), tuple(notes), int(rests.sum()))
+
+
+def _rests(measured: Array) -> NDArray[np.bool_]:
+    """(n - 1,) steps that are none, where there are many of them."""
+    turned = np.abs(measured)
+    none = turned < RESTS * float(np.percentile(turned, 90)) if len(turned) else np.zeros(0, bool)
+    return none if none.mean() >= OFTEN else np.zeros(len(turned), bool)
 
 
 def _limits(excess: Array, angle_std: Array) -> Array:
@@ -117,17 +129,3 @@ def _lasting(excess: Array) -> NDArray[np.bool_]:
     after = [np.median(offset[k + 1 : k + 1 + BESIDE]) for k in range(len(excess))]
     # at an end the median is over two frames, and one wrong frame of two moves it by half
     return np.asarray(np.subtract(after, before) * np.sign(excess) > 0.7 * np.abs(excess))
-
-
-def closing_pair(angles: Array) -> tuple[int, int] | None:
-    """Two frames (i, j) about a full turn apart, the nearest views of the two ends; None without such a pair."""
-    known = np.flatnonzero(np.isfinite(angles))
-    i, j = np.triu_indices(len(known), 1)
-    i, j = known[i], known[j]
-    turn = np.abs(angles[j] - angles[i])
-    rest = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
-    fit = (turn > np.pi) & (rest < np.deg2rad(50))
-    if not fit.any():
-        return None
-    best = int(np.argmin(np.where(fit, rest - 1e-3 * (j - i), np.inf)))
-    return int(i[best]), int(j[best])

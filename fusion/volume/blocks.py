@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.language import func, ti
 from fusion.errors import VolumeError
-from fusion.volume.hashing import add, find, packed
+from fusion.volume.hashing import Hash, HashedBlocks, add, find, packed
 from fusion.volume.settings import BLOCK, VOXELS, VolumeSettings
 
 LARGEST = (1 << 31) // (2 * VOXELS) - 1  # blocks that 32 bits can index
@@ -79,10 +79,8 @@ class Blocks:
         if 2 * needed > len(self.keys):
             size, rehashed = 1 << int(4 * needed - 1).bit_length(), 0
             self.keys, self.ids = np.full(size, -1, np.int64), np.full(size, -1, np.int32)
-        add(
-            keys, rehashed, first, self.coordinates, self.low, self.high, self.keys, self.ids, self.neighbours,
-            self.around,
-        )  # fmt: skip
+        places = HashedBlocks(self.coordinates, self.low, self.high, self.neighbours)
+        add(keys, rehashed, first, places, Hash(self.keys, self.ids, self.around))
 
     def mark(self, ids: NDArray[np.int32] | slice) -> None:
         """Bring `solid` up to date after voxels were changed other than by fusing a frame."""

@@ -1,6 +1,8 @@
 # mypy: ignore-errors
 """Blocks are found through a hash of their coordinates: places in a row until the block, or a free one."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,6 +47,23 @@ def lookup(x: ti.i32, y: ti.i32, z: ti.i32, keys: ti.template(), ids: ti.templat
     return found
 
 
+class Hash(NamedTuple):
+    """Where blocks are, see `Blocks`."""
+
+    keys: I64
+    ids: I32
+    around: I32
+
+
+class HashedBlocks(NamedTuple):
+    """The blocks themselves, see `Blocks`."""
+
+    coordinates: I32_2
+    low: I32
+    high: I32
+    neighbours: I32_2
+
+
 @kernel
 def find(coordinates: I32_2, keys: I64, ids: I32, found: I32):
     for n in range(coordinates.shape[0]):
@@ -52,12 +71,11 @@ def find(coordinates: I32_2, keys: I64, ids: I32, found: I32):
 
 
 @kernel
-def add(
-    added: I64, first: ti.i32, new: ti.i32, coordinates: I32_2, low: I32, high: I32, keys: I64, ids: I32,
-    neighbours: I32_2, around: I32,
-):  # fmt: skip
+def add(added: I64, first: ti.i32, new: ti.i32, places: HashedBlocks, known: Hash):
     """Unpack the new blocks, hash those from the first on, and link the new ones; one after the other, as threads wake
     late for a few."""
+    coordinates, low, high, neighbours = ti.static((places.coordinates, places.low, places.high, places.neighbours))
+    keys, ids, around = ti.static((known.keys, known.ids, known.around))
     # Each turn looks at one place of the hash: the compiler would write loops within loops up to eight times.
     size, end = keys.shape[0], new + added.shape[0]
     n, h, key = first, -1, ti.cast(0, ti.i64)

@@ -2,10 +2,12 @@
 """Projection with OpenCV's lens distortion inside kernels, kept from folding back far off the axis."""
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.arrays import F32
 from fusion.compute.language import func, ti
 from fusion.geometry import lanes
 from fusion.geometry.camera import Camera
@@ -13,6 +15,15 @@ from fusion.geometry.lens import radial
 from fusion.geometry.pose import Array
 
 SIZE = 14  # values a kernel takes: the camera's 12 parameters, the largest radius squared, the largest gain
+
+
+class Eye(NamedTuple):
+    """A camera at a pose: `rows` of the pose, to or from the world as its kernel says; its `lens`; its image's size."""
+
+    pose: F32
+    camera: F32
+    height: ti.i32
+    width: ti.i32
 
 
 @lru_cache(maxsize=16)
@@ -38,9 +49,23 @@ def lens(camera: Camera) -> NDArray[np.float32]:
     return known
 
 
+def eye(camera: Camera, T: Array) -> Eye:
+    """A camera at a pose (4, 4) as kernels take it."""
+    return Eye(rows(T), lens(camera), camera.height, camera.width)
+
+
 def rows(T: Array) -> NDArray[np.float32]:
     """The upper three rows of a pose as (12,), the form kernels take."""
     return np.ascontiguousarray(T[:3], np.float32).ravel()
+
+
+@func
+def moved(pose: ti.template(), p: ti.template()):
+    """A point (3,) at a pose given as rows."""
+    return ti.Vector(
+        [pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
+         for a in ti.static(range(3))]
+    )  # fmt: skip
 
 
 @func

@@ -1,6 +1,8 @@
 # mypy: ignore-errors
 """Reading the field between voxels: trilinear value and gradient."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,21 @@ from fusion.compute.language import func, kernel, ti
 from fusion.volume.blocks import Blocks, entry
 from fusion.volume.hashing import lookup
 from fusion.volume.settings import BLOCK, LATTICE
+
+
+class SampledField(NamedTuple):
+    """What of the blocks tells distances, see `Blocks`, and the size of a voxel [m]."""
+
+    keys: I64
+    ids: I32
+    neighbours: I32_2
+    voxels: F32
+    voxel: ti.f32
+
+
+def field(blocks: Blocks) -> SampledField:
+    """As kernels take it."""
+    return SampledField(blocks.keys, blocks.ids, blocks.neighbours, blocks.flat, blocks.settings.voxel)
 
 
 def sample(blocks: Blocks, points: NDArray[np.float64]) -> tuple[NDArray[np.float32], ...]:
@@ -30,8 +47,7 @@ def sample(blocks: Blocks, points: NDArray[np.float64]) -> tuple[NDArray[np.floa
     weight = np.zeros(len(grid), np.float32)
     if len(grid):
         _sample(
-            base.astype(np.int32), np.where(near[:, None], grid - base, np.nan).astype(np.float32),
-            blocks.keys, blocks.ids, blocks.neighbours, blocks.flat, blocks.settings.voxel,
+            base.astype(np.int32), np.where(near[:, None], grid - base, np.nan).astype(np.float32), field(blocks),
             distance, gradient, weight,
         )  # fmt: skip
     return distance, gradient, weight
@@ -132,20 +148,18 @@ def smooth(
 
 
 @kernel
-def _sample(
-    base: I32_2, part: F32_2, keys: I64, ids: I32, neighbours: I32_2, voxels: F32, voxel: ti.f32,
-    distance: F32, gradient: F32_2, weight: F32,
-):  # fmt: skip
+def _sample(base: I32_2, part: F32_2, field: SampledField, distance: F32, gradient: F32_2, weight: F32):
+    """Fills in what is known at places of cells."""
     for p in range(base.shape[0]):
         a = ti.Vector([part[p, 0], part[p, 1], part[p, 2]])
         if a[0] == a[0]:
             i, j, k = base[p, 0], base[p, 1], base[p, 2]
-            n = lookup(i >> 3, j >> 3, k >> 3, keys, ids)
+            n = lookup(i >> 3, j >> 3, k >> 3, field.keys, field.ids)
             if n >= 0:
-                f, lowest = corners(n, i & 7, j & 7, k & 7, neighbours, voxels)
+                f, lowest = corners(n, i & 7, j & 7, k & 7, field.neighbours, field.voxels)
                 if lowest > 0.0:
                     distance[p] = blend(f, a)
-                    g = slope(f, a) / voxel
+                    g = slope(f, a) / field.voxel
                     for axis in ti.static(range(3)):
                         gradient[p, axis] = g[axis]
                     weight[p] = lowest

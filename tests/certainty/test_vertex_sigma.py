@@ -94,7 +94,10 @@ def test_calibration_acts_on_the_size():
     at = np.array([[0.1, 0, 0], [-0.1, 0, 0]])
     assert common.along(at, np.array([[1, 0, 0], [0, 0, 1]])) == pytest.approx([2e-4, 0])
     unknown = Camera(640, 480, 500.0, 500.0, 319.5, 239.5)
-    assert common_errors(unknown, None, 0.8).scale == 0
+    nothing = common_errors(unknown, None, 0.8)
+    assert nothing.unknown == ("focal length", "depth")
+    assert nothing.values()["scale_relative"] is None
+    assert common.unknown == ("depth",)
     assert common_errors(unknown, None, 0.8, (0.003, 0.03)).scale == pytest.approx(0.003, rel=0.01)
 
 
@@ -130,3 +133,16 @@ def test_where_nobody_looked_nothing_is_claimed():
     assert np.isnan(sure.sigma).all()
     assert sure.unseen == 1
     assert json_values(sure.values())["sigma_median_m"] is None
+
+
+def test_what_nobody_knows_is_said_and_is_no_zero():
+    mesh, frames, poses = wall(0.001, np.random.default_rng(7))
+    sure = vertex_sigma(mesh, frames, poses, Causes(0, 0.0, 0.001, KNOWN), 0.02)
+    assert sure.unknown == ("focal length", "depth", "poses")
+    assert (sure.parts["calibration"], sure.parts["poses"]) == (None, None)
+    (said,) = sure.onto(mesh).notes
+    assert said == "sigma: without what focal length, depth and poses may be wrong by, which nothing tells"
+    known = Causes(0, 0.0, 0.001, Common(0.002, 0.001, 0.8, "calibration"), lambda points, *_: np.zeros(len(points)))
+    told = vertex_sigma(mesh, frames, poses, known, 0.02)
+    assert told.unknown == told.onto(mesh).notes == ()
+    assert told.parts["calibration"] == pytest.approx(0, abs=1e-12)  # a wall through its middle turns no larger

@@ -49,12 +49,20 @@ def looks_at(
     return [look_at(sensor, place, wall, seed, off) for place, wall in enumerate(walls)]
 
 
-def look_at(sensor: Sensor, place: int, wall: tuple[float, float, float], seed: int, off: float = 1.0) -> FrameBlock:
+def look_at(
+    sensor: Sensor,
+    place: int,
+    wall: tuple[float, float, float],
+    seed: int,
+    off: float = 1.0,
+    placement: int | None = None,
+) -> FrameBlock:
     """One wall; its stated pose is off by `off` times a millimetre and a milliradian, as stated."""
     rng = np.random.default_rng([seed, place])
     stated = view_of(sensor.principle, wall, place)
     shift = off * rng.normal(0, [0.001, 0.06, 0.06])  # [m], [deg]
     true = view_of(sensor.principle, tuple(np.add(wall, shift)), place)
+    true = replace(true, moment=replace(true.moment, placement=placement))
     assert true.depth is not None
     frames = np.array([sensor.sample(true.depth, true, None, rng) for _ in range(FRAMES)])
     stage = SimpleNamespace(place=place, sigma_m=0.001 * off, sigma_rad=0.001 * off, mesh_sigma_m=0.0, caster=None)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up_walls import WALLS, look_at, sensor_of
 
-from fusion.discrepancy.channels.grain import _kept, with_grain
+from fusion.discrepancy.channels.grain import APART_PX, _as_seen, with_grain
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.optics.lens_distortion import LensDistortion
@@ -86,11 +86,13 @@ def test_steps_that_no_noise_hides_are_no_grain():
 
 def test_a_square_takes_its_mean_and_its_slopes_out_of_what_a_window_makes():
     for window in (1.0, 4.0, 6.0):
-        fields = np.array([windowed(np.random.default_rng(k), (16, 16), window) for k in range(300)])
+        fields = np.array([windowed(np.random.default_rng(k), (16, 16), window) for k in range(600)])
         v, u = np.mgrid[0:16, 0:16] - 7.5
         basis = np.stack([np.ones((16, 16)) / 16, u / np.linalg.norm(u), v / np.linalg.norm(v)]).reshape(3, -1)
-        taken = ((fields.reshape(300, -1) @ basis.T) ** 2).sum(axis=1)
-        assert 1 - taken.mean() / 256 == pytest.approx(_kept(window, 16), abs=0.02)
+        left = fields.reshape(600, -1) - fields.reshape(600, -1) @ basis.T @ basis
+        left = left.reshape(fields.shape)
+        apart = [np.mean(left[:, k:] * left[:, : 16 - k]) for k in APART_PX]
+        assert apart == pytest.approx(_as_seen(window, 16), abs=0.02)
 
 
 def test_speckle_that_nobody_stated_leaves_nothing_unexplained():

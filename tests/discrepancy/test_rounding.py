@@ -4,13 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_walls import looks_at
+from made_up_walls import WALLS, look_at, looks_at
 
 from fusion.discrepancy.inference.rounding import _products, rounding_covariance
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
+from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
+from fusion.sensor.effects.triangulation.speckle_noise import SpeckleNoise
 from fusion.sensor.sensor import Sensor
 
 COARSE = [
@@ -49,3 +51,25 @@ def test_products_are_those_of_many_draws():
     e = rng.normal(size=(200_000, 5)) @ root.T
     off = (p * np.exp(1j * e)).imag - p.imag
     assert _products(p, root @ root.T) == pytest.approx(off.T @ off / len(e), abs=0.05)  # ten standard errors
+
+
+def test_speckle_moves_pixels_to_other_steps():
+    """Without noise a little speckle makes whole steps: tiles scatter by far more than by speckle alone."""
+    rounding, noise = DepthQuantization(step_px=0.25), AxialNoise(sigma_px=0.004)
+    sensor = Sensor("calm", "structured_light", (SpeckleNoise(sigma_px=0.02, correlation_px=4.0), noise, rounding))
+    calm = []
+    for seed in range(4):
+        # placements of one seed differ in their speckle
+        blocks = [look_at(sensor, place, wall, seed, placement=10 * seed + place) for place, wall in enumerate(WALLS)]
+        observations = observe(sensor, blocks)
+        white = covariance_of(observations).whiten(observations.residual)
+        calm.append(float(white @ white) / len(white))
+    assert 0.3 < np.mean(calm) < 1.5, calm
+
+
+def test_a_tile_amid_one_step_tells_nothing_of_a_law():
+    sensor = Sensor("calm", "structured_light", (AxialNoise(sigma_px=0.002), DepthQuantization(step_px=0.25)))
+    tilted, frontal = observe(sensor, looks_at(sensor, 1, [(0.8, 30, 17), (3.65, 0, 0)])).patches
+    offset = DisparityOffset(offset=0.02)
+    assert np.mean(np.abs(tilted.column(offset))) == pytest.approx(0.02, rel=0.1)
+    assert np.max(np.abs(frontal.column(offset))) < 0.001

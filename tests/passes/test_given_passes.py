@@ -23,6 +23,15 @@ SETTINGS = {
 }  # fmt: skip
 
 
+class Held(tuple):
+    """A recording of the depth images that it holds."""
+
+    def __new__(cls, path, *depths):
+        made = super().__new__(cls, [SimpleNamespace(depth=depth) for depth in depths])
+        made.path = path
+        return made
+
+
 @pytest.fixture
 def result(tmp_path):
     """A result of a scan whose recording is gone."""
@@ -98,12 +107,14 @@ def test_one_pass_alone_and_one_twice_are_refused(tmp_path, capsys):
 def test_a_copy_is_no_second_pass(tmp_path):
     """A copy of a result, and another scan of the same recording, are told before any work."""
 
-    def given(name, place, lifted=0.0):
+    def given(name, place, depth):
         ball = trimesh.creation.icosphere(2, 0.1)
-        mesh = Mesh(np.array(ball.vertices) + lifted, np.array(ball.faces, np.int32))
+        mesh = Mesh(np.array(ball.vertices), np.array(ball.faces, np.int32))
         course = Trajectory(np.zeros(0), np.zeros((0, 4, 4)))
-        return Pass(name, SimpleNamespace(path=place), [], course, mesh, 0.001, 0.004, 0.001, "", {})
+        return Pass(name, Held(place, depth), [], course, mesh, 0.001, 0.004, 0.001, "", {})
 
-    for second in (given("copy", tmp_path / "elsewhere"), given("again", tmp_path, 0.001)):
-        with pytest.raises(FusionError, match=f"given twice; in {second.name}; found the recording or the mesh of one"):
-            merge_passes([given("one", tmp_path), second])
+    depths = np.random.default_rng(0).uniform(1, 2, (2, 30, 40)).astype(np.float32)
+    first = given("one", tmp_path, depths[0])
+    for second in (given("copy", tmp_path / "elsewhere", depths[0]), given("again", tmp_path, depths[1])):
+        with pytest.raises(FusionError, match="given twice"):
+            merge_passes([first, second])

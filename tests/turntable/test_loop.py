@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fusion.turntable import motion
-from fusion.turntable.all_views.loop import LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.selfcheck import NAMES, DepthKnown
+from fusion.turntable.all_views.loop import LoopSettings, choose_edges, close_loop
+from fusion.turntable.selfcheck import NAMES, DepthKnown, no_errors
 from fusion.turntable.views import ObjectView
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fusion.turntable.steps import closing_pair, judge_steps
+from fusion.scan.judging.missed import closing_pair
+from fusion.turntable.steps import judge_steps
 
 N = 40
 QUIET = np.full(N, np.deg2rad(0.02))
@@ -121,3 +122,25 @@ def test_a_careful_fit_does_not_hide_a_slip():
     angles = turned(noise=0.1)
     angles[25:] += np.deg2rad(3.0)
     assert [s.frame for s in judge_steps(angles, np.full(N, np.deg2rad(1.0))).slips] == [25]
+
+
+@pytest.mark.parametrize("times", [2, 3, 5])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_doubled_frames_are_named_and_are_no_slips(times, sign):
+    angles = np.repeat(turned(sign), times) + np.random.default_rng(1).normal(0, 1e-4, N * times)
+    steps = judge_steps(angles, np.repeat(QUIET, times))
+    assert steps.slips == () and steps.warnings == ()
+    assert np.rad2deg(steps.mean) == pytest.approx(sign * 9.0, abs=0.05) and np.rad2deg(steps.std) < 0.15
+    assert steps.rests == N * (times - 1)
+
+
+def test_a_slip_between_doubled_frames_is_found():
+    angles = np.repeat(turned(), 2)
+    angles[50:] += np.deg2rad(3.0)
+    assert [s.frame for s in judge_steps(angles, np.repeat(QUIET, 2)).slips] == [50]
+
+
+def test_a_hand_that_rests_now_and_then_is_no_doubled_frame():
+    steps = np.random.default_rng(3).uniform(5, 40, N)
+    steps[[7, 20]] = 0.0
+    assert judge_steps(np.deg2rad(np.cumsum(steps)), QUIET).rests == 0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fusion.errors import RecordingError
+from fusion.scan.finding import turn as motion
 from fusion.turntable.guess.told_step import refuse_contradicted_step
 from fusion.turntable.views import Region
 
@@ -31,3 +32,13 @@ def test_where_the_images_show_no_step_by_themselves_the_told_one_stands(owl_sce
     # the first view and, of all others, too little to see any turn by
     lost = [views[0], *(v.of(np.arange(101)) for v in views[1:])]
     refuse_contradicted_step(lost, around(views), float(np.deg2rad(45)))
+
+
+@pytest.mark.parametrize("unit", [1.0, np.pi / 180, 0.5, 400 / 360])
+def test_the_owl_by_a_log_in_another_unit(owl_scene, unit):
+    told = np.deg2rad(unit * np.rad2deg(owl_scene.angles))
+    views = owl_scene.views()
+    found, followed = motion._motion(views, around(views), motion._Known(told, None, True))
+    steps = np.abs(np.diff(found.angles))
+    assert np.rad2deg(steps) == pytest.approx(20.0, abs=0.5)
+    assert (followed is not None) == (unit > 0.1)

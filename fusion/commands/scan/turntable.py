@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 FRAMES = """frames: mesh.ply and trajectory.txt stand in the object's frame: z up along the axis, plate at z = 0.
 The axis in turntable.json and --box stand in the first camera's frame: x right, y down, z forward."""
-FRAME_LINE = "frame     mesh.ply: z up, plate at z = 0; turntable.json: the first camera's (x right, y down, z forward)"
 EXAMPLE = "fusion turntable my_scan -o out --sensor kinect-v1"
 
 
@@ -71,7 +70,9 @@ def run(options: argparse.Namespace) -> None:
     if options.json:
         print(json_text(numbers | {"output": str(options.output)}))
     else:
-        print("\n".join([*lines(scan), FRAME_LINE, *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
+        zero = "plate at z = 0" if scan.motion.plate is not None else "no plate seen: z = 0 beside the object's middle"
+        frame = f"frame     mesh.ply: z up, {zero}; turntable.json: the first camera's (x right, y down, z forward)"
+        print("\n".join([*lines(scan), frame, *made(options, "report"), f"took      {took(numbers['seconds'])}"]))
     if failed is not None:
         raise failed
 
@@ -82,7 +83,9 @@ def failure(scan: "Scan", where: Path) -> TrackingError | None:
     if worth.word != "failed":
         return None
     worst = worth.reasons[0]
-    do = f"{worst.do} --keep-failed writes what there is"
+    log = scan.told is not None and scan.settings.get("step") is None and worst.subject != "Log"
+    suspect = "Or its log is wrong (turntable_deg in degrees?): --ignore-log does without. " if log else ""
+    do = f"{worst.do} {suspect}--keep-failed writes what there is"
     return TrackingError("the scan failed", where, worst.reason.rstrip("."), do=do)
 
 
@@ -197,7 +200,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
 def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
     from fusion.results.words import closing_words, hidden_words, mesh_words, sure_words, table_words
-    from fusion.scan.judging.doctor import PLATE_TURNS
+    from fusion.scan.judging.notes import PLATE_TURNS
 
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned

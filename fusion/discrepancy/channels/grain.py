@@ -5,7 +5,7 @@ all. Frames that take no part in any fit have noise of their own and the same gr
 whatever the noise is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,6 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL
 from fusion.discrepancy.channels.scatter import frozen_rounding
 from fusion.discrepancy.decisions import FALSE_ALARM
-from fusion.discrepancy.inference.own_pattern import unknown_patterns
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.observe.tiles import Tiling
 from fusion.sensor.effect import Effect
@@ -28,11 +27,11 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
 FEWEST = 3  # placements: a spread among them is asked for
-APART_PX = (8, 12)  # pixels so far apart share no grain: what they share is a shape, and told elsewhere
-SHAPED = 0.3  # of the grain: with more in common so far apart it is one
-UNITS = 8  # drawn of patterns that the model holds: their mean power is good to a third
+APART_PX = (0, 1, 2, 4, 8)  # pixels of a square so far apart are compared: what they share tells grain from a shape
+SHAPED = 0.3  # of the grain, by which that may be other than its window makes it
 WITHIN = 2.0  # standard deviations of a stated size, within which it is as stated
 TRIMMED = 0.1  # of the tiles, at each end
 LEAST_SHARE = 0.1  # of the variance of a frame: what is less lies within what is known of noise and rounding
@@ -60,26 +59,27 @@ class Grain:
 
     @property
     def noise(self) -> float:
-        """Variance of a pixel in one frame, in native units squared."""
-        return float(np.median(self.patch.tiles.mean((self.patch.block.std * self.patch.native) ** 2)))
+        """Variance of a pixel in one frame, in native units squared: noise, and what rounding may keep of it."""
+        squares = self.patch.tiles.mean((self.patch.block.std * self.patch.native) ** 2)
+        return float(np.median(squares)) + frozen_rounding(self.patch)
 
-    def common(self, other: "Grain | None" = None) -> float:
-        """Covariance of the grain of two placements, in native units squared of the first, where an error of length
-        is the same in both; of one placement: of its two halves of frames."""
-        two, label = other or self, self.patch.tiles.label
-        inside = (label >= 0) & (two.patch.tiles.label >= 0)
-        same = 1.0 if self.patch.view.time_of_flight else self.patch.native / two.patch.native
-        return _usual(self.patch.tiles, self.fitted * two.others * same, inside)
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        return self.patch.tiles.label >= 0
 
-    def along(self, apart: Sequence[int]) -> float:
-        """Covariance of pixels of one tile that are so many pixels apart."""
+    @property
+    def of_length(self) -> Image:
+        """(h, w) native units of an error of length that is the same in all placements."""
+        return np.where(self.inside & (not self.patch.view.time_of_flight), self.patch.native, 1.0)
+
+    def common(self, theirs: Image, inside: NDArray[np.bool_]) -> Vector:
+        """Covariance with another image, of pixels of one tile that are `APART_PX` apart."""
         label, found = self.patch.tiles.label, []
-        for steps in apart:
+        for steps in APART_PX:
             for axis in (0, 1):
-                moved = np.roll(self.others, steps, axis)
-                inside = (label >= 0) & (np.roll(label, steps, axis) == label)
-                found.append(_usual(self.patch.tiles, self.fitted * moved, inside))
-        return float(np.mean(found))
+                same = self.inside & (np.roll(label, steps, axis) == label) & np.roll(inside, steps, axis)
+                found.append(_usual(self.patch.tiles, self.fitted * np.roll(theirs, steps, axis), same))
+        return np.reshape(found, (len(APART_PX), 2)).mean(axis=1)
 
 
 def with_grain(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, ...]]:
@@ -88,21 +88,31 @@ def with_grain(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
     seen = [_grain(patch) for patch in _told_of(observations)]
     if len(seen) < FEWEST:
         return sensor, ()
-    shared = [_shared(one, seen) for one in seen]
-    own = [a.common() - frozen_rounding(a.patch) - others for a, others in zip(seen, shared, strict=True)]
+    own, shared = _covariances(seen)
     steps: list[ChannelStep] = []
     for kind in EFFECTS:
         if kind.grain and (not kind.principles or sensor.principle in kind.principles):
-            found = own if kind.anew else [a - _patterns(one.patch) for a, one in zip(shared, seen, strict=True)]
-            step = _step(kind, sensor, np.array(found), seen)
+            step = _step(kind, sensor, own if kind.anew else shared, seen)
             steps += [] if step is None else [step]
             sensor = sensor if step is None else step.added_to(sensor)
     return sensor, tuple(steps)
 
 
-def _shared(one: Grain, seen: Sequence[Grain]) -> float:
-    """What the grain of a placement has in common with that of all others, in its native units squared."""
-    return float(np.mean([one.common(other) for other in seen if other is not one]))
+def _covariances(seen: Sequence[Grain]) -> tuple[Matrix, Matrix]:
+    """(m, k) of pixels `APART_PX` apart, in native units squared: what a placement has for itself, and with all others.
+
+    Less what rounding may leave.
+    """
+    inside = np.array([one.inside for one in seen])
+    lengths = np.array([one.others / one.of_length for one in seen])
+    count, total = inside.sum(axis=0), lengths.sum(axis=0)
+    own, shared = np.zeros((2, len(seen), len(APART_PX)))
+    for k, one in enumerate(seen):
+        rest = count - inside[k]
+        shared[k] = one.common((total - lengths[k]) / np.maximum(rest, 1) * one.of_length, rest > 0)
+        own[k] = one.common(one.others, one.inside) - shared[k]
+        own[k, 0] -= frozen_rounding(one.patch)
+    return own, shared
 
 
 def _told_of(observations: Observations) -> list[Patch]:
@@ -151,26 +161,11 @@ def _usual(tiles: Tiling, product: Image, inside: NDArray[np.bool_]) -> float:
     return float(trim_mean(tiles.mean(np.where(inside, product, 0.0))[some] / share[some], TRIMMED))
 
 
-def _patterns(patch: Patch) -> float:
-    """Variance that patterns of which the model knows the usual size may leave in squares without their planes."""
-    total = 0.0
-    for effect in unknown_patterns(patch.sensor):
-        if not effect.grain:
-            drawn = [replace(patch.view, moment=replace(patch.view.moment, unit=unit)) for unit in range(UNITS)]
-            with np.errstate(all="ignore"):
-                images = [np.nan_to_num(effect.bias(patch.depth, view) * patch.native) for view in drawn]
-            powers = [_usual(patch.tiles, _upright(patch, image) ** 2, patch.tiles.label >= 0) for image in images]
-            total += WITHIN**2 * float(np.mean(powers))
-    return total
-
-
-def _power(effect: Effect | None, patch: Patch) -> float:
+def _power(effect: Effect, patch: Patch) -> float:
     """Mean square of an effect's grain in native units, as it is seen without the planes of the tiles."""
-    if effect is None:
-        return 0.0
     with np.errstate(all="ignore"):
         whole = float(np.median(patch.tiles.mean((effect.noise(patch.depth, patch.view) * patch.native) ** 2)))
-    return whole * _kept(effect.window(patch.view), _side(patch))
+    return whole * float(_as_seen(effect.window(patch.view), _side(patch))[0])
 
 
 def _side(patch: Patch) -> int:
@@ -178,49 +173,60 @@ def _side(patch: Patch) -> int:
     return round(float(np.sqrt(np.median(patch.tiles.pixels))))
 
 
-def _kept(window: float, side: int) -> float:
-    """Share of the variance of pixels that share a window which a square's own mean and slopes leave."""
+def _as_seen(window: float, side: int) -> Vector:
+    """Covariances of pixels `APART_PX` apart that share a window, in squares without their mean and slopes; variance
+    of a pixel 1."""
     steps = np.arange(side)
     alike = np.maximum(1.0 - np.abs(steps[:, None] - steps) / max(window, 1.0), 0.0)
-    slope = steps - steps.mean()
-    mean, slope = alike.sum() / side, slope @ alike @ slope / (slope @ slope)
-    return float(1.0 - mean * (mean + 2 * slope) / side**2)
+    flat, slope = (axis / np.linalg.norm(axis) for axis in (np.ones(side), steps - steps.mean()))
+
+    def apart(products: Matrix) -> Vector:
+        both, most = 0.5 * (products + products.T), side - 1
+        return np.array([np.diagonal(both, min(k, most)).mean() for k in APART_PX])
+
+    out = apart(alike)
+    for x, y in ((flat, flat), (slope, flat), (flat, slope)):  # of the image, along and across the step
+        along, across = x @ alike @ x, y @ alike @ y / side
+        out = out + across * (along * apart(np.outer(x, x)) - 2 * apart(np.outer(x, alike @ x)))
+    return out
 
 
-def _step(kind: type[Effect], sensor: Sensor, found: Vector, seen: Sequence[Grain]) -> ChannelStep | None:
+def _step(kind: type[Effect], sensor: Sensor, found: Matrix, seen: Sequence[Grain]) -> ChannelStep | None:
     """An effect with as much grain as is found, where that is more than is stated; None where it is not."""
     size, *window = kind.grain
     known, noise = sensor.effect(kind.name), np.array([one.noise for one in seen])
+    if not np.all(noise > 0):
+        return None
     unit: dict[str, Any] = {size: 1.0}
-    one, found = kind(**unit) if known is None else replace(known, **unit), found / noise
+    one, found = kind(**unit) if known is None else replace(known, **unit), found / noise[:, None]
 
     def powers() -> Vector:
         return np.array([_power(one, grain.patch) for grain in seen]) / noise
 
-    weights = powers() / powers().sum()
-    share = float(weights @ found)
-
-    def along(apart: Sequence[int]) -> float:
-        return float(weights @ ([grain.along(apart) for grain in seen] / noise)) / share
-
-    if share < LEAST_SHARE or abs(along(APART_PX)) > SHAPED:
+    weights, patch = powers() / powers().sum(), seen[0].patch
+    apart = weights @ found
+    if apart[0] < LEAST_SHARE:
+        return None
+    windows = np.linspace(1.0, APART_PX[-1], 57) if window and known is None else np.array([one.window(patch.view)])
+    due = np.array([seen / seen[0] for seen in (_as_seen(w, _side(patch)) for w in windows)])
+    best = int(np.argmin(np.linalg.norm(apart / apart[0] - due, axis=1)))
+    if np.max(np.abs(apart / apart[0] - due[best])) > SHAPED:
         return None
     if window and known is None:
-        wide: dict[str, Any] = {window[0]: _window(along((1,)), _side(seen[0].patch))}
+        wide: dict[str, Any] = {window[0]: float(windows[best])}
         one = replace(one, **wide)
-    power = powers()
-    square = float(power @ found / (power @ power))
-    spread = float(np.linalg.norm(found - square * power) / np.sqrt((len(seen) - 1) * (power @ power)))
+    power, sizes = powers(), found[:, 0]
+    square = float(power @ sizes / (power @ power))
+    spread = float(np.linalg.norm(sizes - square * power) / np.sqrt((len(seen) - 1) * (power @ power)))
     chance = float(student.sf((square - _stated(known, size, sensor)) / max(spread, 1e-300), len(seen) - 1))
-    if chance > FALSE_ALARM:
+    if not chance <= FALSE_ALARM:
         return None
     value = float(np.sqrt(square))
     fitted: dict[str, Any] = {size: min(value, parameters(kind)[size].high)}
-    std, gain = {size: spread / (2 * value)}, float(found.sum())
+    std, gain = {size: spread / (2 * value)}, float(sizes.sum())
     share = float(np.clip(gain / (np.array([grain.whole for grain in seen]) / noise).sum(), 0.0, 1.0))
-    return ChannelStep(
-        "bias", replace(one, **fitted), std, known is not None, gain, share, chance, text=TEXT[kind.anew]
-    )
+    corrected = known is not None and bool(np.any(getattr(known, size)))
+    return ChannelStep("bias", replace(one, **fitted), std, corrected, gain, share, chance, text=TEXT[kind.anew])
 
 
 def _stated(known: Effect | None, size: str, sensor: Sensor) -> float:
@@ -231,8 +237,14 @@ def _stated(known: Effect | None, size: str, sensor: Sensor) -> float:
     return (value + WITHIN * float(np.max(sensor.std.get((known.name, size), USUAL * value)))) ** 2
 
 
-def _window(near: float, side: int) -> float:
-    """Window [px] of which neighbours share so much, in squares without their means and slopes."""
-    windows = np.linspace(1.0, APART_PX[0], 57)
-    kept = np.array([_kept(window, side) for window in windows])
-    return float(windows[np.argmin(np.abs((1.0 - 1.0 / windows - (1.0 - kept)) / kept - near))])
+def as_given(better: Sensor, given: Sensor, named: Set[str]) -> Sensor:
+    """A better model with no more grain than a given one, and all else that it has of effects that are `named`."""
+    for effect in better.effects:
+        if effect.grain and effect != (own := given.effect(effect.name)):
+            size = effect.grain[0]
+            if own is None and effect.name not in named:
+                better = replace(better, effects=tuple(one for one in better.effects if one is not effect))
+            else:
+                plain: dict[str, Any] = {size: 0.0 if own is None else getattr(own, size)}
+                better = better.having(replace(effect, **plain))
+    return better

@@ -1,7 +1,7 @@
 """Judging what was tried of the noise: by chance, by its size, in recordings left out, in frames left out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, TunedParameters, Whitener, changes, turn
 from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.observe.observations import observe, predicted
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -25,9 +25,6 @@ Vector = NDArray[np.float64]
 BEYOND = 0.005  # chance that a stated value, within its own standard deviation, is as far off as it seems
 LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below, it is a matter of the noise model
 EXPLAINED = 0.5  # of what is too much, by one effect: two of a size may be there
-APART = 3  # pixels from which on neighbours share no noise of a window as sensors have it
-HALF = 0.5  # of the correlation that is due must be seen: rounding and other noise take some
-UNLIKE = 0.01  # correlation that chance makes of the pixels of a block: its square is one over their number
 SIMPLER = 6.0  # of the chi2: a value that is wrong needs no new physics
 
 
@@ -68,28 +65,20 @@ def explains(best: Tried, before: TunedParameters) -> bool:
     return before.chi2 - best.turned.chi2 > EXPLAINED * excess
 
 
-def contradicted(tried: Tried, scatter: Scatter) -> bool:
-    """True for new noise that pixels would share, where the noise of neighbours is not as alike as that."""
-    for param, value in zip(tried.turned.params, tried.turned.values, strict=True):
-        if any(param is free for free in tried.free) and param.new and _unlike(param, float(value), scatter):
-            return True
-    return False
+def nearer(better: Sensor, scatter: Scatter) -> bool:
+    """True when repeated frames scatter more as the better model says, predicted anew.
+
+    What was tried is straight in every number; whatever that made of it, no claim denies what the frames show.
+    """
+    again = [replace(p, sensor=better, sigma=predicted(better, p.block)[1]) for p in scatter.patches]
+    return _off(scatter_of(again)) < _off(scatter)
 
 
-def _unlike(param: NoiseParameter, value: float, scatter: Scatter) -> bool:
-    """True where neighbours are less alike than new noise makes them; blocks tell of it that would have much of it."""
-    growth = np.maximum(param.turned(value)[0], 0.0)
-    ends = np.cumsum([len(patch.tiles) for patch in scatter.patches])[:-1]
-    # what neighbours have in common is told as a mean over the image too
-    shares = [float(np.mean(part / (1 + part))) for part in np.split(growth, ends)]
-    lacking, weights = [], []
-    for share, patch in zip(shares, scatter.patches, strict=True):
-        if patch.block.alike is not None and share > 0:
-            alike = np.mean(np.asarray(patch.block.alike), axis=0)
-            due = share * np.maximum(1 - np.arange(len(alike)) / param.effect.window(patch.view), 0.0)
-            lacking.append(HALF * due - alike)
-            weights.append(share)
-    return bool(lacking and np.any(np.average(lacking, axis=0, weights=weights)[APART:] > UNLIKE))
+def _off(scatter: Scatter) -> float:
+    """Mean size of the logarithms by which frames scatter otherwise than is said."""
+    told = np.isfinite(scatter.renewal_sigma)
+    renewal = np.where(told, np.abs(scatter.renewal), 0.0)
+    return float(np.mean(np.abs(scatter.excess) + renewal))
 
 
 def replicated(best: Tried, before: TunedParameters, scatter: Scatter, whitener: Whitener) -> bool:

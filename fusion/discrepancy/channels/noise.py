@@ -11,10 +11,10 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.judging import (
     Tried,
     confirmed,
-    contradicted,
     explains,
     improbable,
     large,
+    nearer,
     probability,
     replicated,
 )
@@ -87,9 +87,7 @@ def _step(
     whitener = Whitener()
     for again in (False, True):
         nothing = turn(scatter, whitener, known, [k.value for k in known])
-        tried = [
-            t for t in _all_tried(scatter, whitener, known, fresh, free, nothing.chi2) if not contradicted(t, scatter)
-        ]
+        tried = _all_tried(scatter, whitener, known, fresh, free, nothing.chi2)
         if not tried:
             return None
         best, names = max(tried, key=lambda one: one.score), len(tried)
@@ -104,6 +102,8 @@ def _step(
     if not confirmed(best, before, sensor, held, whitener):
         return None
     better, std = _applied(sensor, best)
+    if not nearer(better, scatter):
+        return None
     gain = before.chi2 - best.turned.chi2
     return better, ChannelStep(
         "noise",

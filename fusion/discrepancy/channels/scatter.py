@@ -93,22 +93,24 @@ def _sharing(patch: Patch) -> float:
 def _undithered(patch: Patch) -> float:
     """How far a variance may wander (share of it) with the place between two steps of the rounding."""
     step = _step(patch)
-    # as small as the model or the frames say: calmer noise than stated is dithered less
-    total = float(np.sqrt(min(variance(patch, spread).mean() for spread in (patch.sigma, patch.block.std))))
-    before = np.sqrt(max(total**2 - step**2 / 12, 0.0))
+    # as the frames show: a model that has too little noise earns no allowance by it
+    before = np.sqrt(max(float(variance(patch, patch.block.std).mean()) - step**2 / 12, 0.0))
     # the first harmonic of the rounding's own error, which fades as the noise grows over a step
     return WANDERS * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
 
 
 def frozen_rounding(patch: Patch) -> float:
-    """Mean square in native units that rounding, the model's or the file's, may leave in the mean of many frames."""
+    """Mean square in native units that rounding, the model's or the file's, may leave in the mean of many frames.
+
+    Where on its steps a pixel is nobody knows: the model's rounding and the frames' differ as two that share nothing.
+    """
     recording = getattr(patch.block.stage, "recording", None)
     counts = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
-    step = max(_step(patch), counts)
+    step, times = max((_step(patch), 2), (counts, 1))
     if not step:
         return 0.0
     before = max(float(np.median(variance(patch, patch.block.std))) - step**2 / 12, 0.0)
-    return step**2 / 12 * float(np.exp(-4 * np.pi**2 * before / step**2))
+    return times * step**2 / 12 * float(np.exp(-4 * np.pi**2 * before / step**2))
 
 
 def _step(patch: Patch) -> float:

@@ -1,22 +1,23 @@
 """Rounding: where its steps lie while it is not known exactly what is rounded; noise that is small beside a step does
 not hide them."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.inference import covariance
 from fusion.discrepancy.inference.own_pattern import unknown_patterns
-from fusion.discrepancy.observe.observations import Observations, Patch, predicted
+from fusion.discrepancy.inference.unrounded import Unrounded
+from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.sensor.effect import Effect
+from fusion.sensor.view import Image
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Phasors = NDArray[np.complex128]
 
-STEP = 12**0.5  # over the spread of what rounding to it loses
 HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
 SAME = 16  # power of a correlation of patterns: only squares that see the very same jumps share what these break
+MANY = 12  # of them, where pixels jump: what the others leave out is a hundredth of a step
 HARMONICS = 3  # of what rounding leaves of a mean: the fourth is a quarter of the first, and any noise hides it
 
 
@@ -27,22 +28,22 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
     x in steps. Where x is off by a normal e, p is p exp(2 pi i k e) and no more what was predicted.
 
     Args:
-        before: (n, n) covariance of e in native units: poses, patterns, known parameters.
+        before: (n, n) covariance of e in native units: poses, patterns, known parameters, laws that nobody knows.
         patterns: (n, n) part of it that jumps between pixels.
     """
     total = np.zeros_like(before)
-    rounding = next((effect for effect in observations.sensor.effects if effect.lattice), None)
-    if rounding is None:
-        return total
-    shown = [_shows(patch, rounding) for patch in observations.patches]
-    if not any(shown):
-        return total
-    parts = [_phasors(p, rounding) if s else _none(p) for p, s in zip(observations.patches, shown, strict=True)]
+    parts = [_phasors(patch) for patch in observations.patches]
     steps, heights, broken = (np.concatenate(own) for own in zip(*parts, strict=True))
+    if not np.any(heights):
+        return total
+    for rows, patch in observations.rows():
+        for effect in patch.sensor.effects:
+            if effect.anew and _shows(patch):
+                total[rows, rows] += _speckled(patch, effect)
     some = np.flatnonzero(heights[:, 0])
     place, at = observations.place[some], np.ix_(some, some)
     one = patterns[at] / np.maximum(np.sqrt(np.outer(np.diag(patterns)[some], np.diag(patterns)[some])), 1e-300)
-    total[at] = np.sqrt(np.outer(broken[some], broken[some])) * one**SAME * (place[:, None] == place)
+    total[at] += np.sqrt(np.outer(broken[some], broken[some])) * one**SAME * (place[:, None] == place)
     turns = before[at] / np.outer(steps[some], steps[some])
     for k in range(1, HARMONICS + 1):
         total[at] += _products(heights[some, k - 1], (2 * np.pi * k) ** 2 * turns)
@@ -58,34 +59,55 @@ def _products(p: Phasors, phase: Matrix) -> Matrix:
     return np.asarray(0.5 * mean - cross - cross.T + np.outer(p.imag, p.imag))
 
 
-def _shows(patch: Patch, rounding: Effect) -> bool:
+def _speckled(patch: Patch, speckle: Effect) -> Matrix:
+    """(n, n) covariance of squares in which speckle moves pixels to other steps.
+
+    Each harmonic has a window of its own, as phases part sooner than what turns them.
+    """
+    tiles, unrounded = patch.tiles, patch.unrounded
+    assert unrounded is not None
+    with np.errstate(all="ignore"):
+        moved = speckle.noise(unrounded.mean, patch.view) / unrounded.step
+        turned = float(np.nanmedian(np.where(tiles.label >= 0, moved, np.nan)))
+        total = np.zeros((len(tiles), len(tiles)))
+        for k in range(1, MANY + 1) if turned else ():
+            phase = (2 * np.pi * k * turned) ** 2
+            size = np.sqrt(tiles.mean(_height(patch, unrounded, k) ** 2) * -np.expm1(-0.5 * phase))
+            window = speckle.window(patch.view) * 2 * (1 / phase - 1 / np.expm1(phase))
+            total += np.outer(size, size) * covariance.grain(tiles.cell, tiles.cell, tiles.side, window)
+    return total
+
+
+def _shows(patch: Patch) -> bool:
     """True where the noise of the frames, the model's or the measured, is small enough not to hide the steps."""
     with np.errstate(all="ignore"):
-        spread = np.fmin(patch.sigma, patch.block.std) / (STEP * rounding.noise(patch.predicted, patch.view))
-    return bool(len(patch.tiles) and np.nanmedian(spread) < HIDDEN)
+        return patch.unrounded is not None and bool(
+            len(patch.tiles) and np.nanmedian(patch.unrounded.spread[patch.tiles.label >= 0]) < HIDDEN
+        )
 
 
-def _none(patch: Patch) -> tuple[Vector, Phasors, Vector]:
-    n = len(patch.tiles)
-    return np.ones(n), np.zeros((n, HARMONICS), complex), np.zeros(n)
+def _height(patch: Patch, unrounded: Unrounded, k: int) -> Image:
+    """(h, w) |p| of a harmonic in native units."""
+    faded = np.exp(-2 * (np.pi * k * unrounded.spread) ** 2) / (np.pi * k)
+    return np.asarray(unrounded.step * np.abs(patch.native) * faded)
 
 
-def _phasors(patch: Patch, rounding: Effect) -> tuple[Vector, Phasors, Vector]:
+def _phasors(patch: Patch) -> tuple[Vector, Phasors, Vector]:
     """(n,) step of each tile and (n, k) means of p over it, in native units; and (n,) what jumps of a pattern add.
 
     Waves of a slope cancel within a square, but for a part of one where the pattern of the unit jumps in it.
     """
-    others = tuple(effect for effect in patch.sensor.effects if effect is not rounding)
-    mean, sigma = predicted(replace(patch.sensor, effects=others), patch.block)
+    unrounded, n = patch.unrounded, len(patch.tiles)
+    if unrounded is None or not _shows(patch):
+        return np.ones(n), np.zeros((n, HARMONICS), complex), np.zeros(n)
     with np.errstate(all="ignore"):
-        step = STEP * rounding.noise(mean, patch.view)  # [m] at this depth: constant, or growing with its square
-        calm = np.sqrt(np.maximum(patch.block.std**2 - step**2 / 12, 0.0))
-        spread, native = np.fmin(sigma, calm) / step, step * np.abs(patch.native)
-        waves, broken, jumps = [], np.zeros(len(patch.tiles)), any(unknown_patterns(patch.sensor))
-        slope = np.hypot(*np.gradient(mean / step)) * patch.tiles.side  # steps over a square
+        waves, broken, jumps = [], np.zeros(n), any(unknown_patterns(patch.sensor))
+        turns = unrounded.mean / unrounded.step
+        slope = np.hypot(*np.gradient(turns)) * patch.tiles.side  # steps over a square
         for k in range(1, HARMONICS + 1):
-            p = native * np.exp(2j * np.pi * k * mean / step - 2 * (np.pi * k * spread) ** 2) / (np.pi * k)
+            height = _height(patch, unrounded, k)
+            p = height * np.exp(2j * np.pi * k * turns)
             waves.append(patch.tiles.mean(p.real) + 1j * patch.tiles.mean(p.imag))
             part = np.minimum(1.0 / (2 * np.pi * k * slope), 0.5)
-            broken += jumps * patch.tiles.mean((np.abs(p) * part) ** 2)
-    return patch.tiles.mean(native), np.column_stack(waves), broken
+            broken += jumps * patch.tiles.mean((height * part) ** 2)
+    return patch.tiles.mean(unrounded.step * np.abs(patch.native)), np.column_stack(waves), broken

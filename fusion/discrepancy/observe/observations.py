@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.loose import Loose
+from fusion.discrepancy.inference.unrounded import Unrounded
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
@@ -61,7 +62,21 @@ class Patch:
     def column(self, effect: Effect) -> NDArray[np.float64]:
         """(n,) by how much an effect changes the tiles, to first order, in native units."""
         with np.errstate(all="ignore"):
-            return self.tiles.mean(effect.change(self.depth, self.view) * self.native)
+            return self.tiles.mean(effect.change(self.depth, self.view) * self.native * self._passed)
+
+    @cached_property
+    def unrounded(self) -> Unrounded | None:
+        """What is rounded; None by a model without steps."""
+        rounding = next((effect for effect in self.sensor.effects if effect.lattice), None)
+        if rounding is None:
+            return None
+        others = tuple(effect for effect in self.sensor.effects if effect is not rounding)
+        mean, sigma = predicted(replace(self.sensor, effects=others), self.block)
+        return Unrounded.of(rounding, mean, sigma, self.block.std, self.view)
+
+    @cached_property
+    def _passed(self) -> Image | float:
+        return 1.0 if self.unrounded is None else self.unrounded.passed(self.view)
 
     def covariate(self, image: Image) -> NDArray[np.float64]:
         """(n,) mean of an image over the tiles."""

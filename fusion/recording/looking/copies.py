@@ -23,7 +23,7 @@ def print_of(depth: Image) -> bytes:
 
 
 def refuse_copies(recordings: Sequence[tuple[Path, Prints]]) -> None:
-    """Two recordings that share a frame, value for value, are one: noise never comes twice, whatever the files are.
+    """Two recordings of one place, or that share a frame, value for value, are one: noise never comes twice.
 
     Args:
         recordings: folder and prints of the frames of each.
@@ -33,11 +33,12 @@ def refuse_copies(recordings: Sequence[tuple[Path, Prints]]) -> None:
     """
     for place, (path, prints) in enumerate(recordings):
         for earlier, others in recordings[:place]:
-            if shared := len(prints & others):
+            shared = len(prints & others)
+            if shared or (path.exists() and path.resolve() == earlier.resolve()):
                 raise RecordingError(
                     "a recording is given twice, and a copy is no second measurement",
                     path,
-                    f"{shared} frames of {len(prints)} that are those of {earlier}",
+                    f"{shared} frames of {len(prints)} that are those of {earlier}" if shared else earlier,
                     "recordings of their own",
                     "leave it out, or record again",
                 )

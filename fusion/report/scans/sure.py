@@ -14,8 +14,8 @@ from fusion.report.kit.palette import DIVERGING, SEQUENTIAL
 from fusion.report.kit.views import Scale, ViewRow, mesh_views, nice_length, scale_colors
 
 CAPTION = (
-    "One standard deviation along the normal: noise and spread of the views, blur where the surface bends, the table's "
-    "axis, calibration. The true surface is expected within 1.645 times of it at 90 % of the surface. Grey: unknown."
+    "One standard deviation along the normal: noise and spread of the views, blur where the surface bends, poses, "
+    "calibration. The true surface is expected within 1.645 times of it at 90 % of the surface. Grey: unknown."
 )
 
 

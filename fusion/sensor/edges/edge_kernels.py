@@ -6,6 +6,8 @@ the one to its right, `links[1, ...]` that to the one below; -1 where no edge pa
 link on each side, also those that lie half outside of the image. A cell (v, u) has pixel (v, u) as its last one.
 """
 
+from typing import NamedTuple
+
 from fusion.compute.arrays import F32, F32_2, I32, I32_2
 from fusion.compute.language import func, kernel, ti
 
@@ -15,6 +17,51 @@ ASKEW = 0.87  # cosine of 30 deg: more than that beside an edge's normal, a pixe
 SLACK = 1.7  # [px] a cell with a line has pixels beside an edge, and they lie at most a diagonal apart; OpenCV adds 2 %
 NONE = 1e30
 I32_3 = ti.types.ndarray(ti.i32, 3)
+
+
+class Rings(NamedTuple):
+    """Cells by their distance from a pixel.
+
+    Attributes:
+        cells: (n, 3) the nearest first: square of the distance [px^2], and row and column from the pixel.
+        begins: (reach^2 + 2,) the first of them that is as far [px^2].
+        margin: rows and columns of `Pieces.held` beyond the cells, more than the reach [px].
+    """
+
+    cells: I32_2
+    begins: I32
+    margin: ti.i32
+
+
+class Pieces(NamedTuple):
+    """Pieces of edges, as `join_crossings` fills them in."""
+
+    held: I32_2
+    lines: F32_2
+    ends: I32_2
+
+
+class Crossed(NamedTuple):
+    """Flat indices (n, 2) of the two pixels of each crossing, and depths (n, 2) at the edge on their sides [m]."""
+
+    pairs: I32_2
+    depths: F32_2
+
+
+class Own(NamedTuple):
+    """Depth [m] and amplitude of all pixels (h w,)."""
+
+    depth: F32
+    amplitude: F32
+
+
+class EdgeImages(NamedTuple):
+    """Of all pixels (h w,), as in `Edges`."""
+
+    distance: F32
+    direction: F32
+    jump: F32
+    light: F32
 
 
 @func
@@ -110,64 +157,53 @@ def _write(
 
 @kernel
 def look_across(
-    pixels: I32, off: F32, reach: ti.f32, margin: ti.i32, rings: I32_2, begins: I32, held: I32_2, lines: F32_2,
-    ends: I32_2, pairs: I32_2, depths: F32_2, depth: F32, amplitude: F32, distance: F32, direction: F32, jump: F32,
-    light: F32,
-):  # fmt: skip
+    pixels: I32, off: F32, reach: ti.f32, rings: Rings, pieces: Pieces, crossed: Crossed, own: Own, out: EdgeImages
+):
     """The nearest edge of some pixels, and what is on its other side; other pixels stay as they are.
 
     Args:
         pixels: (n,) flat indices.
         off: (n,) how far the nearest pixel beside an edge is [px].
-        margin: of `held`, more than `reach`.
-        rings: (cells, 3) those within reach, the nearest first: square of the distance [px^2], and row and column from
-            the pixel.
-        begins: (reach^2 + 2,) the first of them that is as far [px^2].
         reach: farther edges are none [px].
-        pairs: (crossings, 2) flat indices of the two pixels of each.
-        depths: (crossings, 2) [m] at the edge on the side of each.
-        depth, amplitude: (h w,) of the pixels.
-        distance, direction, jump, light: (h w,) as in `Edges`.
     """
+    lines, ends, pairs, depths = ti.static((pieces.lines, pieces.ends, crossed.pairs, crossed.depths))
     for i in range(pixels.shape[0]):
-        p, width = pixels[i], held.shape[1] - 1 - 2 * margin
+        p, width = pixels[i], pieces.held.shape[1] - 1 - 2 * rings.margin
         v, u = p // width, p % width
         least, most = ti.max(off[i] - SLACK, 0.0), ti.cast(reach * reach, ti.i32)
-        line, best, share, away_u, away_v = _nearest(v, u, least, most, margin, rings, begins, held, lines)
+        line, best, share, away_u, away_v = _nearest(v, u, least, most, rings, pieces)
         if ti.sqrt(best) <= reach:
-            distance[p], direction[p] = ti.sqrt(best), ti.atan2(away_v, away_u)
+            out.distance[p], out.direction[p] = ti.sqrt(best), ti.atan2(away_v, away_u)
             at = ends[line, 0] if share < 0.5 else ends[line, 1]
             normal_u, normal_v = _towards_far(line, lines, ends, pairs, depths)
-            own = depth[p]
+            here = own.depth[p]
             a, b = depths[at, 0], depths[at, 1]
             along = away_u * normal_u + away_v * normal_v
             on_second = (along < 0) == (_far(b) > _far(a))
             # past the end of a line its normal tells little: the depth tells
             askew = ti.abs(along) < ASKEW * ti.sqrt(best) * ti.sqrt(normal_u * normal_u + normal_v * normal_v)
-            if _missing(own):
+            if _missing(here):
                 on_second = _missing(b)
             elif _missing(a) or _missing(b) or askew:
-                on_second = ti.abs(_far(b) - own) < ti.abs(_far(a) - own)
+                on_second = ti.abs(_far(b) - here) < ti.abs(_far(a) - here)
             gap = a - b if on_second else b - a
             across = pairs[at, 0] if on_second else pairs[at, 1]
-            jump[p], light[p] = 0.0, 0.0
-            if not (_missing(gap) or _missing(own)):
-                ratio = amplitude[across] / amplitude[p]
-                jump[p], light[p] = gap, ti.select(_missing(ratio), 1.0, ti.min(ratio, BRIGHTEST))
+            out.jump[p], out.light[p] = 0.0, 0.0
+            if not (_missing(gap) or _missing(here)):
+                ratio = own.amplitude[across] / own.amplitude[p]
+                out.jump[p], out.light[p] = gap, ti.select(_missing(ratio), 1.0, ti.min(ratio, BRIGHTEST))
 
 
 @func
-def _nearest(
-    v: ti.i32, u: ti.i32, least: ti.f32, most: ti.i32, margin: ti.i32, rings: ti.template(), begins: ti.template(),
-    held: ti.template(), lines: ti.template(),
-):  # fmt: skip
+def _nearest(v: ti.i32, u: ti.i32, least: ti.f32, most: ti.i32, rings: ti.template(), pieces: ti.template()):
     """The line nearest to a pixel, the square of its distance [px^2], the share of it before the nearest point, and the
     way there [px]. Of two that are as near, as at a corner, the one whose middle is nearer."""
+    cells, lines = ti.static((rings.cells, pieces.lines))
     line, best, middle = -1, ti.cast(NONE, ti.f32), ti.cast(NONE, ti.f32)
     share, away_u, away_v = ti.cast(0.0, ti.f32), ti.cast(0.0, ti.f32), ti.cast(0.0, ti.f32)
-    o = begins[ti.cast(least * least, ti.i32)]
-    while o < rings.shape[0] and rings[o, 0] <= ti.min(best, most):
-        number = held[margin + v + rings[o, 1], margin + u + rings[o, 2]]
+    o = rings.begins[ti.cast(least * least, ti.i32)]
+    while o < cells.shape[0] and cells[o, 0] <= ti.min(best, most):
+        number = pieces.held[rings.margin + v + cells[o, 1], rings.margin + u + cells[o, 2]]
         for n in range(number & 7):
             l = 4 * (number >> 3) + n  # noqa: E741
             start_u, start_v = lines[l, 0], lines[l, 1]

@@ -42,7 +42,7 @@ def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image, reach: f
     images = tuple(np.full(depth.shape, value, np.float32) for value in (np.inf, 0.0, 0.0, 1.0))
     if not len(crossings.first):
         return Edges(*images)
-    from fusion.sensor.edges.edge_kernels import join_crossings, look_across, overshadowed  # starts Taichi
+    from fusion.sensor.edges import edge_kernels as kernels  # starts Taichi
 
     start()
     pairs = np.column_stack([crossings.first, crossings.second]).astype(np.int32)
@@ -50,15 +50,16 @@ def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image, reach: f
     depths = np.ascontiguousarray(crossings.depths, np.float32)
     jumps = np.nan_to_num(np.abs(depths[:, 1] - depths[:, 0]), nan=np.inf)
     weak = np.zeros(len(points), np.int32)
-    overshadowed(links, pairs, points, jumps, weak)
+    kernels.overshadowed(links, pairs, points, jumps, weak)
     margin = int(reach) + 1  # cells beyond the image hold nothing, and need not be told from others
     held = np.zeros((depth.shape[0] + 1 + 2 * margin, depth.shape[1] + 1 + 2 * margin), np.int32)
     lines, ends = np.empty((8 * len(points), 4), np.float32), np.empty((8 * len(points), 2), np.int32)
-    join_crossings(links, pairs, points, weak, margin, held, lines, ends)
+    kernels.join_crossings(links, pairs, points, weak, margin, held, lines, ends)
     near, off = _near(pairs[weak == 0], depth.shape, reach)
-    flat = (np.ascontiguousarray(image, np.float32).reshape(-1) for image in (depth, amplitude))
-    out = (image.reshape(-1) for image in images)
-    look_across(near, off, reach, margin, *_rings(margin), held, lines, ends, pairs, depths, *flat, *out)
+    rings, pieces = kernels.Rings(*_rings(margin), margin), kernels.Pieces(held, lines, ends)
+    own = kernels.Own(*(np.ascontiguousarray(image, np.float32).reshape(-1) for image in (depth, amplitude)))
+    out = kernels.EdgeImages(*(image.reshape(-1) for image in images))
+    kernels.look_across(near, off, reach, rings, pieces, kernels.Crossed(pairs, depths), own, out)
     return Edges(*images)
 
 

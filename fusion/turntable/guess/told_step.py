@@ -1,4 +1,4 @@
-"""A step that was told and that the images contradict is refused: everything after would follow it."""
+"""What was told and the images contradict: a step is refused, a log is left out. Everything after would follow it."""
 
 from collections.abc import Sequence
 
@@ -7,16 +7,17 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError, TrackingError
 from fusion.turntable.axis import Turns
-from fusion.turntable.guess.beginning import begin
+from fusion.turntable.guess.beginning import begin, thinned
 from fusion.turntable.pairs.edges import stack
 from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.views import ObjectView, Region
 
 FRAMES = 12  # looked at
-CLEARLY = 0.7  # the images' own step must lower the misfit of neighbours to this share of what the told one leaves
-GOOD = 0.15  # misfit up to which the images' own step is believed: 0.04 to 0.09 in scans, 0.26 where none was found
+CLEARLY = 0.7  # the images' own turns must lower the misfit of neighbours to this share of what told ones leave
+GOOD = 0.15  # misfit up to which turns are believed: 0.04 to 0.09 in scans, 0.26 where none was found
 OTHER = (0.2, np.deg2rad(2))  # share of the step, and least difference, that make it another step
 REACH = 0.02  # [m]
+POINTS = 1000  # of a view
 
 
 def refuse_contradicted_step(views: Sequence[ObjectView], region: Region, step: float) -> None:
@@ -51,3 +52,17 @@ def refuse_contradicted_step(views: Sequence[ObjectView], region: Region, step: 
             f"{np.rad2deg(step):g} deg, as told",
             "leave --step out or correct it (--force goes on all the same)",
         )
+
+
+def neighbours_misfit(views: Sequence[ObjectView], turned: Turns) -> float:
+    """How badly a motion (n frames, NaN where one has no place) brings neighbouring views together, 0 to 1 (median)."""
+    known = np.flatnonzero(np.isfinite(turned.angles))
+    seen = stack([thinned(views[int(k)], POINTS) for k in known])
+    pairs = [(k, k + 1) for k in range(len(known) - 1)]
+    return float(np.median(misfits(seen, pairs, Turns(turned.axis, np.diff(turned.angles[known])), REACH)))
+
+
+def rather_alone(views: Sequence[ObjectView], told: Turns, alone: Turns) -> bool:
+    """Whether the images' own motion brings neighbouring views together clearly better than one that follows a log."""
+    left = neighbours_misfit(views, alone)
+    return left < GOOD and left < CLEARLY * neighbours_misfit(views, told)

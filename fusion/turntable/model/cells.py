@@ -6,6 +6,8 @@ so only what all frames share (s: the axis and errors of depth) and the angles (
 a fixed order: the same scan gives the same result.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
@@ -16,6 +18,21 @@ from fusion.turntable.model.meeting import ANGLE, HEIGHT, RESIDUAL, SHARED, SIGM
 
 PARTS = 16  # of the cells, side by side
 CUT = 3.5  # robust standard deviations at which a pixel stops to count
+
+
+class Counting(NamedTuple):
+    """How rows count: the scale of their sigma, whether only what is steady does, from which height on [m]."""
+
+    scale: ti.f64
+    steady: ti.i32
+    lowest: ti.f64
+
+
+class CellSums(NamedTuple):
+    """For each part to work with: unknowns that a cell touches, and its sums for them (parts, s + n)."""
+
+    members: I32_2
+    sums: F64_2
 
 
 @func
@@ -45,12 +62,13 @@ def settle(rows: F32_2, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, 
 
 @kernel
 def assemble(
-    rows: F32_2, frame: I32, first: I32, offset: F64, scale: ti.f64, steady: ti.i32, lowest: ti.f64,
+    rows: F32_2, frame: I32, first: I32, offset: F64, how: Counting,
     H: F64_3,  # (parts, s + n, s + n) zeros, out: the lower triangles
     g: F64_2,  # (parts, s + n) zeros, out
-    members: I32_2, sums: F64_2,  # (parts, s + n) for each part to work with
+    cells: CellSums,
 ):  # fmt: skip
     """Add up what the cells of each part say of what is shared and of the angles."""
+    members, sums = ti.static((cells.members, cells.sums))
     for number in range(H.shape[0] * SPLIT):
         if number % SPLIT == 0:
             part = number // SPLIT
@@ -58,7 +76,7 @@ def assemble(
             for cell in range(count * part // H.shape[0], count * (part + 1) // H.shape[0]):
                 total, mean = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
                 for row in range(first[cell], first[cell + 1]):
-                    w = _weight(row, rows, offset[cell], scale, steady, lowest)
+                    w = _weight(row, rows, offset[cell], how.scale, how.steady, how.lowest)
                     total += w
                     mean += w * rows[row, RESIDUAL]
                 if total > 0.0:
@@ -68,7 +86,7 @@ def assemble(
                         members[part, a] = a
                         sums[part, a] = 0.0
                     for row in range(first[cell], first[cell + 1]):
-                        w = _weight(row, rows, offset[cell], scale, steady, lowest)
+                        w = _weight(row, rows, offset[cell], how.scale, how.steady, how.lowest)
                         if w > 0.0:
                             own = shared + frame[row]
                             if members[part, seen - 1] != own:
@@ -111,6 +129,6 @@ def normal_equations(rows, frame, first, offset, n, how):
         np.zeros((PARTS, unknowns), np.int32),
         np.zeros((PARTS, unknowns)),
     )
-    assemble(rows, frame, first, offset, *how, H, g, members, sums)
+    assemble(rows, frame, first, offset, Counting(*how), H, g, CellSums(members, sums))
     lower = H.sum(axis=0)
     return lower + np.tril(lower, -1).T, g.sum(axis=0)

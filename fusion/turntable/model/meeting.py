@@ -1,11 +1,11 @@
 # mypy: ignore-errors
 """Where the rays of all frames meet the model, and what each says there, in one Taichi kernel."""
 
-from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
+from fusion.compute.arrays import F32, F32_2, I32
 from fusion.compute.language import kernel, ti
 from fusion.turntable.pairs.edge_pairs import ERRORS, depth_terms
 from fusion.volume.hashing import lookup
-from fusion.volume.sample import blend, corners, slope
+from fusion.volume.sample import SampledField, blend, corners, slope
 
 vec3 = ti.types.vector(3, ti.f32)
 # columns of a ray's equation: residual [m], derivative in the angle, sigma [m], spoilt, height [m], and derivatives in
@@ -24,13 +24,13 @@ def meet(
     frame: I32,  # (m,)
     rays: F32_2,  # (m, 8) as in `Rays`
     poses: F32_2,  # (n, 14) rows of T_object_camera, turn taken back; cosine and sine of the turn; NaN takes no part
-    keys: I64, ids: I32, neighbours: I32_2, voxels: F32,  # of the model, see `Blocks`
-    voxel: ti.f32,
+    model: SampledField,
     reach: ti.f32,  # largest distance from the model [m]
     span: F32,  # (4,) of the errors of depth, see `pair_edges`
     cell: I32,  # (m,) out: place on the model, -1 for a ray that says nothing
     out: F32_2,  # (m, 9 or more) out: the equation
-):  # fmt: skip
+):
+    """Follows each ray to the model."""
     for i in range(frame.shape[0]):
         cell[i] = -1
         T = ti.Matrix([[poses[frame[i], 4 * r + c] for c in ti.static(range(3))] for r in ti.static(range(3))])
@@ -39,20 +39,21 @@ def meet(
         measured = T @ p + origin
         d = T @ (p / p.norm())
         x, distance, gradient, block, at = measured, 0.0, vec3(0.0), -1, ti.Vector([0, 0, 0])
-        known = ti.abs(measured / voxel).max() < 1e6  # of NaN no comparison is true
+        known = ti.abs(measured / model.voxel).max() < 1e6  # of NaN no comparison is true
         for step in range(3):
-            if known and (step == 0 or ti.abs(distance) > CLOSE * voxel):
+            if known and (step == 0 or ti.abs(distance) > CLOSE * model.voxel):
                 if step > 0:
                     along = gradient.dot(d)
                     known = along < -0.5 * LEAST_COSINE
                     x += ti.math.clamp(-distance / along, -3.0 * reach, 3.0 * reach) * d
-                base = ti.cast(ti.floor(x / voxel), ti.i32)
-                block, at = lookup(base[0] >> 3, base[1] >> 3, base[2] >> 3, keys, ids), base & 7
+                base = ti.cast(ti.floor(x / model.voxel), ti.i32)
+                block, at = lookup(base[0] >> 3, base[1] >> 3, base[2] >> 3, model.keys, model.ids), base & 7
                 known = known and block >= 0
                 if known:
-                    f, lowest = corners(block, at[0], at[1], at[2], neighbours, voxels)
+                    f, lowest = corners(block, at[0], at[1], at[2], model.neighbours, model.voxels)
                     known = lowest > 0.0
-                    distance, gradient = blend(f, x / voxel - base), slope(f, x / voxel - base) / voxel
+                    a = x / model.voxel - base
+                    distance, gradient = blend(f, a), slope(f, a) / model.voxel
         size = gradient.norm()
         if known and size > 0.5:
             n = gradient / size
@@ -64,10 +65,8 @@ def meet(
                 cell[i] = block * CELLS + (at[0] >> 1) * 16 + (at[1] >> 1) * 4 + (at[2] >> 1)
                 c, s = poses[frame[i], 12], poses[frame[i], 13]
                 # place and normal on the table, before its turn is undone
-                y, m = (
-                    vec3(c * x[0] - s * x[1], s * x[0] + c * x[1], x[2]),
-                    vec3(c * n[0] - s * n[1], s * n[0] + c * n[1], n[2]),
-                )
+                y = vec3(c * x[0] - s * x[1], s * x[0] + c * x[1], x[2])
+                m = vec3(c * n[0] - s * n[1], s * n[0] + c * n[1], n[2])
                 arm = y.cross(m)
                 sigma = ti.max(rays[i, 6] * cosine, 1e-5)
                 turning = n[0] * x[1] - n[1] * x[0]

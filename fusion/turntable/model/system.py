@@ -13,6 +13,7 @@ from fusion.turntable.model.meeting import AXIS, CELLS, HEIGHT, RESIDUAL, SHARED
 from fusion.turntable.model.rays import Bundle
 from fusion.turntable.pairs.edge_pairs import ERRORS
 from fusion.turntable.selfcheck import LENS, SelfCheck
+from fusion.volume.sample import field
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -26,7 +27,8 @@ class CellEquations:
 
     Attributes:
         rows: (m, 9 or more) as in `meeting`: residual [m], derivative in the frame's angle, sigma [m], by how much
-            rough places widen it, height [m], and derivatives in the axis (4, see `moved_axis`) and in errors of depth.
+            rough places widen it, height [m], and derivatives in the axis (4, see `Axis.before_moved_camera`) and in
+            errors of depth.
         frame, ray: (m,) where each comes from.
         first: (cells + 1,) where those of each cell begin.
         n: number of frames.
@@ -50,11 +52,8 @@ def equations(rays: Bundle, motion: Turns, volume: Volume, check: SelfCheck) -> 
     poses = np.column_stack([placed(axis, angles)[:, :3].reshape(-1, 12), np.cos(angles), np.sin(angles)])
     columns = SHARED + AXIS + (ERRORS if check.open.any() else 0)
     cell, out = np.empty(len(rays.frame), np.int32), np.empty((len(rays.frame), columns), np.float32)
-    blocks, reach = volume.blocks, 0.75 * volume.settings.truncation
-    meet(
-        rays.frame, rays.values, poses.astype(np.float32), blocks.keys, blocks.ids, blocks.neighbours, blocks.flat,
-        volume.settings.voxel, reach, check.span, cell, out,
-    )  # fmt: skip
+    reach = 0.75 * volume.settings.truncation
+    meet(rays.frame, rays.values, poses.astype(np.float32), field(volume.blocks), reach, check.span, cell, out)
     counts = np.bincount(cell[cell >= 0], minlength=volume.block_count * CELLS)
     ends = np.cumsum(counts)
     order = np.empty(int(counts.sum()), np.int32)
@@ -144,9 +143,3 @@ def _step(H: Array, g: Array) -> tuple[Array, Array]:
     step[free] = -inverse @ g[free]
     std[free] = np.sqrt(np.maximum(np.diag(inverse), 0))
     return step, std
-
-
-def moved_axis(axis: Axis, step: Array) -> Axis:
-    """The axis after tilts [rad] and shifts [m] of the camera along x and y of the object's frame."""
-    T = pose.inverse(pose.exp([step[0], step[1], 0, step[2], step[3], 0]) @ axis.object_frame())
-    return Axis(T[:3, 3], T[:3, 2])

@@ -1,16 +1,55 @@
 # mypy: ignore-errors
 """All edges of a joint fit on Taichi: pairs, residuals and derivatives, errors of the camera included; their sums."""
 
+from typing import NamedTuple
+
+from fusion.compute.arrays import F32, F32_2, F32_3, F64, F64_2, F64_3, I32, I32_2
 from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.geometry.lanes import project
 from fusion.tracking.pairs import CUT
 from fusion.turntable.selfcheck import DEPTH
 
+F32_4 = ti.types.ndarray(ti.f32, 4)
+I8_2 = ti.types.ndarray(ti.i8, 2)
 vec3 = ti.types.vector(3, ti.f32)
 ERRORS = len(DEPTH)
 terms_type = ti.types.vector(ERRORS, ti.f32)
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
+
+
+class PairedViews(NamedTuple):
+    """Pairs of views and the views themselves.
+
+    Attributes:
+        edges: (m, 2) source and model view.
+        poses: (m, 4, 4) model from source.
+        first: (n + 1,) where the points of each view start.
+        sources: (all, 7) point, normal, sigma.
+        maps: (n, h, w, 7) the same of every view's pixels.
+    """
+
+    edges: I32_2
+    poses: F32_3
+    first: I32
+    sources: F32_2
+    maps: F32_4
+
+
+class CameraErrors(NamedTuple):
+    """A camera and what is wrong with it.
+
+    Attributes:
+        lens: (12,) the corrected camera, see `association`.
+        stated: (2,) fx, fy as stated.
+        check: (13,) errors of camera and depth.
+        span: (4,) near, far [m], 1 for triangulation, 0 without depth errors.
+    """
+
+    lens: F32
+    stated: F32
+    check: F32
+    span: F32
 
 
 @func
@@ -29,16 +68,17 @@ def depth_terms(p: ti.template(), span: ti.template()):
 
 
 @func
-def _corrected(p: ti.template(), check: ti.template(), span: ti.template(), old: ti.template(), camera: ti.template()):
+def _corrected(x: ti.f32, y: ti.f32, stated: ti.f32, camera: ti.template()):
     """A point with the errors of camera and depth taken out."""
-    z = p[2]
-    if span[3] > 0.0:
-        terms = depth_terms(p, span)
+    check = ti.static(camera.check)
+    p, z = vec3(x, y, stated), stated
+    if camera.span[3] > 0.0:
+        terms = depth_terms(p, camera.span)
         for k in ti.static(range(ERRORS)):
             z += terms[k] * check[3 + k]
-    x = (p[0] / p[2] * old[0] - check[1]) / camera[0] * z
-    y = (p[1] / p[2] * old[1] - check[2]) / camera[1] * z
-    return vec3(x, y, z)
+    right = (p[0] / p[2] * camera.stated[0] - check[1]) / camera.lens[0] * z
+    down = (p[1] / p[2] * camera.stated[1] - check[2]) / camera.lens[1] * z
+    return vec3(right, down, z)
 
 
 @func
@@ -47,23 +87,52 @@ def _along(p: ti.template(), d: ti.template(), camera: ti.template()):
     return vec3(-(d[0] * p[0] + d[1] * p[1]), -d[0] * p[2] / camera[0], -d[1] * p[2] / camera[1])
 
 
+@func
+def _by_axis(
+    out: ti.template(), e: ti.i32, k: ti.i32, q: ti.template(), n: ti.template(), R: ti.template(), axis: ti.template()
+):
+    """Derivatives of a pair's residual in its turn, and in tilts and shifts of the axis; the normal before the turn."""
+    arm = q - vec3(axis[0, 0], axis[0, 1], axis[0, 2])
+    before, turned = R.transpose() @ arm, R.transpose() @ n
+    out[e, k, 2] = n.dot(vec3(axis[1, 0], axis[1, 1], axis[1, 2]).cross(arm))
+    for s in ti.static(range(2)):
+        across = vec3(axis[2 + s, 0], axis[2 + s, 1], axis[2 + s, 2])
+        out[e, k, 3 + s] = n.dot(across.cross(arm)) - turned.dot(across.cross(before))
+        out[e, k, 5 + s] = (n - turned).dot(across)
+    return turned
+
+
+@func
+def _by_camera(
+    out: ti.template(), e: ti.i32, k: ti.i32, p: ti.template(), turned: ti.template(), there: ti.template(),
+    n: ti.template(), camera: ti.template(),
+):  # fmt: skip
+    """The same in errors of camera and depth, those that `out` has columns for."""
+    lenses = _along(p, turned, camera.lens) - _along(there, n, camera.lens)
+    for s in ti.static(range(3)):
+        if out.shape[2] > 7 + s:
+            out[e, k, 7 + s] = lenses[s]
+    if out.shape[2] > 10:
+        change = turned.dot(p) / p[2] * depth_terms(p, camera.span)
+        change -= n.dot(there) / there[2] * depth_terms(there, camera.span)
+        for s in ti.static(range(ERRORS)):
+            if out.shape[2] > 10 + s:
+                out[e, k, 10 + s] = change[s]
+
+
 @kernel
 def pair_edges(
-    edges: ti.types.ndarray(dtype=ti.i32, ndim=2),  # (m, 2) source and model view
-    poses: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, 4, 4) the turn from source to model
-    first: ti.types.ndarray(dtype=ti.i32, ndim=1),  # (n + 1,) where the points of each view start
-    sources: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (all, 7) point, normal, sigma
-    maps: ti.types.ndarray(dtype=ti.f32, ndim=4),  # (n, h, w, 7) the same of every view's pixels
-    lens: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (12,) the corrected camera, see `association`
-    stated: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (2,) fx, fy as stated
-    check: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (13,) errors of camera and depth
-    span: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (4,) near, far [m], 1 for triangulation, 0 without depth errors
-    axis: ti.types.ndarray(dtype=ti.f32, ndim=2),  # (4, 3) point, direction, the two across
-    limits: ti.types.ndarray(dtype=ti.f32, ndim=1),  # (3,) reach [m], least cosine, pixels between those of `maps`
-    pixel: ti.types.ndarray(dtype=ti.i32, ndim=2),  # (m, most) to work with
-    code: ti.types.ndarray(dtype=ti.i8, ndim=2),  # (m, most) out
-    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # (m, most, 7 to 20) out, of pairs: residual, sigma, derivatives
+    views: PairedViews,
+    camera: CameraErrors,
+    axis: F32_2,  # (4, 3) point, direction, the two across
+    limits: F32,  # (3,) reach [m], least cosine, pixels between those of `maps`
+    pixel: I32_2,  # (m, most) to work with
+    code: I8_2,  # (m, most) out
+    out: F32_3,  # (m, most, 7 to 20) out, of pairs: residual, sigma, derivatives
 ):
+    """What becomes of each point of each edge's source."""
+    edges, poses, first, maps = ti.static((views.edges, views.poses, views.first, views.maps))
+    sources, lens = ti.static((views.sources, camera.lens))
     for part in range(edges.shape[0] * SPLIT):
         if part % SPLIT == 0:
             e = part // SPLIT
@@ -76,7 +145,7 @@ def pair_edges(
                 at = first[i] + k
                 code[e, k] = ti.cast(HIDDEN, ti.i8)
                 if at < first[i + 1]:
-                    p = _corrected(vec3(sources[at, 0], sources[at, 1], sources[at, 2]), check, span, stated, lens)
+                    p = _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera)
                     q = R @ p + t
                     x, y = project(q[0] / q[2], q[1] / q[2], lens, True)
                     u = ti.floor(x / limits[2] + 0.5, ti.i32)
@@ -87,11 +156,9 @@ def pair_edges(
             for k in range(code.shape[1]):
                 if code[e, k] == SEEN:
                     at, v, u = first[i] + k, pixel[e, k] // width, pixel[e, k] % width
-                    p = _corrected(vec3(sources[at, 0], sources[at, 1], sources[at, 2]), check, span, stated, lens)
+                    p = _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera)
                     q = R @ p + t
-                    there = _corrected(
-                        vec3(maps[j, v, u, 0], maps[j, v, u, 1], maps[j, v, u, 2]), check, span, stated, lens
-                    )
+                    there = _corrected(maps[j, v, u, 0], maps[j, v, u, 1], maps[j, v, u, 2], camera)
                     n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
                     m = R @ vec3(sources[at, 3], sources[at, 4], sources[at, 5])
                     if (q - there).norm() < limits[0] and m.dot(n) > limits[1]:  # a NaN normal compares false
@@ -101,34 +168,19 @@ def pair_edges(
                         # depth noise acts along the line of sight: seen along the normal it shrinks by the cosine
                         out[e, k, 0] = n.dot(q - there)
                         out[e, k, 1] = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
-                        arm = q - vec3(axis[0, 0], axis[0, 1], axis[0, 2])
-                        before, turned = R.transpose() @ arm, R.transpose() @ n  # arm and normal before the turn
-                        out[e, k, 2] = n.dot(vec3(axis[1, 0], axis[1, 1], axis[1, 2]).cross(arm))
-                        for s in ti.static(range(2)):
-                            across = vec3(axis[2 + s, 0], axis[2 + s, 1], axis[2 + s, 2])
-                            out[e, k, 3 + s] = n.dot(across.cross(arm)) - turned.dot(across.cross(before))
-                            out[e, k, 5 + s] = (n - turned).dot(across)
-                        lenses = _along(p, turned, lens) - _along(there, n, lens)
-                        for s in ti.static(range(3)):
-                            if out.shape[2] > 7 + s:
-                                out[e, k, 7 + s] = lenses[s]
-                        if out.shape[2] > 10:
-                            change = turned.dot(p) / p[2] * depth_terms(p, span)
-                            change -= n.dot(there) / there[2] * depth_terms(there, span)
-                            for s in ti.static(range(ERRORS)):
-                                if out.shape[2] > 10 + s:
-                                    out[e, k, 10 + s] = change[s]
+                        turned = _by_axis(out, e, k, q, n, R, axis)
+                        _by_camera(out, e, k, p, turned, there, n, camera)
 
 
 @kernel
 def sum_edges(
-    code: ti.types.ndarray(dtype=ti.i8, ndim=2),
-    out: ti.types.ndarray(dtype=ti.f32, ndim=3),  # as `pair_edges` left it
-    scale: ti.types.ndarray(dtype=ti.f64, ndim=1),  # (m,) observed over declared spread; 0 for an edge left out
-    columns: ti.types.ndarray(dtype=ti.i32, ndim=1),  # (j,) of the k derivatives, those that are asked for, ascending
-    H: ti.types.ndarray(dtype=ti.f64, ndim=3),  # (m, k, k) zeros, out: lower triangles
-    g: ti.types.ndarray(dtype=ti.f64, ndim=2),  # (m, k) zeros, out
-    totals: ti.types.ndarray(dtype=ti.f64, ndim=2),  # (m, 3) out: sum of squares, fitting and visible points
+    code: I8_2,
+    out: F32_3,  # as `pair_edges` left it
+    scale: F64,  # (m,) observed over declared spread; 0 for an edge left out
+    columns: I32,  # (j,) of the k derivatives, those that are asked for, ascending
+    H: F64_3,  # (m, k, k) zeros, out: lower triangles
+    g: F64_2,  # (m, k) zeros, out
+    totals: F64_2,  # (m, 3) out: sum of squares, fitting and visible points
 ):
     """Normal equations of every edge with Tukey's weights."""
     for part in range(code.shape[0] * SPLIT):

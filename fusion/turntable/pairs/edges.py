@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fusion.compute.start import start
 from fusion.errors import TrackingError
 from fusion.geometry.robust import MAD_TO_STD
-from fusion.turntable.axis import Turns
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import ObjectView
 
@@ -182,7 +182,7 @@ def paired(
         limits: largest distance of a pair [m] where noise does not ask for more, least cosine between its normals.
         errors: of camera and depth; those up to the last that is asked for have columns too.
     """
-    from fusion.turntable.pairs.edge_pairs import pair_edges  # starts Taichi
+    from fusion.turntable.pairs.edge_pairs import CameraErrors, PairedViews, pair_edges  # starts Taichi
 
     start()
     (axis, turns), check = motion, errors.check
@@ -190,16 +190,11 @@ def paired(
     most = int(np.max(np.diff(seen.first)))
     code = np.empty((len(edges), most), np.int8)
     out = np.empty((len(edges), most, 7 + max(errors.places, default=-1) + 1), np.float32)
+    stated = np.array([camera.fx, camera.fy], np.float32)
+    poses = axis.turns(turns).astype(np.float32)
     pair_edges(
-        np.array(edges, np.int32),
-        axis.turns(turns).astype(np.float32),
-        seen.first,
-        seen.points,
-        seen.maps,
-        check.camera(camera).parameters,
-        np.array([camera.fx, camera.fy], np.float32),
-        check.values.astype(np.float32),
-        check.span,
+        PairedViews(np.array(edges, np.int32), poses, seen.first, seen.points, seen.maps),
+        CameraErrors(check.camera(camera).parameters, stated, check.values.astype(np.float32), check.span),
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
         np.array([seen.reach(limits[0]), limits[1], seen.stride], np.float32),
         np.empty(code.shape, np.int32),
@@ -207,3 +202,14 @@ def paired(
         out,
     )
     return code, out
+
+
+def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:
+    """The view with only source points above a height [m], at most about so many.
+
+    The plate turns into itself: it tells nothing of the angle, and what the camera bends in it pulls to no turn at all.
+    """
+    kept = np.flatnonzero(axis.distance(view.points.astype(float))[1] > height)
+    if len(kept) > most:  # a fixed seed: the same scan gives the same result
+        kept = np.sort(np.random.default_rng(0).permutation(kept)[:most])
+    return view.of(kept)

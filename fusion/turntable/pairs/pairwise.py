@@ -62,7 +62,8 @@ def twists(
     seen: ViewStack, edges: Edges, poses: Array, centre: Array, limits: ViewPairLimits, focal: float = 0.0
 ) -> Twists:
     """The equations of m pairs of views at poses (m, 4, 4) (model from source), by a focal length log(f / stated)."""
-    from fusion.turntable.pairs.edge_twists import COUNTS, MATRIX, WIDTH, twist_sums  # starts Taichi
+    from fusion.turntable.pairs.edge_pairs import PairedViews  # starts Taichi
+    from fusion.turntable.pairs.edge_twists import COUNTS, MATRIX, WIDTH, twist_sums
 
     start()
     sums = np.zeros((len(edges), WIDTH))
@@ -70,8 +71,11 @@ def twists(
     how = [reach, LEAST_COSINE, seen.stride, limits.scale, limits.tone, most, np.exp(-focal)]
     tones = seen.tones if len(seen.tones) else np.zeros(1, np.float32)
     twist_sums(
-        np.array(edges, np.int32).reshape(-1, 2), np.ascontiguousarray(poses, np.float32), seen.first, seen.points,
-        tones, seen.maps, seen.images, seen.views[0].map.camera.parameters, np.asarray(centre, np.float32),
+        PairedViews(
+            np.array(edges, np.int32).reshape(-1, 2), np.ascontiguousarray(poses, np.float32), seen.first, seen.points,
+            seen.maps,
+        ),
+        tones, seen.images, seen.views[0].map.camera.parameters, np.asarray(centre, np.float32),
         np.array(how, np.float32), sums,
     )  # fmt: skip
     both = sums[:, :MATRIX] + sums[:, MATRIX : 2 * MATRIX]
@@ -147,13 +151,6 @@ def _after(axis: Axis, step: Array) -> Array:
 
 def _skew(v: Array) -> Array:
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-
-
-def planar(axis: Axis, turns: Array, shifts: Array) -> Array:
-    """(n, 4, 4) turns (n,) about the axis, then shifts (n, 2) across it."""
-    T = axis.turns(turns)
-    T[:, :3, 3] += shifts @ axis.across()
-    return np.asarray(T)
 
 
 def coarser(seen: ViewStack, sigma: float = 4.0) -> ViewStack:

@@ -2,6 +2,7 @@
 """Marching cubes over the blocks: one vertex per crossed edge, so the mesh is welded from the start."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,30 @@ from fusion.volume.extraction import cubes
 from fusion.volume.extraction.crossings import ROWS, case_of, cells, classify, cross, look, row_of
 from fusion.volume.sample import place, value
 from fusion.volume.settings import BLOCK
+
+
+class SurfaceBlocks(NamedTuple):
+    """What vertices are made of, see `Blocks`, and the size of a voxel [m]."""
+
+    coordinates: I32_2
+    neighbours: I32_2
+    voxels: F32
+    colors: F32_3
+    voxel: ti.f64
+
+
+class RowEdges(NamedTuple):
+    """Of each row of voxels its crossed edges, see `Extracted`, and the number of its first vertex."""
+
+    crossed: I32
+    first: I32
+
+
+class CaseTable(NamedTuple):
+    """Triangles of each case and the lowest corner of each edge, see `cubes`."""
+
+    triangles: I32_2
+    corner: I32
 
 
 @dataclass(frozen=True)
@@ -73,13 +98,12 @@ def extract(blocks: Blocks, min_weight: float) -> Extracted:
         return nothing
     vertices = np.empty((vertex_of[-1], 3))
     normals, colors = np.empty((len(vertices), 3), np.float32), np.empty((len(vertices), 3), np.uint8)
-    _place(
-        blocks.coordinates, blocks.neighbours, blocks.flat, blocks.colors, blocks.settings.voxel, vertex_of, crossed, n,
-        vertices, normals, colors, colored,
-    )  # fmt: skip
+    held = SurfaceBlocks(blocks.coordinates, blocks.neighbours, blocks.flat, blocks.colors, blocks.settings.voxel)
+    crossings_of = RowEdges(crossed, vertex_of)
+    _place(held, crossings_of, n, vertices, normals, colors, colored)
     faces = np.empty((face_of[-1], 3), np.int32)
-    edges = np.array(cubes.EDGES, np.int32)[:, 0].copy()
-    _connect(blocks.neighbours, signs, crossed, vertex_of, table, edges, face_of, n, faces)
+    cases = CaseTable(table, np.array(cubes.EDGES, np.int32)[:, 0].copy())
+    _connect(blocks.neighbours, signs, crossings_of, cases, face_of, n, faces)
     return Extracted(Mesh(vertices, faces, normals, colors if colored else None), crossed, triangles)
 
 
@@ -118,12 +142,13 @@ def _number(bits: ti.i32, axis: ti.i32, k: ti.i32):
 
 @kernel
 def _place(
-    coordinates: I32_2, neighbours: I32_2, voxels: F32, colors: F32_3, voxel: ti.f64, starts: I32, crossed: I32,
-    count: ti.i32, vertices: F64_2, normals: F32_2, rgb: U8_2, colored: ti.template(),
+    blocks: SurfaceBlocks, edges: RowEdges, count: ti.i32, vertices: F64_2, normals: F32_2, rgb: U8_2,
+    colored: ti.template(),
 ):  # fmt: skip
     """Vertices, normals and colours."""
+    neighbours, voxels, colors = ti.static((blocks.neighbours, blocks.voxels, blocks.colors))
     for row in range(count * ROWS):
-        bits = crossed[row]
+        bits = edges.crossed[row]
         if bits != 0:
             n, i, j = row // ROWS, row // BLOCK % BLOCK, row % BLOCK
             for k in range(BLOCK):
@@ -134,7 +159,7 @@ def _place(
                     g0 = _gradient(n, here, neighbours, voxels)
                     for axis in ti.static(range(3)):
                         if bits >> (8 * axis + k) & 1 == 1:
-                            at = starts[row] + _number(bits, axis, k)
+                            at = edges.first[row] + _number(bits, axis, k)
                             step = ti.Vector([axis == 0, axis == 1, axis == 2])
                             there = here + step
                             f1, _w1 = value(n, there[0], there[1], there[2], neighbours, voxels)
@@ -147,8 +172,8 @@ def _place(
                             else:
                                 g = ti.cast(step, ti.f32) * (1.0 if f1 > f0 else -1.0)
                             for x in ti.static(range(3)):
-                                p = ti.cast(coordinates[n, x] * BLOCK + here[x], ti.f64)
-                                vertices[at, x] = (p + ti.cast(a, ti.f64) * step[x]) * voxel
+                                p = ti.cast(blocks.coordinates[n, x] * BLOCK + here[x], ti.f64)
+                                vertices[at, x] = (p + ti.cast(a, ti.f64) * step[x]) * blocks.voxel
                                 normals[at, x] = g[x]
                             if ti.static(colored):
                                 b, q = place(n, there[0], there[1], there[2], neighbours)
@@ -165,9 +190,8 @@ def _place(
 
 @kernel
 def _connect(
-    neighbours: I32_2, signs: I32, crossed: I32, vertex_of: I32, table: I32_2, corner: I32, starts: I32, count: ti.i32,
-    faces: I32_2,
-):  # fmt: skip
+    neighbours: I32_2, signs: I32, edges: RowEdges, cases: CaseTable, starts: I32, count: ti.i32, faces: I32_2
+):
     """Triangles as vertex numbers."""
     for row in range(count * ROWS):
         at = starts[row]
@@ -178,11 +202,11 @@ def _connect(
                 if mixed >> k & 1 == 1:
                     case = case_of(behind, k)
                     m = 0
-                    while m < table.shape[1] and table[case, m] >= 0:
-                        edge = table[case, m]
-                        c = corner[edge]
+                    while m < cases.triangles.shape[1] and cases.triangles[case, m] >= 0:
+                        edge = cases.triangles[case, m]
+                        c = cases.corner[edge]
                         other = row_of(n, i + c // 4, j + c // 2 % 2, k + c % 2, neighbours)
-                        vertex = vertex_of[other] + _number(crossed[other], edge // 4, (k + c % 2) % BLOCK)
+                        vertex = edges.first[other] + _number(edges.crossed[other], edge // 4, (k + c % 2) % BLOCK)
                         faces[at + m // 3, 2 - m % 3] = vertex
                         m += 1
                     at += m // 3

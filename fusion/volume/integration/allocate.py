@@ -2,24 +2,62 @@
 """First look at a depth image: drop what is no depth, and give memory to the blocks around what was measured."""
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, F32_3, I32, I64
+from fusion.compute.arrays import F32, F32_2, F32_3, I32
 from fusion.compute.choice import either
 from fusion.compute.language import func, kernel, ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
+from fusion.volume.hashing import Hash
 from fusion.volume.integration.frame import CELL, PAD, STRIP, Work, whole
-from fusion.volume.integration.missing import FILTER, look
+from fusion.volume.integration.missing import FILTER, MissingBlocks, look
 from fusion.volume.lens import rows
 from fusion.volume.settings import BLOCK, LATTICE, VolumeSettings
 
 CELLS = STRIP // CELL  # that are looked at side by side
 NEAREST = 1e-6  # [m], nothing is measured so close
+
+
+class RawImages(NamedTuple):
+    """Depth and weight as they were measured, flat, in rows of `width` pixels."""
+
+    depth: F32
+    weight: F32
+    width: ti.i32
+
+
+class CleanedImages(NamedTuple):
+    """What a frame leaves, see `Work`."""
+
+    inverse: F32
+    weight: F32
+    farthest: F32_2
+    filled: I32
+
+
+class Cells(NamedTuple):
+    """What is known of a camera's pixels and cells, see `Geometry`; and its focal length [px]."""
+
+    cells: F32_3
+    x: F32
+    y: F32
+    margin: ti.f32
+    focal: ti.f32
+
+
+class Lattice(NamedTuple):
+    """Size of a voxel and truncation [m], lowest and highest block along each axis (6,), depth that may be seen [m]."""
+
+    voxel: ti.f32
+    truncation: ti.f32
+    span: I32
+    horizon: ti.f32
 
 
 @either
@@ -42,20 +80,21 @@ def allocate(
     depth, weight = images
     weighted = weight.size > 1 or depth.size == 1
     depth, weight = whole(depth), whole(weight) if weighted else weight
-    missing, size = np.zeros(1, np.int32), FILTER
+    raw = RawImages(depth.reshape(-1), weight.reshape(-1), depth.shape[1])
+    cleaned = CleanedImages(frame.inverse, frame.weight, frame.farthest, frame.filled)
+    cells = Cells(known.cells, known.x, known.y, known.margin, camera.fx)
+    horizon = settings.voxel * BLOCK * (LATTICE - 4)
+    lattice = Lattice(settings.voxel, settings.truncation, _span(settings), horizon)
+    there, pose, size, count = Hash(blocks.keys, blocks.ids, blocks.around), rows(T_world_camera), FILTER, 0
     while True:
-        keys, missing[0] = np.empty(size, np.int64), 0
-        _scan(
-            depth.reshape(-1), depth.shape[1], weight.reshape(-1), frame.inverse, frame.weight, frame.farthest,
-            frame.filled, known.cells, known.x, known.y, rows(T_world_camera), _span(settings), blocks.keys, blocks.ids,
-            blocks.around, np.full(FILTER, -1, np.int64), keys, missing, settings.voxel, settings.truncation,
-            camera.fx, known.margin, settings.voxel * BLOCK * (LATTICE - 4), weighted,
-        )  # fmt: skip
-        if missing[0] <= size:
+        missing = MissingBlocks(np.empty(size, np.int64), np.zeros(1, np.int32), np.full(FILTER, -1, np.int64))
+        _scan(raw, cleaned, cells, pose, lattice, there, missing, weighted)
+        count = int(missing.count[0])
+        if count <= size:
             break
-        size = int(missing[0]) * 2
-    if missing[0] > 0:
-        blocks.insert_keys(np.unique(keys[: missing[0]]))
+        size = count * 2
+    if count > 0:
+        blocks.insert_keys(np.unique(missing.keys[:count]))
 
 
 @lru_cache(maxsize=16)
@@ -95,41 +134,79 @@ def _measured(image: ti.template(), at: ti.i32, width: ti.i32, horizon: ti.f32):
     return some == 1
 
 
+@func
+def _invert(
+    raw: ti.template(), out: ti.template(), corner: ti.template(), start: ti.template(), across: ti.template(),
+    near: ti.template(), far: ti.template(), horizon: ti.template(), weighted: ti.template(),
+):  # fmt: skip
+    """Fills in one over depth, and weight, of a strip of cells, and the largest and the least of each column."""
+    for r in range(CELL):
+        i, w, at = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP), bounded(corner + r * raw.width)
+        for s in range(STRIP):
+            z = raw.depth[at + s]
+            known = (z > NEAREST) & (z < horizon)  # NaN is neither
+            if ti.static(weighted):
+                w[s] = raw.weight[at + s]
+                known &= (w[s] > 0.0) & (w[s] < 1e30)
+            i[s] = ti.select(known, 1.0 / z, 0.0)
+            near[s] = high(near[s], i[s])
+            far[s] = low(far[s], ti.select(known, i[s], 1e30))
+        for g in range(STRIP // 8):
+            o = start + r * across * STRIP + g * 8
+            put(out.inverse, o, eight(i, g))
+            if ti.static(weighted):
+                put(out.weight, o, eight(w, g))
+
+
+@func
+def _box_pixels(
+    box: ti.template(), use: ti.template(), o: ti.template(), across: ti.template(), cells: ti.template(),
+    inverse: ti.template(), truncation: ti.template(),
+):  # fmt: skip
+    """Boxes of the pixels in two rows of a cell, which begins at o, and whether anything is measured there."""
+    at = ti.Vector([o + e // CELL * across * STRIP + e % CELL for e in ti.static(range(CELLS))])
+    for e in range(CELLS):
+        box[e], box[CELLS + e], box[2 * CELLS + e], box[3 * CELLS + e] = (
+            cells.x[at[e]], cells.y[at[e]], cells.margin, cells.margin,
+        )  # fmt: skip
+    for e in range(CELLS):
+        i = inverse[at[e]]
+        use[e], z = ti.cast(i > 0.0, ti.i32), 1.0 / high(i, 1e-9)
+        box[4 * CELLS + e], box[5 * CELLS + e] = z - truncation, z + truncation
+
+
+@func
+def _reaches(box: ti.template(), begins: ti.template(), ends: ti.template(), pose: ti.template(), voxel: ti.template()):
+    """First and last block along each axis around what lies in eight boxes."""
+    h, v, wide, tall, z0, z1 = [eight(box, m) for m in ti.static(range(6))]
+    for a in ti.static(range(3)):
+        p = ti.Vector([pose[4 * a + m] for m in ti.static(range(4))])
+        begin, end = _reach(h, v, wide, tall, z0, z1, p, voxel)
+        for e in ti.static(range(CELLS)):
+            begins[a * CELLS + e] = begin[e]
+        for e in ti.static(range(CELLS)):
+            ends[a * CELLS + e] = end[e]
+
+
 @kernel
 def _scan(
-    depth: F32, width: ti.i32, weight: F32, inverse: F32, weighed: F32, farthest: F32_2, filled: I32, cells: F32_3,
-    x: F32, y: F32, pose: F32, span: I32, keys: I64, ids: I32, around: I32, seen: I64, missing: I64, count: I32,
-    voxel: ti.f32, truncation: ti.f32, focal: ti.f32, margin: ti.f32, horizon: ti.f32, weighted: ti.template(),
+    raw: RawImages, out: CleanedImages, cells: Cells, pose: F32, lattice: Lattice, there: Hash, missing: MissingBlocks,
+    weighted: ti.template(),
 ):  # fmt: skip
-    """Fills `inverse`, `farthest` and, where there are weights, `weighed`, and lists absent blocks that hold a voxel
-    which a pixel sees within the truncation."""
-    across, strips = farthest.shape[1] // CELLS, width // STRIP
+    """Cleans a frame, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""
+    across, strips = out.farthest.shape[1] // CELLS, raw.width // STRIP
+    voxel, truncation, span = ti.static((lattice.voxel, lattice.truncation, lattice.span))
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
-    for n in range(farthest.shape[0] * strips):
+    for n in range(out.farthest.shape[0] * strips):
         row, c0 = n // strips, n % strips * CELLS
         state = row * across + n % strips
-        before = filled[state] & 1
-        corner = row * CELL * width + c0 * CELL
-        if before == 0 and not _measured(depth, corner, width, horizon):
+        before = out.filled[state] & 1
+        corner = row * CELL * raw.width + c0 * CELL
+        if before == 0 and not _measured(raw.depth, corner, raw.width, lattice.horizon):
             continue  # it is empty and stays so
         start = (row * CELL + PAD) * across * STRIP + c0 * CELL
         near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
-        for r in range(CELL):
-            i, w, at = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP), bounded(corner + r * width)
-            for s in range(STRIP):
-                z = depth[at + s]
-                known = (z > NEAREST) & (z < horizon)  # NaN is neither
-                if ti.static(weighted):
-                    w[s] = weight[at + s]
-                    known &= (w[s] > 0.0) & (w[s] < 1e30)
-                i[s] = ti.select(known, 1.0 / z, 0.0)
-                near[s] = high(near[s], i[s])
-                far[s] = low(far[s], ti.select(known, i[s], 1e30))
-            for g in range(STRIP // 8):
-                o = start + r * across * STRIP + g * 8
-                put(inverse, o, eight(i, g))
-                if ti.static(weighted):
-                    put(weighed, o, eight(w, g))
+        _invert(raw, out, corner, start, across, near, far, lattice.horizon, weighted)
         # Eight cells are looked at side by side, each as one where it is small and all on one surface, then what is
         # left pixel by pixel, eight at a time.
         deep, use, left = ti.Vector([0.0] * CELLS), ti.Vector([0] * CELLS), ti.Vector([0] * CELLS)
@@ -140,39 +217,26 @@ def _scan(
             for e in ti.static(range(1, CELL)):
                 a, b = high(a, near[c * CELL + e]), low(b, far[c * CELL + e])
             for m in ti.static(range(4)):
-                box[m * CELLS + c] = cells[m, row, c0 + c]
+                box[m * CELLS + c] = cells.cells[m, row, c0 + c]
             if a > 0.0:
                 deep[c], use[c], passes = 1.0 / b, 1, 1
                 box[4 * CELLS + c], box[5 * CELLS + c] = 1.0 / a - truncation, 1.0 / b + truncation
-                if a - b > 4.0 * voxel * a * b or CELL > 4.0 * voxel * focal * b:  # noqa: SIM300
+                if a - b > 4.0 * voxel * a * b or CELL > 4.0 * voxel * cells.focal * b:  # noqa: SIM300
                     use[c], left[rough] = 0, c
                     rough += 1
         for e in ti.static(range(CELLS)):
-            farthest[row, c0 + e] = deep[e]
-        filled[state] = (filled[state] & 2) | passes
+            out.farthest[row, c0 + e] = deep[e]
+        out.filled[state] = (out.filled[state] & 2) | passes
         begins, ends = ti.Vector([0] * (3 * CELLS)), ti.Vector([0] * (3 * CELLS))
         first, last = ti.Vector([1 << 30, 0, 0]), ti.Vector([0, 0, 0])  # blocks that were all there, or are listed
         for t in range(passes + 2 * rough):
-            if t > 0:  # two rows of a cell
+            if t > 0:
                 o = start + (t - 1) % 2 * 2 * across * STRIP + left[(t - 1) // 2] * CELL
-                at = ti.Vector([o + e // CELL * across * STRIP + e % CELL for e in ti.static(range(CELLS))])
-                for e in range(CELLS):
-                    box[e], box[CELLS + e], box[2 * CELLS + e], box[3 * CELLS + e] = x[at[e]], y[at[e]], margin, margin
-                for e in range(CELLS):
-                    i = inverse[at[e]]
-                    use[e], z = ti.cast(i > 0.0, ti.i32), 1.0 / high(i, 1e-9)
-                    box[4 * CELLS + e], box[5 * CELLS + e] = z - truncation, z + truncation
-            h, v, wide, tall, z0, z1 = [eight(box, m) for m in ti.static(range(6))]
-            for a in ti.static(range(3)):
-                p = ti.Vector([pose[4 * a + m] for m in ti.static(range(4))])
-                begin, end = _reach(h, v, wide, tall, z0, z1, p, voxel)
-                for e in ti.static(range(CELLS)):
-                    begins[a * CELLS + e] = begin[e]
-                for e in ti.static(range(CELLS)):
-                    ends[a * CELLS + e] = end[e]
+                _box_pixels(box, use, o, across, cells, out.inverse, truncation)
+            _reaches(box, begins, ends, pose, voxel)
             for e in range(CELLS):
                 begin = ti.Vector([ti.max(begins[a * CELLS + e], span[a]) for a in ti.static(range(3))])
                 end = ti.Vector([ti.min(ends[a * CELLS + e], span[3 + a]) for a in ti.static(range(3))])
                 if use[e] == 1 and (end - begin).min() >= 0 and ti.min((begin - first).min(), (last - end).min()) < 0:
                     first, last = begin, end
-                    look(begin, end, keys, ids, around, seen, missing, count)
+                    look(begin, end, there, missing)

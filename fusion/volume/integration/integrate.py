@@ -8,6 +8,8 @@ far behind the surface, the zero would move. The slant, a cosine, weighs as well
 right near the measured point only.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
@@ -19,12 +21,32 @@ from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
 from fusion.volume.integration.allocate import allocate
 from fusion.volume.integration.frame import CELL, STRIP, FrameImages, Work
-from fusion.volume.integration.planes import first, measure_planes, second
-from fusion.volume.lens import in_cone, lens, load, project, rows
+from fusion.volume.integration.planes import Inverse, Planes, Slants, first, measure_planes, second
+from fusion.volume.lens import Eye, eye, in_cone, load, moved, project
 from fusion.volume.settings import BLOCK
 
 NO_COLOR = np.zeros((1, 1, 3), np.uint8)
 NO_WEIGHT = np.ones((1, 1), np.float32)
+
+
+class Grown(NamedTuple):
+    """The blocks that grow by a frame, see `Blocks`; size of a voxel and truncation [m]."""
+
+    coordinates: I32_2
+    count: ti.i32
+    voxels: F32
+    solid: I32
+    colors: F32_3
+    voxel: ti.f32
+    truncation: ti.f32
+
+
+class Shown(NamedTuple):
+    """What an image shows: colours; the farthest of each cell, see `Work`; how wide the planes' rows are."""
+
+    color: U8_3
+    farthest: F32_2
+    stride: ti.i32
 
 
 @either
@@ -51,17 +73,20 @@ def integrate(
     allocate(blocks, (depth, weights), frame, camera, T_world_camera)
     settings, distorted, known = blocks.settings, any(camera.distortion), frame.geometry
     measure_planes(
-        frame.inverse, known.layout.stride // STRIP, known.x, known.y, known.bend, frame.filled, camera.fx, camera.fy,
-        settings.truncation, frame.weight, frame.level, frame.slopes, frame.scales, distorted, weight is not None,
+        Inverse(frame.inverse, frame.weight, frame.filled, known.layout.stride // STRIP),
+        Slants(known.x, known.y, known.bend, camera.fx, camera.fy), settings.truncation,
+        Planes(frame.level, frame.slopes, frame.scales), distorted, weight is not None,
     )  # fmt: skip
     frame.filled[:] = (frame.filled & 1) * 3
     colored = color is not None and settings.color
     _update(
-        blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
-        *frame.shifted, np.ascontiguousarray(color) if colored else NO_COLOR,
-        frame.farthest, np.empty(blocks.count + 1, np.int32), rows(inverse(T_world_camera)), lens(camera),
-        settings.voxel, settings.truncation, camera.height, camera.width, known.layout.stride,
-        distorted, colored,
+        Grown(
+            blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
+            settings.voxel, settings.truncation,
+        ),
+        Planes(*frame.shifted),
+        Shown(np.ascontiguousarray(color) if colored else NO_COLOR, frame.farthest, known.layout.stride),
+        eye(camera, inverse(T_world_camera)), np.empty(blocks.count + 1, np.int32), distorted, colored,
     )  # fmt: skip
 
 
@@ -119,42 +144,61 @@ def _place(at: ti.template(), z: ti.template(), right: ti.template(), down: ti.t
         at[s], z[s], right[s], down[s] = vn * stride + un, deep, u - float(un) - 0.5, v - float(vn) - 0.5
 
 
+@func
+def _add_row(
+    blocks: ti.template(), n: ti.template(), slab: ti.template(), j: ti.template(), d: ti.template(), w: ti.template()
+):
+    """Eight distances and weights to row j of a slab of block n, and to its octants what is behind the surface."""
+    o = (n << 10) | (slab << 7) | (j << 4)
+    sums = ti.Vector([blocks.voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
+    weights = ti.Vector([blocks.voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
+    for e in ti.static(range(BLOCK)):
+        blocks.voxels[o | e] = sums[e]
+    for e in ti.static(range(BLOCK)):
+        blocks.voxels[o | (BLOCK + e)] = weights[e]
+    octant = (slab >> 2) << 2 | (j >> 2) << 1
+    if (blocks.solid[n] >> octant) & 3 != 3:
+        bits = 0
+        for e in ti.static(range(BLOCK)):
+            bits |= ti.select(sums[e] < 0.0, 1 << (e >> 2), 0)
+        if bits != 0:
+            ti.atomic_or(blocks.solid[n], bits << octant)
+
+
 @kernel
 def _update(
-    coordinates: I32_2, count: ti.i32, voxels: F32, solid: I32, colors: F32_3,
-    level: F32, slopes: I32, scales: I32, color: U8_3,
-    farthest: F32_2, visible: I32, pose: F32, camera: F32, voxel: ti.f32, truncation: ti.f32,
-    height: ti.i32, width: ti.i32, stride: ti.i32, distorted: ti.template(), colored: ti.template(),
+    blocks: Grown, planes: Planes, image: Shown, eye: Eye, visible: I32, distorted: ti.template(),
+    colored: ti.template(),
 ):  # fmt: skip
-    visible[0] = 0  # the number of blocks in view; their ids follow
-    for n in range(count):
-        c = load(camera)
+    """Fuses the planes; `visible` (blocks + 1,) is to work with: the number of blocks in view, and which these are."""
+    coordinates, pose, voxel, truncation = ti.static((blocks.coordinates, eye.pose, blocks.voxel, blocks.truncation))
+    visible[0] = 0
+    for n in range(blocks.count):
+        c = load(eye.camera)
         p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
-        centre = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
-                            for a in ti.static(range(3))])  # fmt: skip
+        centre = moved(pose, p)
         extent = ti.Vector([ti.abs(pose[a * 4]) + ti.abs(pose[a * 4 + 1]) + ti.abs(pose[a * 4 + 2])
                             for a in ti.static(range(3))])  # fmt: skip
-        if _in_view(centre, extent * 3.5 * voxel, truncation, c, farthest, height, width, distorted):
+        if _in_view(centre, extent * 3.5 * voxel, truncation, c, image.farthest, eye.height, eye.width, distorted):
             visible[ti.atomic_add(visible[0], 1) + 1] = n
     # Half blocks, slab by slab, as the CPU pool never splits below 512 iterations. The compiler makes vectors of loops
     # over 64 numbers that have no branches and write only to arrays of their own, and of eight numbers that are written
     # side by side after all are read. Arrays serve twice, as emptying each takes its time.
     for half in range(visible[0] * 2):
-        c = load(camera)
+        c = load(eye.camera)
         c[2] += 8.5  # the images begin one pixel up and eight to the left; half a pixel for rounding
         c[3] += 1.5
         n = visible[(half >> 1) + 1]
         p = ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK * voxel
         steps = [ti.Vector([pose[b], pose[4 + b], pose[8 + b]]) * voxel for b in ti.static(range(3))]
-        start = ti.Vector([pose[a * 4] * p[0] + pose[a * 4 + 1] * p[1] + pose[a * 4 + 2] * p[2] + pose[a * 4 + 3]
-                          for a in ti.static(range(3))])  # fmt: skip
+        start = moved(pose, p)
         at, down = ti.Vector([0] * 64), ti.Vector([0.0] * 64)
         ws, ds = ti.Vector([0.0] * 64), ti.Vector([0.0] * 64)  # depths, then weights; steps right, then distances
         for slab in range((half & 1) * 4, (half & 1) * 4 + 4):
             corner = start + steps[0] * float(slab)
-            _place(at, ws, ds, down, corner, steps[1], steps[2], c, height, width, stride, distorted)
+            _place(at, ws, ds, down, corner, steps[1], steps[2], c, eye.height, eye.width, image.stride, distorted)
             for s in range(BLOCK * BLOCK):
-                i, z, slope, scale = level[at[s]], ws[s], slopes[at[s]], scales[at[s]]
+                i, z, slope, scale = planes.level[at[s]], ws[s], planes.slopes[at[s]], planes.scales[at[s]]
                 ws[s] = ti.select((z - truncation) * i < 1.0, second(scale), 0.0)  # else hidden
                 i += first(slope) * ds[s] + second(slope) * down[s]
                 ds[s] = low(first(scale) * (1.0 - z * i), truncation)
@@ -164,24 +208,11 @@ def _update(
                 for e in ti.static(range(BLOCK)):
                     some |= w[e] > 0.0
                 if some:
-                    o = (n << 10) | (slab << 7) | (j << 4)
-                    sums = ti.Vector([voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d
-                    weights = ti.Vector([voxels[o | (BLOCK + e)] for e in ti.static(range(BLOCK))]) + w
-                    for e in ti.static(range(BLOCK)):
-                        voxels[o | e] = sums[e]
-                    for e in ti.static(range(BLOCK)):
-                        voxels[o | (BLOCK + e)] = weights[e]
-                    octant = (slab >> 2) << 2 | (j >> 2) << 1
-                    if (solid[n] >> octant) & 3 != 3:
-                        bits = 0
-                        for e in ti.static(range(BLOCK)):
-                            bits |= ti.select(sums[e] < 0.0, 1 << (e >> 2), 0)
-                        if bits != 0:
-                            ti.atomic_or(solid[n], bits << octant)
+                    _add_row(blocks, n, slab, j, d, w)
             if ti.static(colored):
                 for s in range(BLOCK * BLOCK):
                     if ws[s] > 0.0 and ds[s] < truncation:
-                        v, u = at[s] // stride - 1, at[s] % stride - 8
+                        v, u = at[s] // image.stride - 1, at[s] % image.stride - 8
                         for r in ti.static(range(3)):
-                            colors[n, slab * 64 + s, r] += ws[s] * color[v, u, r]
-                        colors[n, slab * 64 + s, 3] += ws[s]
+                            blocks.colors[n, slab * 64 + s, r] += ws[s] * image.color[v, u, r]
+                        blocks.colors[n, slab * 64 + s, 3] += ws[s]

@@ -9,6 +9,8 @@ of it by the first scale * (1 - z / the plane's depth where the point lies in th
 Slopes and scales are pairs in one number, each kept to one part in 256: half as much to look up.
 """
 
+from typing import NamedTuple
+
 from fusion.compute.arrays import F32, I32
 from fusion.compute.language import func, kernel, ti
 from fusion.geometry.lanes import bounded, eight, high, low, put
@@ -17,6 +19,33 @@ from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
 EDGE = 0.5  # slant of pixels without neighbours (guess)
 EDGE_WEIGHT = 0.01  # of pixels beside a jump in depth: they fill in only what no other pixel sees
+
+
+class Inverse(NamedTuple):
+    """One over depth, and weight, of a frame of `across` strips, see `Work`."""
+
+    inverse: F32
+    weight: F32
+    filled: I32
+    across: ti.i32
+
+
+class Slants(NamedTuple):
+    """Directions of a camera's pixels, see `Geometry`, and its focal lengths [px]."""
+
+    x: F32
+    y: F32
+    bend: F32
+    fx: ti.f32
+    fy: ti.f32
+
+
+class Planes(NamedTuple):
+    """Flat images, see above."""
+
+    level: F32
+    slopes: I32
+    scales: I32
 
 
 @func
@@ -60,15 +89,15 @@ def _half(here: ti.template(), before: ti.template(), after: ti.template(), trun
 
 @kernel
 def measure_planes(
-    inverse: F32, across: ti.i32, x: F32, y: F32, bend: F32, filled: I32, fx: ti.f32, fy: ti.f32, truncation: ti.f32,
-    weight: F32, level: F32, slopes: I32, scales: I32, distorted: ti.template(), weighted: ti.template(),
-):  # fmt: skip
-    """Fills the planes from one over depth, images of `across` strips; the weight is the slant, the distance to the
-    plane per difference in z, times the pixel's own, and 0 where there is no depth."""
+    frame: Inverse, rays: Slants, truncation: ti.f32, out: Planes, distorted: ti.template(), weighted: ti.template()
+):
+    """Fills the planes from one over depth; the weight is the slant, the distance to the plane per difference in z,
+    times the pixel's own, and 0 where there is no depth."""
+    inverse, across, x, y, bend = ti.static((frame.inverse, frame.across, rays.x, rays.y, rays.bend))
     # In loops that have no branches and write to arrays of their own: the compiler makes vectors of them.
-    for n in range(filled.shape[0] * CELL):
+    for n in range(frame.filled.shape[0] * CELL):
         row, strip = n // across, n % across
-        if filled[row // CELL * across + strip] != 0:  # else it is empty and stays so
+        if frame.filled[row // CELL * across + strip] != 0:  # else it is empty and stays so
             stride = bounded(across * STRIP)
             at = bounded((row + PAD) * stride + strip * STRIP)
             i, du, dv = ti.Vector([NOWHERE] * STRIP), ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP)
@@ -95,9 +124,9 @@ def measure_planes(
                     du[s] = ti.select(whole, du[s], across_u)
                     dv[s] = ti.select(whole, dv[s], across_v)
                     least[s] = ti.select(low(sides_u, sides_v) < 0.5, EDGE, STEEP)
-            out, slope, scale = ti.Vector([0.0] * STRIP), ti.Vector([0] * STRIP), ti.Vector([0] * STRIP)
+            here, slope, scale = ti.Vector([0.0] * STRIP), ti.Vector([0] * STRIP), ti.Vector([0] * STRIP)
             for s in range(STRIP):
-                A, B = du[s] * fx, dv[s] * fy
+                A, B = du[s] * rays.fx, dv[s] * rays.fy
                 if ti.static(distorted):  # pixels are no steps along x or y alone
                     m = inverse.shape[0]
                     A = du[s] * bend[at + s] + dv[s] * bend[at + s + m]
@@ -107,12 +136,12 @@ def measure_planes(
                 slant = high(i[s] / ti.sqrt(A * A + B * B + C * C), least[s])
                 w = ti.select(jump[s] < 0.0, slant, slant * EDGE_WEIGHT)
                 if ti.static(weighted):
-                    w *= weight[at + s]
+                    w *= frame.weight[at + s]
                 slope[s] = pair(du[s], dv[s])
                 scale[s] = ti.select(known, pair(slant / i[s], w), 0)
-                out[s] = ti.select(known, i[s], NOWHERE)
+                here[s] = ti.select(known, i[s], NOWHERE)
             for g in range(STRIP // 8):
                 o = at + g * 8
-                put(level, o, eight(out, g))
-                put(slopes, o, eight(slope, g))
-                put(scales, o, eight(scale, g))
+                put(out.level, o, eight(here, g))
+                put(out.slopes, o, eight(slope, g))
+                put(out.scales, o, eight(scale, g))

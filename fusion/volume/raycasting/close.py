@@ -38,15 +38,15 @@ CORNERS = 8 * SIDE  # of all rays' cells; corner c of ray e is at c * SIDE + e
 @func
 def _read(
     ray: ti.template(), whole: ti.template(), part: ti.template(), value: ti.template(), weight: ti.template(),
-    origin: ti.template(), keys: ti.template(), ids: ti.template(), lowest: ti.template(), size: ti.template(),
-    grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),
+    origin: ti.template(), field: ti.template(),
 ):  # fmt: skip
     """What the corners of each ray's cell say, and where in it the ray is, as three parts of its edges."""
+    voxels = ti.static(field.voxels)
     for e in range(SIDE):
         if whole[STATE + e] == NEARBY:
             p = origin + ti.Vector([ray[DX + e], ray[DY + e], ray[DZ + e]]) * ray[AT + e]
             base = ti.cast(ti.floor(p), ti.i32)
-            n = find(base >> 3, lowest, size, grid, keys, ids)
+            n = find(base >> 3, field)
             for a in ti.static(range(3)):
                 part[a * SIDE + e] = p[a] - base[a]
             if n >= 0:
@@ -58,7 +58,7 @@ def _read(
                         value[c * SIDE + e], weight[c * SIDE + e] = voxels[corner], voxels[corner + BLOCK]
                 else:
                     for c in range(8):
-                        block, o = place(n, i + c // 4, j + c // 2 % 2, k + c % 2, neighbours)
+                        block, o = place(n, i + c // 4, j + c // 2 % 2, k + c % 2, field.neighbours)
                         if block >= 0:
                             corner = entry(block, o)
                             value[c * SIDE + e], weight[c * SIDE + e] = voxels[corner], voxels[corner + BLOCK]
@@ -79,16 +79,13 @@ def _field(ray: ti.template(), part: ti.template(), value: ti.template(), weight
 
 
 @func
-def close(
-    ray: ti.template(), whole: ti.template(), origin: ti.template(), keys: ti.template(), ids: ti.template(),
-    lowest: ti.template(), size: ti.template(), grid: ti.template(), neighbours: ti.template(), voxels: ti.template(),
-    voxel: ti.f32,
-):  # fmt: skip
+def close(ray: ti.template(), whole: ti.template(), origin: ti.template(), field: ti.template()):
     """A step of each ray that was near the surface: Newton's where the field falls, kept between the last place outside
     and the first one inside once both are known."""
     value, weight = ti.Vector([0.0] * CORNERS), ti.Vector([0.0] * CORNERS)
     part = ti.Vector([0.0] * (3 * SIDE))
-    _read(ray, whole, part, value, weight, origin, keys, ids, lowest, size, grid, neighbours, voxels)
+    voxel = field.voxel
+    _read(ray, whole, part, value, weight, origin, field)
     for e in range(SIDE):  # without branches, so that the compiler makes vectors of it: all ways on, then which it is
         known, s, rate = _field(ray, part, value, weight, e)
         t, trials, quantum = ray[AT + e], whole[TRIALS + e], quantum_of(ray, e)

@@ -41,12 +41,11 @@ def _half_way(a: ti.template(), b: ti.template(), c: ti.template(), e: ti.templa
 
 
 @func
-def fill(
-    i: ti.i32, j: ti.i32, side: ti.i32, coarse: ti.template(), fine: ti.template(), voxel: ti.f32, farthest: ti.f32
-):  # fmt: skip
+def fill(i: ti.i32, j: ti.i32, side: ti.i32, depths: ti.template(), voxel: ti.f32):
     """Depths of those rays of a tile that lie on a smooth surface nearer than `farthest`; the others are NaN. (i, j) is
     its first one in the padded image `coarse` of every second ray in both directions, which has `side` of them along
     the tile's edge, 4 or 2."""
+    coarse, fine, farthest = ti.static((depths.coarse, depths.fine, depths.farthest))
     nearest, last = INFINITY, side - 1  # of a smaller tile, rays are looked at again and again
     here, right = ti.Vector([0.0] * SQUARE), ti.Vector([0.0] * SQUARE)
     down, both = ti.Vector([0.0] * SQUARE), ti.Vector([0.0] * SQUARE)

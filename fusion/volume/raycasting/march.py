@@ -53,12 +53,9 @@ def _axis(p: ti.f32, d: ti.f32, o: ti.f32):
 
 
 @func
-def approach(
-    ray: ti.template(), whole: ti.template(), origin: ti.template(), keys: ti.template(), ids: ti.template(),
-    lowest: ti.template(), size: ti.template(), grid: ti.template(), solid: ti.template(), voxels: ti.template(),
-    voxel: ti.f32,
-):  # fmt: skip
+def approach(ray: ti.template(), whole: ti.template(), origin: ti.template(), field: ti.template()):
     """A step of each ray that is far from the surface, by what the nearest voxel says."""
+    keys, lowest, size, voxel = ti.static((field.keys, field.low, field.size, field.voxel))
     value, weight = ti.Vector([0.0] * SIDE), ti.Vector([0.0] * SIDE)
     block, full = ti.Vector([0] * SIDE), ti.Vector([0] * SIDE)
     ox, oy, oz = origin[0] + 0.5, origin[1] + 0.5, origin[2] + 0.5
@@ -76,7 +73,7 @@ def approach(
     if nx > 0:
         for e in range(SIDE):
             n = whole[CELL + e]
-            block[e] = ti.select(n >= 0, grid[ti.max(n, 0)], -1)
+            block[e] = ti.select(n >= 0, field.grid[ti.max(n, 0)], -1)
     else:
         e, h, key = 0, -1, ti.cast(-1, ti.i64)
         while e < SIDE:  # as `lookup` for each; with a loop inside of this one the compiler would write it eight times
@@ -86,14 +83,14 @@ def approach(
                 key, h = pack(p[0], p[1], p[2]), slot(p[0], p[1], p[2], keys.shape[0])
             seen = keys[h]
             if seen == key or seen == -1:
-                block[e] = ti.select(seen == key, ids[h], -1)
+                block[e] = ti.select(seen == key, field.ids[h], -1)
                 e, h = e + 1, -1
             else:
                 h = (h + 1) & (keys.shape[0] - 1)
     for e in range(SIDE):
         n = ti.max(block[e], 0)
         i = entry(n, whole[VOXEL + e])
-        full[e], value[e], weight[e] = solid[n], voxels[i], voxels[i + BLOCK]
+        full[e], value[e], weight[e] = field.solid[n], field.voxels[i], field.voxels[i + BLOCK]
     for e in range(SIDE):
         t, w = ray[AT + e], weight[e]
         quantum = quantum_of(ray, e)

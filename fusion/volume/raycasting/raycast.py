@@ -10,11 +10,11 @@ from fusion.compute.shares import dealt
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
-from fusion.volume.lens import lens, rows
-from fusion.volume.raycasting.cast import SPACING, cast
+from fusion.volume.lens import eye
+from fusion.volume.raycasting.cast import SPACING, Depths, Tiles, cast
 from fusion.volume.raycasting.curve import COARSE, unseen
 from fusion.volume.raycasting.image_pool import PooledImages
-from fusion.volume.raycasting.shade import shade, slants
+from fusion.volume.raycasting.shade import Ends, Written, shade, slants
 from fusion.volume.raycasting.window import window
 
 
@@ -45,25 +45,21 @@ def raycast(
     """
     h, w = camera.shape
     seen = window(blocks, camera, T_world_camera, (max(reach[0], 1e-4), reach[1]))
-    index = (blocks.keys, blocks.ids, seen.low, seen.size, seen.grid)
-    T, voxel, rays = rows(T_world_camera), blocks.settings.voxel, camera.rays()
+    field, here, voxel = seen.field(blocks), eye(camera, T_world_camera), blocks.settings.voxel
     down, across = np.nonzero(seen.last)
-    tiles = (down << 16 | across).astype(np.int32)
+    tiles = Tiles(seen.first, seen.last, (down << 16 | across).astype(np.int32), len(down))
     # of the first step nothing is coarser; no kernel gets an array twice, as a card would have two copies of it
     coarse, fine = np.empty((1, 1), np.float32), unseen(h, w, COARSE)
     for step in (COARSE, 2, 1):
         farthest = SPACING * voxel * camera.fx / (2 * step)
         if step != COARSE:
             coarse, fine = fine, unseen(h, w, step)
-        cast(
-            step, *index, blocks.solid, blocks.neighbours, blocks.flat, rays, lens(camera), T, seen.first, seen.last,
-            tiles, len(tiles), voxel, farthest, coarse, fine, *dealt(), any(camera.distortion),
-        )  # fmt: skip
+        depths = Depths(coarse, fine, farthest)
+        cast(step, field, camera.rays(), here, tiles, depths, dealt(), any(camera.distortion))
     colored = blocks.settings.color
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
-    shade(
-        *index, blocks.neighbours, blocks.flat, blocks.colors, *slants(camera), fine.reshape(-1), fine.shape[1], T,
-        voxel, camera.fx, images.depth, images.points, images.normals, colors, images.used, *dealt(), colored,
-    )  # fmt: skip
+    ends = Ends(*slants(camera), fine.reshape(-1), fine.shape[1], camera.fx)
+    out = Written(images.depth, images.points, images.normals, images.used, colors)
+    shade(field, blocks.colors, ends, here.pose, out, dealt(), colored)
     depth, points, normals = images.shown()
     return Raycast(depth, points, normals, colors if colored else None)

@@ -3,22 +3,63 @@
 may meet something solid."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, I32, I32_2
+from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
 from fusion.compute.language import func, kernel, ti
-from fusion.compute.shares import after, dealt, share
+from fusion.compute.shares import Deal, after, dealt, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.volume.blocks import Blocks
 from fusion.volume.hashing import lookup
-from fusion.volume.lens import in_cone, lens, load, project, rows
+from fusion.volume.lens import Eye, eye, in_cone, load, project
 from fusion.volume.settings import BLOCK
 
 TILE = 3  # bits of a pixel's place in its tile, which shares one range of depths
 LARGEST = 1 << 22  # blocks of a table, 16 MiB
+
+
+class Boxes(NamedTuple):
+    """Where there is what, see `Blocks`, and the size of a voxel [m]."""
+
+    coordinates: I32_2
+    count: ti.i32
+    solid: I32
+    voxel: ti.f32
+
+
+class BlockTable(NamedTuple):
+    """Blocks by their place, see `Window`."""
+
+    low: I32
+    size: I32
+    grid: I32
+
+
+class Reach(NamedTuple):
+    """Depths between which tiles may see anything, see `Window`, and those between which all that is seen lies [m]."""
+
+    first: F32_2
+    last: F32_2
+    near: ti.f32
+    far: ti.f32
+
+
+class RayField(NamedTuple):
+    """All that rays look up, see `Window` and `Blocks`."""
+
+    low: I32
+    size: I32
+    grid: I32
+    keys: I64
+    ids: I32
+    solid: I32
+    neighbours: I32_2
+    voxels: F32
+    voxel: ti.f32
 
 
 @dataclass(frozen=True)
@@ -37,6 +78,13 @@ class Window:
     first: NDArray[np.float32]
     last: NDArray[np.float32]
 
+    def field(self, blocks: Blocks) -> RayField:
+        """What rays look up in the blocks that it is of."""
+        return RayField(
+            self.low, self.size, self.grid, blocks.keys, blocks.ids, blocks.solid, blocks.neighbours, blocks.flat,
+            blocks.settings.voxel,
+        )  # fmt: skip
+
 
 def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[float, float]) -> Window:
     """For a camera at a pose (4, 4) that looks from near to far [m]."""
@@ -49,24 +97,24 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
     found = Window(blocks.low, size, grid, np.full(tiles, 1e30, np.float32), np.zeros(tiles, np.float32))
     if blocks.count:
         _range(
-            blocks.coordinates, blocks.count, blocks.solid, rows(inverse(T_world_camera)), lens(camera),
-            blocks.settings.voxel, *reach, h, w, found.first, found.last, found.low, size, grid,
-            *dealt(), any(camera.distortion),
+            Boxes(blocks.coordinates, blocks.count, blocks.solid, blocks.settings.voxel),
+            eye(camera, inverse(T_world_camera)), BlockTable(found.low, size, grid),
+            Reach(found.first, found.last, *reach), dealt(), any(camera.distortion),
         )  # fmt: skip
     return found
 
 
 @func
-def find(block: ti.template(), low: ti.template(), size: ti.template(), grid: ti.template(), keys: ti.template(),
-         ids: ti.template()):  # fmt: skip
+def find(block: ti.template(), field: ti.template()):
     """Id of a block that a ray may end in or come through, -1 when there is none."""
+    low, size = ti.static((field.low, field.size))
     n = -1
     if size[0] == 0:
-        n = lookup(block[0], block[1], block[2], keys, ids)
+        n = lookup(block[0], block[1], block[2], field.keys, field.ids)
     else:
         x, y, z = block[0] - low[0], block[1] - low[1], block[2] - low[2]
         if x >= 0 and y >= 0 and z >= 0 and x < size[0] and y < size[1] and z < size[2]:
-            n = grid[(x * size[1] + y) * size[2] + z]
+            n = field.grid[(x * size[1] + y) * size[2] + z]
     return n
 
 
@@ -95,26 +143,25 @@ def _box(
 
 
 @kernel
-def _range(
-    coordinates: I32_2, count: ti.i32, solid: I32, pose: F32, camera: F32, voxel: ti.f32, near: ti.f32, far: ti.f32,
-    height: ti.i32, width: ti.i32, first: F32_2, last: F32_2, low: I32, size: I32, grid: I32, turn: I32,
-    parts: ti.i32, distorted: ti.template(),
-):  # fmt: skip
+def _range(blocks: Boxes, eye: Eye, table: BlockTable, reach: Reach, deal: Deal, distorted: ti.template()):
+    """Fills in the table, and the depths of each tile."""
+    coordinates, solid, pose, voxel = ti.static((blocks.coordinates, blocks.solid, eye.pose, blocks.voxel))
+    first, last, near, far = ti.static((reach.first, reach.last, reach.near, reach.far))
     # A ray ends in a cell with a corner behind the surface: up to one voxel around a solid octant.
     slant = [ti.abs(pose[4 * a]) + ti.abs(pose[4 * a + 1]) + ti.abs(pose[4 * a + 2]) for a in range(3)]
     block, octant = [4.5 * voxel * s for s in slant], [2.5 * voxel * s for s in slant]  # half extents along the axes
     radius = 4.5 * 1.7321 * voxel
-    for _ in range(parts):
-        begin, stop = share(turn, count)
-        while begin < count:
+    for _ in range(deal.parts):
+        begin, stop = share(deal.turn, blocks.count)
+        while begin < blocks.count:
             n = begin
-            begin, stop = after(begin, stop, turn, count)
-            if size[0] > 0:
-                cell = ti.Vector([coordinates[n, a] - low[a] for a in ti.static(range(3))])
-                grid[(cell[0] * size[1] + cell[1]) * size[2] + cell[2]] = n
+            begin, stop = after(begin, stop, deal.turn, blocks.count)
+            if table.size[0] > 0:
+                cell = ti.Vector([coordinates[n, a] - table.low[a] for a in ti.static(range(3))])
+                table.grid[(cell[0] * table.size[1] + cell[1]) * table.size[2] + cell[2]] = n
             if solid[n] == 0:
                 continue
-            c = load(camera)
+            c = load(eye.camera)
             R = ti.Matrix([[pose[4 * a + b] for b in ti.static(range(3))] for a in ti.static(range(3))])
             p = (ti.Vector([coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]]) * BLOCK + 3.5) * voxel
             q = R @ p + ti.Vector([pose[3], pose[7], pose[11]])
@@ -131,9 +178,9 @@ def _range(
                     if (solid[n] >> o) & 1 == 1:
                         m = q + R @ (ti.Vector([(o >> 2) & 1, (o >> 1) & 1, o & 1]) * 4.0 - 2.0) * voxel
                         z0, z1 = ti.max(m[2] - octant[2], near), ti.min(m[2] + octant[2], far)
-                        v0, u0, v1, u1 = 0, 0, height - 1, width - 1
+                        v0, u0, v1, u1 = 0, 0, eye.height - 1, eye.width - 1
                         if regular:
-                            v0, u0, v1, u1 = _box(m, wide, tall, spread, c, height, width, distorted)
+                            v0, u0, v1, u1 = _box(m, wide, tall, spread, c, eye.height, eye.width, distorted)
                         if z0 < z1 and v1 >= 0 and u1 >= 0:
                             for a in range(v0 >> TILE, (v1 >> TILE) + 1):
                                 for b in range(u0 >> TILE, (u1 >> TILE) + 1):

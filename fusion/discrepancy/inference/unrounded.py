@@ -1,0 +1,44 @@
+"""Unrounded: what a sensor rounds, how large its steps are, and how much of a change is seen behind them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fusion.sensor.effect import Effect
+from fusion.sensor.view import Image, View
+
+STEP = 12**0.5  # over the spread of what rounding to it loses
+MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is rounded
+
+
+@dataclass(frozen=True)
+class Unrounded:
+    """What is rounded; all (h, w).
+
+    Attributes:
+        rounding: the effect.
+        mean: of repeated frames without it [m].
+        step: at this depth [m]: constant, or growing with its square.
+        spread: of the noise before it, in steps: as the model or the frames say, what is calmer.
+    """
+
+    rounding: Effect
+    mean: Image
+    step: Image
+    spread: Image
+
+    @classmethod
+    def of(cls, rounding: Effect, mean: Image, sigma: Image, std: Image, view: View) -> "Unrounded":
+        """From the prediction of the model without its rounding and the measured spread `std` (h, w) [m]."""
+        with np.errstate(all="ignore"):
+            step = np.asarray(STEP * rounding.noise(mean, view))
+            spread = np.fmin(sigma, np.sqrt(np.maximum(std**2 - step**2 / 12, 0.0))) / step
+        return cls(rounding, mean, step, spread)
+
+    def passed(self, view: View) -> Image:
+        """(h, w) share of a small change before the rounding that is seen behind it: 0 amid a step, 1 where noise or
+        a slope goes over many."""
+        with np.errstate(all="ignore"):
+            ends = [self.mean + side * MOVED * self.step for side in (-1.0, 1.0)]
+            low, high = (self.rounding.repeated(end, self.spread * self.step, view)[0] for end in ends)
+            return np.nan_to_num((high - low) / (2 * MOVED * self.step), nan=1.0)
