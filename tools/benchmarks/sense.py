@@ -4,8 +4,8 @@
 
 A wall, and a room with many edges, each with a reflectance, so that all effects of light act. For each preset, in
 milliseconds: of one `fusion.sense` the median time, what it costs the processor, and what of that its own thread does
-(the infrared image and kernels have others); of a frame in `fusion.sense_all` on two threads the time, and what it costs
-the processor: half of that is what it takes of two cores that nobody else uses.
+(the infrared image and kernels have others); of a frame in `fusion.sense_all` on two threads the time, and what it
+costs the processor: half of that is what it takes of two cores that nobody else uses.
 """
 
 import argparse
