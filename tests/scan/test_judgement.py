@@ -61,7 +61,7 @@ def sized(scan, std):
     """A scan of a camera and a depth that are calibrated, whose size is known so well."""
     common = Common(0.0005, 0.001, 0.9, "calibration", std)
     parts = {"noise": 1e-4, "calibration": 1e-4}
-    sure = Sure(np.full(len(scan.mesh.vertices), 1e-4, np.float32), parts, NOTHING, common, 0.0)
+    sure = Sure(np.full(len(scan.mesh.vertices), 1e-4, np.float32), parts, (), NOTHING, common, 0.0)
     return replace(with_motion(scan, size_std=std), sure=sure)
 
 
