@@ -69,9 +69,8 @@ def main() -> None:
     )
     row = sum(alone)
     print(f"one after the other {row:.1f} s, {options.workers} workers {together:.1f} s: {together / row:.2f}")
-    print(
-        f"a job beside its command, but for each worker's first: {np.median(beside):.3f} s in the median, {max(beside):.3f} s at most"
-    )
+    told = f"{np.median(beside):.3f} s in the median, {max(beside):.3f} s at most"
+    print(f"a job beside its command, but for each worker's first: {told}")
 
 
 if __name__ == "__main__":
