@@ -33,7 +33,7 @@ from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.facts import Gap
-from fusion.scan.cleaning.off_plate import fitted_plate, off_plate
+from fusion.scan.cleaning.off_plate import clear_of_rounding, fitted_plate, off_plate
 from fusion.scan.pipeline import mesh_at, scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording
@@ -106,7 +106,7 @@ def with_true_poses(
     for frame, T in zip(frames, poses, strict=True):
         fuse(volume, frame, T)
     mesh = volume.surface()
-    mesh = largest_part(off_plate(mesh, fitted_plate(mesh, voxel))[0])
+    mesh = largest_part(off_plate(mesh, clear_of_rounding(mesh, fitted_plate(mesh, voxel), voxel))[0])
     return {
         "corrected": told.line,
         "left": "; ".join((*told.left, *told.doubtful)),
