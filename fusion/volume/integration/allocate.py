@@ -85,7 +85,7 @@ def allocate(
     cells = Cells(known.cells, known.x, known.y, known.margin, camera.fx)
     horizon = settings.voxel * BLOCK * (LATTICE - 4)
     lattice = Lattice(settings.voxel, settings.truncation, _span(settings), horizon)
-    there, pose, size, count = Hash(blocks.keys, blocks.ids, blocks.around), rows(T_world_camera), FILTER, 0
+    there, pose, size, count = blocks.hash(), rows(T_world_camera), FILTER, 0
     while True:
         missing = MissingBlocks(np.empty(size, np.int64), np.zeros(1, np.int32), np.full(FILTER, -1, np.int64))
         _scan(raw, cleaned, cells, pose, lattice, there, missing, weighted)

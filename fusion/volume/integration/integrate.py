@@ -41,6 +41,12 @@ class Grown(NamedTuple):
     truncation: ti.f32
 
 
+def grown(blocks: Blocks) -> Grown:
+    """As kernels take them."""
+    a, settings = blocks.arrays, blocks.settings
+    return Grown(a.coordinates, blocks.count, a.flat, a.solid, a.colors, settings.voxel, settings.truncation)
+
+
 class Shown(NamedTuple):
     """What an image shows: colours; the farthest of each cell, see `Work`; how wide the planes' rows are."""
 
@@ -80,11 +86,7 @@ def integrate(
     frame.filled[:] = (frame.filled & 1) * 3
     colored = color is not None and settings.color
     _update(
-        Grown(
-            blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
-            settings.voxel, settings.truncation,
-        ),
-        Planes(*frame.shifted),
+        grown(blocks), Planes(*frame.shifted),
         Shown(np.ascontiguousarray(color) if colored else NO_COLOR, frame.farthest, known.layout.stride),
         eye(camera, inverse(T_world_camera)), np.empty(blocks.count + 1, np.int32), distorted, colored,
     )  # fmt: skip
