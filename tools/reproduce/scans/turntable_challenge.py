@@ -37,7 +37,7 @@ from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.facts import Gap
 from fusion.scan.cleaning.clean import clean
-from fusion.scan.cleaning.off_plate import fitted_plate, off_plate
+from fusion.scan.cleaning.off_plate import clear_of_rounding, fitted_plate, off_plate
 from fusion.scan.finding.frames import load
 from fusion.scan.finding.object import choose_volume
 from fusion.scan.finding.relieved import relieved
@@ -116,7 +116,7 @@ def with_true_poses(
     for frame, T in zip(frames, poses, strict=True):
         fuse(volume, frame, T)
     mesh = volume.surface()
-    mesh, _ = large_parts(off_plate(mesh, fitted_plate(mesh, voxel))[0], 1.0)
+    mesh, _ = large_parts(off_plate(mesh, clear_of_rounding(mesh, fitted_plate(mesh, voxel), voxel))[0], 1.0)
     return {
         "corrected": told.line,
         "left": "; ".join((*told.left, *told.doubtful)),
