@@ -1,9 +1,10 @@
 """Which kernels run: the tuned ones, or the plain ones of the room `plain`, which do the same one item at a time; and
 which back end compiles them: Taichi, or its fork Quadrants.
 
-The variable FUSION_KERNELS says it for the whole process, in words with commas between: nothing or `tuned`, or `plain`;
-and `quadrants`. The table below is all there is to choose; plain ones are loaded when they are asked for, as their room
-lies below those that they stand in for. The back end is chosen when it is imported, and stays.
+The variable FUSION_KERNELS says it for the whole process, in words with commas between: `tuned` or `plain`, else a
+processor runs the tuned ones, which were made for it, and a card the plain ones; and `quadrants`. The table below is
+all there is to choose; plain ones are loaded when they are asked for, as their room lies below those that they stand in
+for. The back end is chosen when it is imported, and stays.
 """
 
 import functools
@@ -28,15 +29,24 @@ TABLE = {
     "fusion.turntable.model.cells:normal_equations": "fusion.plain.turntable:normal_equations",
 }
 WORDS = {"tuned", "plain", "quadrants"}
+DEVICES = ("cpu", "cuda", "vulkan", "auto")  # where kernels may run
+_default = "tuned"
 
 
 def plain() -> bool:
-    """Whether the plain kernels were asked for.
+    """Whether the plain kernels run.
 
     Raises:
         FusionError: FUSION_KERNELS says something else.
     """
-    return "plain" in _said()
+    said = _said()
+    return "plain" in said or (_default == "plain" and "tuned" not in said)
+
+
+def run_plain() -> None:
+    """From now on the plain ones run where nothing is said: what runs is a card."""
+    global _default
+    _default = "plain"
 
 
 def quadrants() -> bool:
@@ -49,8 +59,8 @@ def quadrants() -> bool:
 
 
 def _said() -> set[str]:
-    said = os.environ.get("FUSION_KERNELS") or "tuned"
-    words = set(said.split(","))
+    said = os.environ.get("FUSION_KERNELS") or ""
+    words = set(said.split(",")) if said else set()
     if not words <= WORDS or {"tuned", "plain"} <= words:
         known = "tuned or plain, and quadrants after a comma"
         raise FusionError("unknown kernels", "FUSION_KERNELS", said, known, "leave it out")

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from fusion.compute.back_end import KNOWN, PROCESSORS, compiled, reading, ti, turn
+from fusion.compute.back_end import KNOWN, compiled, reading, turn
+from fusion.compute.cards import memory
 from fusion.compute.structures import apart, flattened, structures
 
 if KNOWN:
@@ -49,11 +50,12 @@ class Kernel:
 
     def _slowly(self, types: tuple[Any, ...] | None, args: tuple[Any, ...]) -> Any:
         """As the back end does it, after which it is known how to do the same again."""
-        if ti.lang.impl.current_cfg().arch not in PROCESSORS and overlap(args):
+        there = memory.on_card()
+        if there and overlap(args):
             raise ValueError(f"{self.name}: two arguments share memory; found on a card, which copies each")
         with turn:
             with reading():
-                found = self.plain(*args)
+                found = memory.called(self.plain, args) if there else self.plain(*args)
             known = self.ready.get(types) if types is not None else None
             if types is not None and (known is None or not known.runs()):
                 self.ready[types] = made_ready(self.plain, args)

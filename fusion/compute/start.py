@@ -8,19 +8,20 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
+from fusion.compute import choice
 from fusion.compute.back_end import KEPT, PROCESSORS, init, ti, turn
 from fusion.compute.process import own_process
 from fusion.errors import FusionError
 from fusion.progress import note
 
 FEW = 4  # processor cores; with more, two threads that share one cost little
-DEVICES = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
+KINDS = {"cpu": ti.cpu, "cuda": ti.cuda, "vulkan": ti.vulkan}
 
 
 def start() -> str:
     """Start the back end once for this process, on the device that the variable FUSION_DEVICE names, or the processor.
 
-    The volume lies in main memory: a graphics card gets it anew for every kernel, so none is chosen by itself.
+    With `auto` it is a card that passes a check of a few seconds, in a process of its own, else the processor.
 
     Returns:
         The name of the device.
@@ -35,28 +36,34 @@ def start() -> str:
 @cache
 def _started() -> str:
     name = os.environ.get("FUSION_DEVICE") or "cpu"
-    if name not in DEVICES:
-        raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(DEVICES))
+    if name == "auto":
+        from fusion.compute.cards.self_check import best_card  # it starts the back end itself
+
+        name = best_card() or "cpu"
+        note(f"kernels run on: {name}")
+    if name not in KINDS:
+        raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(choice.DEVICES))
     kept = kernels_kept_in()
     if not kept.exists():
         note("compiling the kernels, once on this machine: up to a minute")
     before = _threads()
     # a thread in which it starts takes numbers near 0 for 0 from then on, in numpy too: it gets one that ends
     with ThreadPoolExecutor(1) as aside:
-        aside.submit(_init, DEVICES[name], kept).result()
+        aside.submit(_init, KINDS[name], kept).result()
     config = ti.lang.impl.current_cfg()
     if own_process():
         _keep_memory()
         _spread(sorted(_threads() - before)[-config.cpu_max_num_threads :])
     running = config.arch
-    if name != "cpu" and running != DEVICES[name]:  # it takes the processor without a word
+    if name != "cpu" and running != KINDS[name]:  # it takes the processor without a word
         raise FusionError("no such device here", "--device or FUSION_DEVICE", name, "cpu", "leave it out")
     if running not in PROCESSORS:
-        from fusion.compute.promises import broken_promise  # kernels: they need a device that has started
+        from fusion.compute.cards.promises import broken_promise  # kernels: they need a device that has started
 
         if broken := broken_promise():
             where = "--device or FUSION_DEVICE"
             raise FusionError("this device computes wrong", where, f"{name}: {broken}", "cpu", "leave it out")
+        choice.run_plain()
     return name
 
 

@@ -35,7 +35,8 @@ def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
             block.stage.recording.path,
             f"depth that is {abs(off):.2f} m {'farther' if off > 0 else 'nearer'} than scene and poses say (median)",
             f"less than {FAR_OFF:.0%} of the depth",
-            "check scene.json, the mesh and its unit, the poses (camera to world) and depth_scale",
+            "check scene.json, the mesh and its unit, the poses (camera to world) and depth_scale, and whether "
+            "somebody stands before the camera",
         )
 
 

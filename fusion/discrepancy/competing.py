@@ -1,7 +1,8 @@
 """Competing: laws against a setting that is only worse than stated, all of them together and each beside the others."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import replace
+from itertools import combinations
 
 from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean
@@ -41,20 +42,21 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
 
 
 def _settings(mean: MeanFindings, stated: MeasuredForms) -> Iterator[Explained]:
-    """The likeliest setting without any law, and without each of several, at the price of the others."""
+    """The likeliest setting with every part of the laws that were found, from none on, at the price of that part."""
     yield without_laws(stated.observations, stated.covariance)
-    names = {step.effect.name for step in mean.named.steps}
+    names = sorted({step.effect.name for step in mean.named.steps})
     beyond = mean.beyond.law.score if mean.beyond is not None and mean.beyond.law.replicated else 0.0
-    for name in sorted(names) if len(names) > 1 or beyond else ():
-        rest = stated.observations.under(_without(mean.named.sensor, name, stated.observations.sensor))
-        price = sum(step.price for step in mean.named.steps if step.effect.name != name)
+    for kept in (set(some) for size in range(1, len(names) + bool(beyond)) for some in combinations(names, size)):
+        rest = stated.observations.under(_with_only(mean.named.sensor, kept, set(names), stated.observations.sensor))
+        price = sum(step.price for step in mean.named.steps if step.effect.name in kept)
         setting = without_laws(rest, stated.covariance)
-        yield replace(setting, cost=setting.cost + price - beyond)
+        yield replace(setting, cost=setting.cost + price)
 
 
-def _without(better: Sensor, name: str, given: Sensor) -> Sensor:
-    """A better model without one of the effects that were found; as it was given where it held that one."""
-    own = given.effect(name)
-    if own is not None:
-        return better.having(own)
-    return replace(better, effects=tuple(effect for effect in better.effects if effect.name != name))
+def _with_only(better: Sensor, kept: Set[str], found: Set[str], given: Sensor) -> Sensor:
+    """A better model with some of the effects that were found; the others as they were given, or not at all."""
+    for name in found - kept:
+        own = given.effect(name)
+        rest = replace(better, effects=tuple(effect for effect in better.effects if effect.name != name))
+        better = rest if own is None else better.having(own)
+    return better

@@ -82,11 +82,15 @@ class MeanFindings:
 
     @property
     def foresees(self) -> bool:
-        """True where the model with all that is established leaves noise, or little of what there was beyond noise."""
+        """True where the model with all that is established leaves noise, or little of what there was beyond noise.
+
+        A law that is said of a part of the data must leave noise: else the part is drawn about what was not understood.
+        """
         established = self.beyond is not None and self.beyond.law.replicated
         left = self.named.white - (self.beyond.law.footprint if self.beyond is not None and established else 0.0)
         before, after = (float(white @ white / len(white)) for white in (self.seen.white, left))
-        return after <= NOISE_ALONE or after - 1.0 <= UNKNOWN_SHARE * (before - 1.0)
+        bounded = any(step.candidate.where for step in self.named.steps)
+        return after <= NOISE_ALONE or (not bounded and after - 1.0 <= UNKNOWN_SHARE * (before - 1.0))
 
     @property
     def unconfirmed(self) -> "MeanFindings":

@@ -150,3 +150,15 @@ def _rays(
     rays = np.dstack([x, y]).astype(np.float32)
     rays.flags.writeable = False
     return rays, blind
+
+
+def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
+    """The camera of a part of the image."""
+    rows, columns = window
+    return replace(
+        camera,
+        width=columns.stop - columns.start,
+        height=rows.stop - rows.start,
+        cx=camera.cx - columns.start,
+        cy=camera.cy - rows.start,
+    )

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.devices.source import SourceFrame
 from fusion.errors import FusionError
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, crop
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
 from fusion.live.looking import SURE, Looking, every
@@ -18,7 +18,7 @@ from fusion.sensor.presets import default_sensor
 from fusion.sensor.window import of_window
 from fusion.tracking.icp import IcpSettings
 from fusion.tracking.tracker import Tracked, Tracker, TrackerSettings
-from fusion.turntable.views import Region, crop, usable
+from fusion.turntable.views import Region, usable
 from fusion.volume.forecast import choose_truncation, choose_voxel
 from fusion.volume.prepared import NOISIEST, Prepared, fuse, prepare
 from fusion.volume.volume import Volume, VolumeSettings

@@ -15,7 +15,7 @@ from fusion.passes.object_alone import CELL, Near, cut, parts_alone
 from fusion.passes.one_pass import Pass
 from fusion.passes.settings import MergeSettings
 from fusion.progress import each, stage
-from fusion.scan.finding.seen import looked_through
+from fusion.scan.cleaning.seen import looked_through
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
 

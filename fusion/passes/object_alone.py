@@ -13,7 +13,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import CRUMB
 from fusion.mesh.vertices import vertices_kept
 from fusion.passes.one_pass import Pass
-from fusion.scan.finding.seen import without_rims
+from fusion.scan.cleaning.seen import without_rims
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]

@@ -7,13 +7,17 @@ that to the plane that touches the surface at the voxel's pixel (point-to-plane,
 IV-B), times a weight: the cosine at which the surface is seen.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
-from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
+from fusion.compute.arrays import F32, F32_2, F32_3, U8_3
+from fusion.compute.cards.memory import filled_in, read_only
 from fusion.compute.language import func, kernel, ti
 from fusion.geometry.pose import inverse
-from fusion.plain.blocks import allocate, measured
+from fusion.plain.blocks import add_missing, measured
 from fusion.plain.view import moved, numbers, pixel
+from fusion.volume.integration.integrate import Grown, grown
 from fusion.volume.integration.planes import EDGE, EDGE_WEIGHT, STEEP
 from fusion.volume.lens import lens
 
@@ -25,17 +29,22 @@ DISTANCE, WEIGHT, DEPTH, NUMBERS = 3, 4, 5, 6
 def integrate(blocks, images, camera, T_world_camera, frame):
     """Fuse one frame, as `fusion.volume.integration.integrate.integrate`."""
     depth, weight, color = images
-    weight = np.ones((1, 1), np.float32) if weight is None else np.ascontiguousarray(weight, np.float32)
-    allocate(blocks, (depth, weight), frame, camera, T_world_camera)
-    settings, n = blocks.settings, blocks.count
-    depth = measured(depth, weight, settings)
-    planes = np.zeros((*camera.shape, NUMBERS), np.float32)
-    touch(depth, np.array(np.broadcast_to(weight, depth.shape)), camera.rays(), settings.truncation, planes)
-    known = lens(camera)
-    how = numbers(inverse(T_world_camera), known[:12], known[12], settings.voxel, settings.truncation)
-    colored = color is not None and settings.color
-    color = np.ascontiguousarray(color) if colored else np.zeros((1, 1, 3), np.uint8)
-    update(planes, color, how, blocks.coordinates[:n], blocks.flat, blocks.solid, blocks.colors, colored)
+    weight = ones(camera) if weight is None else np.ascontiguousarray(weight, np.float32)
+    depth = measured(depth, weight, blocks.settings)
+    add_missing(blocks, depth, camera, T_world_camera)
+    planes, known = filled_in((*camera.shape, NUMBERS), np.float32), lens(camera)
+    touch(depth, read_only(weight), camera.rays(), blocks.settings.truncation, planes)
+    colored = color is not None and blocks.settings.color
+    color = read_only(np.ascontiguousarray(color)) if colored else np.zeros((1, 1, 3), np.uint8)
+    update(planes, color, numbers(inverse(T_world_camera), known[:12], known[12]), grown(blocks), colored)
+
+
+@lru_cache(maxsize=4)
+def ones(camera):
+    """The weight of all pixels where none is given."""
+    weight = np.ones(camera.shape, np.float32)
+    weight.flags.writeable = False
+    return weight
 
 
 @func
@@ -74,6 +83,7 @@ def touch(depth: F32_2, weight: F32_2, rays: F32_3, truncation: ti.f32, planes: 
     """The plane at each pixel: of a plane n . p = d, one over the depth is n / d . (x, y, 1), linear in the image."""
     for v, u in ti.ndrange(depth.shape[0], depth.shape[1]):
         i = near(depth, v, u)
+        planes[v, u, WEIGHT] = 0.0
         if i > 0:
             whole, du, dv, around = True, 0.0, 0.0, 0.0
             for a, b in ti.static(ti.ndrange((-1, 2), (-1, 2))):
@@ -102,29 +112,27 @@ def touch(depth: F32_2, weight: F32_2, rays: F32_3, truncation: ti.f32, planes: 
 
 
 @kernel
-def update(
-    planes: F32_3, color: U8_3, how: F32, coordinates: I32_2, voxels: F32, solid: I32, colors: F32_3,
-    colored: ti.template(),
-):  # fmt: skip
+def update(planes: F32_3, color: U8_3, how: F32, blocks: Grown, colored: ti.template()):
     """Adds weight * distance and weight to every voxel that a pixel sees. `how`: pose of the world in the camera (12),
-    camera (12), largest (x/z)^2 + (y/z)^2 of its lens, voxel, truncation [m]."""
-    for n, o in ti.ndrange(coordinates.shape[0], 512):
+    camera (12), largest (x/z)^2 + (y/z)^2 of its lens."""
+    voxels, colors = ti.static((blocks.voxels, blocks.colors))
+    for n, o in ti.ndrange(blocks.count, 512):
         at = ti.Vector([o // 64, o // 8 % 8, o % 8])
-        p = moved(how, (ti.Vector([coordinates[n, a] for a in range(3)]) * 8 + at) * how[25])
+        p = moved(how, (ti.Vector([blocks.coordinates[n, a] for a in range(3)]) * 8 + at) * blocks.voxel)
         if p[2] > 1e-6 and p[0] ** 2 + p[1] ** 2 < how[24] * p[2] ** 2:
             x, y = pixel(p, how, 12)
             u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
             if 0 <= u < planes.shape[1] and 0 <= v < planes.shape[0] and planes[v, u, WEIGHT] > 0:
                 normal, w = ti.Vector([planes[v, u, k] for k in range(3)]), planes[v, u, WEIGHT]
-                distance = ti.min(planes[v, u, DISTANCE] - normal.dot(p), how[26])
-                if p[2] - planes[v, u, DEPTH] < how[26]:  # else hidden behind what was measured
+                distance = ti.min(planes[v, u, DISTANCE] - normal.dot(p), blocks.truncation)
+                if p[2] - planes[v, u, DEPTH] < blocks.truncation:  # else hidden behind what was measured
                     place = n * 1024 + o // 8 * 16 + o % 8
                     voxels[place] += w * distance
                     voxels[place + 8] += w
                     if voxels[place] < 0:  # which octants of the block were ever behind a surface
-                        ti.atomic_or(solid[n], 1 << (at[0] // 4 * 4 + at[1] // 4 * 2 + at[2] // 4))
+                        ti.atomic_or(blocks.solid[n], 1 << (at[0] // 4 * 4 + at[1] // 4 * 2 + at[2] // 4))
                     if ti.static(colored):  # noqa: SIM102
-                        if distance < how[26]:
+                        if distance < blocks.truncation:
                             for k in ti.static(range(3)):
                                 colors[n, o, k] += w * color[v, u, k]
                             colors[n, o, 3] += w

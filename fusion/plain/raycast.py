@@ -28,10 +28,11 @@ def raycast(blocks, camera, T_world_camera, reach, images):
     depth, normals = np.full((h, w), np.nan, np.float32), np.full((h, w, 3), np.nan, np.float32)
     colors = np.zeros((h, w, 3), np.uint8) if blocks.settings.color else None
     if blocks.count:
-        index = (blocks.keys, blocks.ids, blocks.neighbours)
-        follow(camera.rays(), how, *index, blocks.flat, depth, normals)
+        held = blocks.arrays
+        index = (held.keys, held.ids, held.neighbours)
+        follow(camera.rays(), how, *index, held.flat, depth, normals)
         if colors is not None:
-            paint(camera.rays(), how, *index, blocks.colors, depth, colors)
+            paint(camera.rays(), how, *index, held.colors, depth, colors)
     points = np.dstack([camera.rays() * depth[..., None], depth])
     return Raycast(depth, points, normals, colors)
 

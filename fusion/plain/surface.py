@@ -19,24 +19,25 @@ from fusion.volume.extraction.surface import Extracted
 def extract(blocks, min_weight):
     """The surface and where it comes from, as `fusion.volume.extraction.surface.extract`."""
     colored, n, table = blocks.settings.color, blocks.count, cubes.table().astype(np.int32)
+    held = blocks.arrays
     cases = np.zeros(n * 512, np.int32)
     if n:
-        classify(blocks.neighbours, blocks.flat, max(min_weight, 1e-30), cases)
+        classify(held.neighbours, held.flat, max(min_weight, 1e-30), cases)
     sizes = (table >= 0).sum(axis=1) // 3
     triangles = sizes[cases]  # of each cell
     ends = np.cumsum(triangles)
     edges = np.empty((int(ends[-1]) if n else 0, 3), np.int64)
     if len(edges):
         first = np.array(cubes.EDGES, np.int32)[:, 0].copy()
-        connect(blocks.neighbours, cases, (ends - triangles).astype(np.int32), table, first, edges)
+        connect(held.neighbours, cases, (ends - triangles).astype(np.int32), table, first, edges)
     named, faces = np.unique(edges, return_inverse=True)
     vertices, normals = np.empty((len(named), 3)), np.empty((len(named), 3), np.float32)
     colors = np.zeros((len(named), 3), np.uint8)
     if len(named):
-        put(named, blocks.coordinates, blocks.neighbours, blocks.flat, vertices, normals)
+        put(named, held.coordinates, held.neighbours, held.flat, vertices, normals)
         vertices *= blocks.settings.voxel
         if colored:
-            paint(named, blocks.neighbours, blocks.flat, blocks.colors, colors)
+            paint(named, held.neighbours, held.flat, held.colors, colors)
     mesh = Mesh(vertices, faces.reshape(-1, 3).astype(np.int32), normals, colors if colored else None)
     crossed = np.zeros(n * 64, np.int32)
     np.bitwise_or.at(crossed, named // 24, (1 << named % 24).astype(np.int32))

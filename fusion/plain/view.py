@@ -3,12 +3,13 @@
 
 import numpy as np
 
+from fusion.compute.cards.memory import read_only
 from fusion.compute.language import func, ti
 
 
 def numbers(T, *more):
     """Rows of a pose (4, 4), then other numbers, as kernels take them: (12 + m,) float32."""
-    return np.concatenate([np.ravel(T[:3]), *map(np.ravel, more)]).astype(np.float32)
+    return read_only(np.concatenate([np.ravel(T[:3]), *map(np.ravel, more)]).astype(np.float32))
 
 
 @func

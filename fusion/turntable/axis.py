@@ -1,6 +1,6 @@
 """The axis of a turntable and how points move about it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +28,10 @@ class Axis:
         """The pose (4, 4) that moves the object by an angle, right-handed about the direction."""
         return pose.about_axis(self.point, self.direction, angle_rad)
 
+    def raised(self, height: float) -> "Axis":
+        """The same with its point so much higher [m]."""
+        return replace(self, point=self.point + height * self.direction)
+
     def turns(self, angles_rad: Array) -> Array:
         """The poses (n, 4, 4) of several turns (n,)."""
         T = np.tile(np.eye(4), (len(angles_rad), 1, 1))
@@ -54,6 +58,11 @@ class Axis:
         direction = pose.exp([*tilt, 0, 0, 0])[:3, :3] @ self.direction
         return Axis(self.point + step[2] * across[0] + step[3] * across[1], direction / np.linalg.norm(direction))
 
+    def before_moved_camera(self, step: Array) -> "Axis":
+        """The axis after tilts [rad] and shifts [m] (4,) of the camera along x and y of the object's frame."""
+        T = pose.inverse(pose.exp([step[0], step[1], 0, step[2], step[3], 0]) @ self.object_frame())
+        return Axis(T[:3, 3], T[:3, 2])
+
     def distance(self, points: Array) -> tuple[Array, Array]:
         """Distance from the axis and height along it, each (n,) [m], of points (n, 3)."""
         offset = points - self.point
@@ -75,3 +84,21 @@ class Turns(NamedTuple):
 
     axis: Axis
     angles: Array
+
+
+def about_axis(axis: Axis, angles: Array, shifts: Array | None = None) -> Array:
+    """The camera in the object's frame (n, 4, 4), NaN where the angle is NaN.
+
+    Args:
+        axis: about which the object turns.
+        angles: (n,) [rad].
+        shifts: (n, 2) across the axis [m], where a hand moved the object too (see `Motion`).
+    """
+    T_object_camera = axis.object_frame()
+    poses = np.full((len(angles), 4, 4), np.nan)
+    moved = np.zeros((len(angles), 2)) if shifts is None else shifts
+    for i in np.flatnonzero(np.isfinite(angles)):
+        back = axis.turn(-float(angles[i]))
+        back[:3, 3] -= back[:3, :3] @ (moved[i] @ axis.across())
+        poses[i] = T_object_camera @ back
+    return poses

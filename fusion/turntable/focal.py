@@ -7,10 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.turntable.all_views.together import fit_camera, together
+from fusion.turntable.all_views.camera_fit import fit_camera
+from fusion.turntable.all_views.together import together
+from fusion.turntable.axis import Turns
 from fusion.turntable.guess.beginning import begin
 from fusion.turntable.motion import Motion
 from fusion.turntable.pairs.edges import stack
+from fusion.turntable.selfcheck import no_errors
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
@@ -66,7 +69,9 @@ def check_focal(views: Sequence[ObjectView], region: Region, commanded: Array | 
     """
     used, _, shown, _, (axis, angles) = begin(views, region, commanded)
     seen = stack(shown)
-    middle, edges = together(seen, axis, angles, None if commanded is None else commanded[used])
+    middle, edges = together(
+        seen, Turns(axis, angles), no_errors(seen.views), None if commanded is None else commanded[used]
+    )
     # the shape alone: in so few frames, a log that holds the angles lets errors of depth take the focal length's part
     fit = fit_camera(seen, middle, edges)
     turned = float(np.ptp(fit.angles))

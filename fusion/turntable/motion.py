@@ -1,6 +1,6 @@
 """The motion of the table: from the views of a scan to one axis and one angle per frame."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,27 +8,14 @@ from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
 from fusion.geometry import pose
-from fusion.geometry.principle import Principle
 from fusion.turntable.all_views.joint import State
-from fusion.turntable.all_views.log import of_its_sign
-from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.all_views.together import (
-    DEPTH_ERRORS,
-    LEFT_OPEN,
-    TILTS,
-    WIDEST,
-    WORTH,
-    believed,
-    fit_camera,
-    misfit,
-    together,
-)
+from fusion.turntable.all_views.refined import refined
 from fusion.turntable.axis import Axis, Turns
-from fusion.turntable.guess.alone import Alone
 from fusion.turntable.guess.beginning import Begun, begun_with
-from fusion.turntable.pairs.edges import stack
-from fusion.turntable.selfcheck import DepthKnown, SelfCheck
-from fusion.turntable.table.plate import THICKEST, Plate, above, find_plate
+from fusion.turntable.guess.decided import Alone
+from fusion.turntable.pairs.edges import above
+from fusion.turntable.selfcheck import DepthKnown, SelfCheck, no_errors
+from fusion.turntable.table.plate import THICKEST, find_plate
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
@@ -120,7 +107,7 @@ def estimate_motion(
         return by_hand(begun.by_hand, begun, n, centre)
     told = None if commanded is None else commanded[used]
     fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
-    fit, camera_fit, taken_out = _refine(shown, fine, Turns(axis, angles), told, known)
+    fit, camera_fit, taken_out = refined(shown, fine, Turns(axis, angles), told, known)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -136,7 +123,7 @@ def estimate_motion(
     final = fit.axis.nearest_to(centre)
     seen = [taken_out.view(v) for v in seen] if taken_out.wrong_depth else seen
     plate = find_plate(seen, final, final.turns(fit.angles))
-    final = _at(final, plate)
+    final = final if plate is None else final.raised(plate.height)
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
     reach, above_point = final.distance(np.concatenate([v.points[::some] for v in seen]).astype(float))
     return Motion(
@@ -173,7 +160,7 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
     axis = state.axis.nearest_to(centre)
     # what a hand moves about stands on no turntable, or on one that is: a carton below it is part of it, a board is not
     plate = find_plate(seen, axis, state.motions(), BOARD if found.wanders else THICKEST)
-    axis = _at(axis, plate)
+    axis = axis if plate is None else axis.raised(plate.height)
     back = pose.inverse(state.motions())
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)
     points = np.concatenate(
@@ -216,11 +203,6 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
     )
 
 
-def _at(axis: Axis, plate: Plate | None) -> Axis:
-    """The axis with its point at the plate's height."""
-    return axis if plate is None else replace(axis, point=axis.point + plate.height * axis.direction)
-
-
 def _refuse_still(angles: Array) -> None:
     known = angles[np.isfinite(angles)]
     turned = float(np.ptp(known)) if len(known) else 0.0
@@ -231,53 +213,3 @@ def _refuse_still(angles: Array) -> None:
             expected=f"{np.rad2deg(LEAST_TURN):.0f} deg or more",
             do="use `fusion reconstruct` if the camera moved",
         )
-
-
-def _refine(
-    views: list[ObjectView],
-    finer: Callable[[], list[ObjectView]],
-    guess: Turns,
-    commanded: Array | None,
-    known: DepthKnown | None,
-) -> tuple[Loop, Loop, SelfCheck]:
-    """The turns together, then errors of camera and depth as far as no calibration tells them; last the axis as stated.
-
-    Returns:
-        The motion for the stated camera, the fit in which the camera alone was free, and the errors of depth that are
-        taken out of the views, with what may still be found of them.
-    """
-    seen = stack(views)
-    middle, edges = together(seen, *guess, commanded, known)
-    told = None if commanded is None else of_its_sign(middle.angles, commanded)
-    flight = known is not None and seen.views[0].map.camera.principle == Principle.TIME_OF_FLIGHT
-    # pairs of views tell the tilts only; of what else is left their own errors are as large, and the model tells it
-    first, last = (TILTS, LEFT_OPEN) if flight else ((), ())
-    camera_fit = fit_camera(seen, middle, edges, told, last)
-    some = seen.thinned(COARSE_POINTS)  # which one is right shows in some of the points
-
-    def fitted(free: tuple[str, ...], check: SelfCheck | None) -> Loop:
-        passes = LoopSettings((0.01, 0.008), (4, 3), free_camera=free, told=told)
-        return close_loop(some, Turns(middle.axis, middle.angles), edges, passes, check)
-
-    stated = no_errors(seen.views, known)
-    plain = fitted(first, stated)
-    lens = () if "fx" in seen.views[0].map.camera.std else ((*first, "focal"),)
-    ways = (*lens, DEPTH_ERRORS) if known is None else lens
-    chosen, best = first, plain
-    for free in ways:  # errors of camera or depth must earn their place: they cost precision
-        fit = fitted(free, middle.check)
-        if believed(fit, best):
-            chosen, best = free, fit
-    if best is plain:
-        return plain, camera_fit, plain.check.open_for(last)
-    passes = LoopSettings((0.01, 0.006), (5, 5), free_camera=chosen, told=told)
-    seen = stack(finer())
-    fine = close_loop(seen, Turns(best.axis, best.angles), choose_edges(best.angles, WIDEST, 10), passes, best.check)
-    if WORTH * misfit(fine) > misfit(best):  # more points fit worse: the errors ran away with noise
-        return plain, camera_fit, plain.check.open_for(last)
-    # the volume is filled through the camera as it is stated: the axis must stand where that sees it
-    passes = LoopSettings((0.015, 0.01), (2, 3), free_angles=False)
-    taken_out = fine.check.depth_alone() if flight else stated
-    fit = close_loop(seen, Turns(fine.axis, fine.angles), edges, passes, taken_out)
-    fit = replace(fit, angles=fine.angles, angle_std=fine.angle_std, check=fine.check)
-    return fit, camera_fit, taken_out.open_for(last)

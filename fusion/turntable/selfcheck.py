@@ -15,7 +15,7 @@ A common scale changes nothing and stays unknown. The parameters are small chang
     bend2 ... bend6  depth + bend * P_k(s), Legendre polynomials of that distance [m]
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -178,3 +178,17 @@ def prior_of(camera: Camera, known: DepthKnown | None) -> Array:
         left = np.hypot(known.tilt, known.std / np.sqrt(CORNER))
         prior[_FIRST:] = np.minimum(prior[_FIRST:], [known.std, known.std / CORNER, *left] + 6 * [known.std])
     return prior
+
+
+def no_errors(views: Sequence[ObjectView], known: DepthKnown | None = None) -> SelfCheck:
+    """A camera and depth as stated, laid over the range of distance that the views show.
+
+    Args:
+        views: their camera tells how well it is known.
+        known: how well their depth is known, see `prior_of`.
+    """
+    z = np.concatenate([v.points[::20, 2] for v in views])
+    near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
+    triangulation = views[0].map.camera.principle.triangulates
+    prior = prior_of(views[0].map.camera, known)
+    return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation, prior)

@@ -129,17 +129,3 @@ def _lasting(excess: Array) -> NDArray[np.bool_]:
     after = [np.median(offset[k + 1 : k + 1 + BESIDE]) for k in range(len(excess))]
     # at an end the median is over two frames, and one wrong frame of two moves it by half
     return np.asarray(np.subtract(after, before) * np.sign(excess) > 0.7 * np.abs(excess))
-
-
-def closing_pair(angles: Array) -> tuple[int, int] | None:
-    """Two frames (i, j) about a full turn apart, the nearest views of the two ends; None without such a pair."""
-    known = np.flatnonzero(np.isfinite(angles))
-    i, j = np.triu_indices(len(known), 1)
-    i, j = known[i], known[j]
-    turn = np.abs(angles[j] - angles[i])
-    rest = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
-    fit = (turn > np.pi) & (rest < np.deg2rad(50))
-    if not fit.any():
-        return None
-    best = int(np.argmin(np.where(fit, rest - 1e-3 * (j - i), np.inf)))
-    return int(i[best]), int(j[best])

@@ -97,18 +97,6 @@ class ObjectView:
         )
 
 
-def crop(camera: Camera, window: tuple[slice, slice]) -> Camera:
-    """The camera of a part of the image."""
-    rows, columns = window
-    return replace(
-        camera,
-        width=columns.stop - columns.start,
-        height=rows.stop - rows.start,
-        cx=camera.cx - columns.start,
-        cy=camera.cy - rows.start,
-    )
-
-
 def view(surface: PointMap, seen: NDArray[np.bool_], color: NDArray[np.uint8] | None = None) -> ObjectView:
     """The view of one frame.
 

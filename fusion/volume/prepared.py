@@ -1,5 +1,6 @@
 """A corrected frame made ready for tracking and fusion, and its fusion."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,11 +9,13 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap, point_map
 from fusion.geometry.pose import Array
+from fusion.progress import each
 from fusion.recording.recording import Frame
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.sensor.weights.rating import sigma_by_incidence, weight_of
+from fusion.volume.settings import VolumeSettings
 from fusion.volume.volume import Volume
 
 NOISIEST = 0.5  # standard deviations above this share of the truncation would tear the surface they are fused into
@@ -61,3 +64,14 @@ def fusing_weight(frame: Prepared, truncation: float) -> NDArray[np.float32]:
 def fusible(frame: Prepared, truncation: float) -> NDArray[np.bool_]:
     """Pixels (h, w) whose noise fits into the truncation [m]."""
     return np.asarray(frame.surface.sigma < NOISIEST * truncation)
+
+
+def fused(
+    settings: VolumeSettings, frames: Sequence[Prepared | None], poses: Array, stage: str = "integrating"
+) -> Volume:
+    """A volume of all frames that have a pose (n, 4, 4), NaN where there is none; `stage` names the work."""
+    volume = Volume(settings)
+    for frame, T in zip(each(frames, stage), poses, strict=True):
+        if frame is not None and np.isfinite(T).all():
+            fuse(volume, frame, T)
+    return volume

@@ -25,7 +25,9 @@ class SampledField(NamedTuple):
 
 def field(blocks: Blocks) -> SampledField:
     """As kernels take it."""
-    return SampledField(blocks.keys, blocks.ids, blocks.neighbours, blocks.flat, blocks.settings.voxel)
+    return SampledField(
+        blocks.arrays.keys, blocks.arrays.ids, blocks.arrays.neighbours, blocks.arrays.flat, blocks.settings.voxel
+    )
 
 
 def sample(blocks: Blocks, points: NDArray[np.float64]) -> tuple[NDArray[np.float32], ...]:

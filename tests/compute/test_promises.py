@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.compute import promises
+from fusion.compute.cards import promises
 from fusion.compute.start import start
 
 
@@ -36,6 +36,10 @@ def uncounted(values, every, bits, wide, count):
     count[0] -= 1
 
 
+def unlike(values, every, bits, wide, count):
+    count[1] -= 1
+
+
 @pytest.mark.parametrize(
     ("spoil", "told"),
     [
@@ -45,6 +49,7 @@ def uncounted(values, every, bits, wide, count):
         (cut_bits, "bits of numbers"),
         (short, "64 bits"),
         (uncounted, "count"),
+        (unlike, "unlike length"),
     ],
 )
 def test_a_device_that_breaks_one_is_found(spoil, told, monkeypatch):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_walls import KNOWN, looks_at, sensor_of
+from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.noise import noise_steps
 from fusion.discrepancy.channels.scatter import scatter_of
@@ -15,7 +15,6 @@ from fusion.sensor.effects.phase.sensor_interference import SensorInterference
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.effects.readout.temporal_filtering import TemporalFiltering
-from fusion.sensor.effects.rig.pose_jitter import PoseJitter
 from fusion.sensor.sensor import Sensor
 
 
@@ -55,16 +54,6 @@ def test_noise_that_grows_with_the_tilt_is_not_taken_for_light():
     assert {step.effect.name for step in steps} == {"axial_noise"}
     # a disparity's noise grows with the square of the depth, so its angle term grows with a high power of it too
     assert sensor.effect("axial_noise").angle_exponent > 1
-
-
-@pytest.mark.slow
-def test_noise_that_neighbours_do_not_share_is_no_jitter():
-    given, free, jitter = sensor_of("itof"), np.array([[1.0] + [0.0] * 8] * 2), PoseJitter(sigma_rad=0.001)
-    blocks = []
-    for block in looks_at(given, 6):
-        more = jitter.noise(block.view.depth, block.view) / KNOWN["itof"].noise(block.view.depth, block.view)
-        blocks.append(replace(block, std=block.std * np.hypot(1.0, more), alike=free))
-    assert all(step.effect.name != "pose_jitter" for step in noise_steps(observe(given, blocks))[1])
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.observe.observations import observe
-from fusion.discrepancy.observe.outliers import RIM_PX, foreign
+from fusion.discrepancy.observe.outliers import RIM_PX, behind, foreign, passing
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
 
@@ -47,3 +47,24 @@ def test_tiles_of_a_thing_are_left_out():
     after = observe(sensor_of("itof"), [*blocks[:3], replace(blocks[3], mean=covered), *blocks[4:]])
     assert 0 < len(before.residual) - len(after.residual) < 20
     assert np.abs(after.residual).max() < 0.1
+
+
+def test_who_passes_is_out_of_the_frames_and_the_wall_behind_stays():
+    depth = wall()[0]
+    frames = np.array([wall()[0] + np.random.default_rng(k).normal(0, 0.003, depth.shape) for k in range(7)])
+    for k in range(5):  # in most of the frames somewhere, in no place in more than five of seven
+        frames[k, :, 10 + 8 * k : 60 + 8 * k] = 0.5
+    frames[6, 40:60, 100:] = np.nan
+    stays = behind(frames)
+    assert np.abs(stays - depth).max() < 0.02
+    for k, frame in enumerate(frames):
+        assert passing(frame, stays).any() == (k < 5)
+        left = np.where(passing(frame, stays), np.nan, frame)
+        assert np.nanmax(np.abs(left - depth)) < 0.02
+
+
+def test_nothing_passes_where_values_are_lost_or_single_ones_are_far_off():
+    frames = np.array([wall()[1] for _ in range(4)])
+    frames[1, 20:60] = np.nan
+    frames[2, ::7, ::5] -= 0.5
+    assert not any(passing(frame, behind(frames)).any() for frame in frames)

@@ -32,7 +32,7 @@ def shaken(seed, place, wall, shift=SHIFT_M, turn=TURN, offset=0.0):
         depth = seen_along(still.view.depth, rays, still.view, T) + offset * rng.standard_normal()
         series.add(sensor.sample(depth, still.view, None, rng))
     pixels = series.pixels
-    course = TileCourse(tiles, series.course)
+    course = TileCourse(tiles, series.course, series.seen)
     return replace(
         still, mean=pixels.mean, std=pixels.std, count=pixels.count, succession=series.succession, alike=series.alike,
         frames=tuple(range(FRAMES)), course=course,

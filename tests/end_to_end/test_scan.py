@@ -93,7 +93,7 @@ def written(left, scan, tmp_path_factory):
     out = tmp_path_factory.mktemp("command") / "out"
     given = f"--voxel {VOXEL} --truncation 0.015 --no-color --strength circle --sensor {SENSOR} --ignore-log".split()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fusion.scan.finding.attempt.find_motion", lambda *_: scan.motion)
+        patch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: scan.motion)
         status = main(["turntable", str(left[1].path), "-o", str(out), *given])
     assert not status
     return out
@@ -217,7 +217,7 @@ def test_masks_keep_the_plate_out(left, scan, tmp_path, monkeypatch):
         index = int(Path(name).stem)
         moving = depths.get(index, background) < background - 0.015
         cv2.imwrite(str(tmp_path / Path(name).name), moving.astype(np.uint8))
-    monkeypatch.setattr("fusion.scan.finding.attempt.find_motion", lambda *_: scan.motion)
+    monkeypatch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: scan.motion)
     found = scan_turntable(left[1], replace(CHEAP, use_log=False, keep_plate=True, mask=tmp_path))
     d = distances(found.mesh, found.trajectory.poses[0], left[0])
     # the plate of 30 cm would be some 9 cm off the owl; a pixel of 4 mm in the mask's border may see it
@@ -230,7 +230,7 @@ def test_an_interruption_leaves_nothing(left, tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     out = tmp_path / "out"
-    monkeypatch.setattr("fusion.scan.finding.attempt.find_motion", interrupted)
+    monkeypatch.setattr("fusion.scan.finding.turn.find_motion", interrupted)
     with pytest.raises((KeyboardInterrupt, SystemExit)):
         raise SystemExit(main(["turntable", str(left[1].path), "-o", str(out), "--sensor", SENSOR]))
     assert not list(tmp_path.iterdir())

@@ -61,7 +61,7 @@ def sized(scan, std):
     """A scan of a camera and a depth that are calibrated, whose size is known so well."""
     common = Common(0.0005, 0.001, 0.9, "calibration", std)
     parts = {"noise": 1e-4, "calibration": 1e-4}
-    sure = Sure(np.full(len(scan.mesh.vertices), 1e-4, np.float32), parts, NOTHING, common, 0.0)
+    sure = Sure(np.full(len(scan.mesh.vertices), 1e-4, np.float32), parts, (), NOTHING, common, 0.0)
     return replace(with_motion(scan, size_std=std), sure=sure)
 
 
@@ -188,3 +188,10 @@ def test_a_calibrated_camera_that_a_scan_contradicts_may_have_a_wrong_depth_law(
 
 def test_what_has_no_print_is_not_asked_for_it():
     assert not [x for x in good_scan().judgement.lights if x.subject == "Print"]
+
+
+def test_where_a_scan_with_a_log_fails_the_log_is_a_suspect():
+    told = np.deg2rad(10.0) * np.arange(COUNT)
+    failed = with_evidence(good_scan(), agreement=contradicted(0.5))
+    assert "--ignore-log" in failure(replace(failed, told=told), "scan").do
+    assert "--ignore-log" not in failure(failed, "scan").do

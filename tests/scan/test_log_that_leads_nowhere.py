@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion.errors import TrackingError
-from fusion.scan.finding import turn as motion
+from fusion.scan.finding import pair_fit as motion
 from fusion.turntable.guess import told_step
 
 TOLD = np.arange(3.0)

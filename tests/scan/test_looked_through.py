@@ -5,7 +5,7 @@ import pytest
 from owl_and_arm import COUNT, NEAR, frames_of, of_arm, surface_of
 
 from fusion.mesh.mesh import Mesh
-from fusion.scan.finding.seen import looked_through
+from fusion.scan.cleaning.seen import looked_through
 
 
 def test_an_arm_that_came_in_goes_and_the_object_stays():

@@ -12,7 +12,8 @@ from fusion.recording.images.masks import open_masks
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
 from fusion.recording.writing.write import write_recording
-from fusion.scan.finding.frames import find_region, load
+from fusion.scan.finding.frames import load
+from fusion.scan.finding.region import find_region
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 

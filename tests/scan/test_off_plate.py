@@ -9,8 +9,8 @@ import pytest
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
-from fusion.scan.finding.object import clean
-from fusion.scan.finding.off_plate import fitted_plate
+from fusion.scan.cleaning.clean import clean
+from fusion.scan.cleaning.off_plate import fitted_plate
 from fusion.scan.settings import ScanSettings
 
 VOXEL = 0.001

@@ -138,3 +138,18 @@ def test_a_frame_without_any_agreeing_pair_is_loose():
     assert halves.against == 0 and halves.loose == pytest.approx(20 / 41)
     (light,) = [x for x in with_evidence(good_scan(), print=halves).judgement.lights if x.subject == "Print"]
     assert light.level == "bad" and "49%" in light.reason
+
+
+@pytest.mark.parametrize("step", [None, 0.17])
+def test_with_told_angles_only_print_that_differs_counts(step):
+    """What a log or a step says holds views together too."""
+    told = replace(good_scan(), told=np.deg2rad(10.0) * np.arange(36), settings=good_scan().settings | {"step": step})
+    edges = np.array([(i, j) for half in (range(6), range(6, 12)) for i in half for j in half if i < j])
+    ones = np.ones(len(edges))
+    loose = PrintAgreement(edges, 0.8 * ones, 0.9 * ones, 0.1 * ones, 12)
+    differing = replace(loose, alike=np.where(np.arange(len(edges)) % 5 == 0, 0.0, 0.8))
+    for found, level in ((loose, "ok"), (differing, "bad")):
+        scan = with_evidence(told, print=found)
+        (light,) = [x for x in scan.judgement.lights if x.subject == "Print"]
+        assert light.level == level
+    assert ("log" if step is None else "step") in light.do

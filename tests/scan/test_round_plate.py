@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from fusion.mesh.mesh import Mesh
-from fusion.scan.finding.object import MARGIN, clean
+from fusion.scan.cleaning.clean import clean
+from fusion.scan.finding.object import MARGIN
 from fusion.scan.settings import ScanSettings
 
 

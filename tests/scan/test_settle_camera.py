@@ -7,8 +7,9 @@ import pytest
 from made_up_scan import CAMERA, good_scan
 
 from fusion.recording.recording import Recording
-from fusion.scan.finding import attempt as module
-from fusion.scan.finding.attempt import Attempt, settle_camera
+from fusion.scan.finding import settled_camera as module
+from fusion.scan.finding.attempt import Attempt
+from fusion.scan.finding.settled_camera import settle_camera
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor
 from fusion.turntable.selfcheck import NAMES

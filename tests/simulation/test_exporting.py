@@ -4,6 +4,7 @@ The published laws are written down here once more, from their sources, as draws
 """
 
 import json
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -15,6 +16,7 @@ from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.working_range import WorkingRange
 from fusion.simulation.exporting.compare import compare_recording, compare_sensors
 from fusion.simulation.exporting.export import export_sensor
 from fusion.simulation.exporting.loss import usual_camera
@@ -162,3 +164,14 @@ def test_wrong_usage_is_one_line_and_writes_nothing(tmp_path, monkeypatch, capsy
     monkeypatch.chdir(tmp_path)
     assert main(["sensor", *words.split()]) == 1
     assert capsys.readouterr().err.count("\n") == 1 and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["isaac", "gazebo", "mujoco"])
+def test_where_a_sensor_gives_values_is_what_the_other_simulator_renders(name):
+    sensor = read_sensor("kinect-v1")
+    limited, free = (
+        export_sensor(one, name, usual_camera(sensor)) for one in (sensor, replace(sensor, works=WorkingRange()))
+    )
+    near, far = {"isaac": ("minDistance", "maxDistance"), "gazebo": ("near", "far"), "mujoco": ("znear", "zfar")}[name]
+    assert (limited.parameters[near], limited.parameters[far]) == (0.4, 10.0)
+    assert free.parameters[near] == 0.2 and "0.4" in limited.text

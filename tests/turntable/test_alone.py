@@ -13,6 +13,7 @@ from fusion.geometry.depth import point_map
 from fusion.simulation.demo.demo import looking_at
 from fusion.turntable.guess.alone import find_alone, found_again
 from fusion.turntable.guess.everywhere import Heard
+from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import Region, view
 
 CAMERA = Camera(160, 120, 220.0, 220.0, 79.5, 59.5)
@@ -157,3 +158,42 @@ def test_a_known_motion_is_found_again_where_it_was_pulled():
     found = found_again(views, pulled)
     error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
     assert np.abs(error - error.mean()).max() < 0.4 and not found.wanders
+
+
+def far_off(turn, at, random, plate=0.17):
+    """One view of the box (no print) that stands at (2,) [m] off the axis on a turning plate, which is seen too."""
+    T = pose.inverse(pose.about_axis([0, 0, 0], [0, 0, 1], turn)) @ T_WORLD_CAMERA
+    rays = np.concatenate([CAMERA.rays(), np.ones((*CAMERA.shape, 1))], axis=-1) @ T[:3, :3].T
+    middle = np.array([*at, HALF[2]])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (middle - HALF - T[:3, 3]) / rays, (middle + HALF - T[:3, 3]) / rays
+        ground = -T[2, 3] / rays[..., 2]
+    near, far = np.minimum(a, b).max(axis=-1), np.maximum(a, b).min(axis=-1)
+    box = np.where((near < far) & (near > 0), near, np.inf)
+    level = T[:3, 3] + rays * ground[..., None]
+    flat = np.where((ground > 0) & (np.hypot(level[..., 0], level[..., 1]) < plate), ground, np.inf)
+    depth = np.minimum(box, flat)
+    depth[np.isinf(depth)] = np.nan
+    surface = point_map((depth + random.normal(0, 0.0006, depth.shape)).astype(np.float32), CAMERA, 0.0006)
+    return view(surface, np.isfinite(surface.normals[..., 0]) & (surface.incidence < np.deg2rad(75)), None)
+
+
+@pytest.mark.parametrize("at", [(0.06, 0.03), (-0.02, 0.08)])
+def test_an_object_far_off_the_axis_on_a_plate_that_counts_as_turning(at):
+    random = np.random.default_rng(8)
+    turns = np.deg2rad(15.0) * np.arange(25)
+    views = [far_off(turn, at, random) for turn in turns]
+    point, normal = plate_among(views)
+    up = T_WORLD_CAMERA[:3, :3].T @ [0, 0, 1]
+    assert np.rad2deg(np.arccos(min(1.0, normal @ up))) < 0.5
+    assert pose.transform(T_WORLD_CAMERA, point)[2] == pytest.approx(0.0, abs=0.001)
+    found = find_alone(views, Region(np.full(3, -9.0), np.full(3, 9.0))).state
+    off = np.rad2deg(found.angles * np.sign(found.angles[-1]) - turns)
+    assert np.abs(off - np.median(off)).max() < 1.5
+    assert found.axis.direction @ up > np.cos(np.deg2rad(1.0))
+
+
+def test_faces_of_a_box_that_turns_are_no_plate():
+    random = np.random.default_rng(9)
+    views = [seen(turn, (0, 0), random, color=False) for turn in np.deg2rad(20.0) * np.arange(18)]
+    assert plate_among(views) is None

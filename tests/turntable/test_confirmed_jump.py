@@ -9,9 +9,9 @@ import pytest
 from fusion.geometry import pose
 from fusion.geometry.depth import point_map
 from fusion.geometry.trajectory import Trajectory
-from fusion.scan.finding.poses import about_axis
 from fusion.scan.judging import missed
 from fusion.scan.judging.missed import confirmed
+from fusion.turntable.axis import about_axis
 from fusion.turntable.jumps import Jump
 from fusion.turntable.views import Region
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from fusion.simulation.demo.demo import looking_at
-from fusion.turntable.table.foot import axis_through, foot_normal
+from fusion.turntable.guess.start import axis_through
+from fusion.turntable.table.foot import foot_normal
 
 T = looking_at(np.array([0.5, 0.0, 0.35]), np.array([0.0, 0.0, 0.06]))  # world from camera
 UP = T[:3, :3].T @ [0, 0, 1]

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fusion.turntable.steps import closing_pair, judge_steps
+from fusion.scan.judging.missed import closing_pair
+from fusion.turntable.steps import judge_steps
 
 N = 40
 QUIET = np.full(N, np.deg2rad(0.02))

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fusion.turntable.all_views.camera_fit import believed
 from fusion.turntable.all_views.loop import Loop
-from fusion.turntable.all_views.together import believed
 from fusion.turntable.axis import Axis
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 

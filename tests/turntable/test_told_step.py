@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion.errors import RecordingError
-from fusion.scan.finding import turn as motion
+from fusion.scan.finding import pair_fit as motion
 from fusion.turntable.guess.told_step import refuse_contradicted_step
 from fusion.turntable.views import Region
 

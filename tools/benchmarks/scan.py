@@ -21,9 +21,8 @@ from typing import Any
 
 from fusion.compute.process import tune_process
 from fusion.recording.open import open_recording
-from fusion.scan import pipeline
-from fusion.scan.finding import attempt
-from fusion.scan.finding import turn as motion
+from fusion.scan import making, placing
+from fusion.scan.finding import attempt, turn
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.files.sensor_file import read_sensor
@@ -34,12 +33,12 @@ FRAMES = 180
 STAGES = {  # what the pipeline calls: the stage it belongs to
     (attempt, "find_region"): "what turns",
     (attempt, "load"): "load and prepare",
-    (attempt, "find_motion"): "post-pass",
-    (motion, "estimate_motion"): " of which pairs",
-    (motion, "_finished"): " of which model",
-    (pipeline, "fuse"): "integrate",
-    (pipeline, "track_freely"): "free tracking",
-    (pipeline, "clean"): "clean up",
+    (turn, "find_motion"): "post-pass",
+    (turn, "fit_pairs"): " of which pairs",
+    (turn, "fit_model"): " of which model",
+    (making, "fused"): "integrate",
+    (placing, "track_freely"): "free tracking",
+    (making, "clean"): "clean up",
 }
 POST_PASS = ("post-pass", "integrate")
 CLOCKS = (time.perf_counter, time.process_time, time.thread_time)

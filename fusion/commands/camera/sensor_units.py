@@ -20,7 +20,7 @@ COLUMNS = ("sensor", "unit", "date")
 KINDS = ("sensor.json", "camera.json", "evaluation.json")
 LIST = f"a CSV file with a column sensor (and unit, date), or a folder of folders with a {KINDS[0]} each"
 FORMAT = "fusion-evaluation/"
-YEAR = 365.25  # days
+YEAR = 365.2425  # days, of the Gregorian calendar
 
 
 def run_units(options: argparse.Namespace) -> int:
@@ -139,7 +139,7 @@ def _years(day: str, place: Path) -> float:
     if not day:
         return float("nan")
     try:
-        return date.fromisoformat(day).toordinal() / YEAR
+        return 1 + (date.fromisoformat(day).toordinal() - 1) / YEAR  # the first day is that of the year 1
     except ValueError:
         raise SensorError("a date cannot be read", place, day[:40], "YYYY-MM-DD, such as 2026-11-26") from None
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic
+from fusion.compute.choice import DEVICES
 from fusion.quantity import CORNER, TRUNCATION, VOXEL, Corners
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def add_common(parser: argparse.ArgumentParser, frame: str = FIRST_CAMERA) -> No
     )
     add("--no-color", action="store_true", help="leave the colours out")
     add("--force", action="store_true", help="go on where the doctor says no, or with a sensor model of another camera")
-    add("--device", choices=("cpu", "cuda", "vulkan"), help="where the kernels run; default: FUSION_DEVICE, or cpu")
+    add("--device", choices=DEVICES, help="where the kernels run: auto is a card if one passes; FUSION_DEVICE, or cpu")
     add("--json", action="store_true", help="print one JSON object")
 
 

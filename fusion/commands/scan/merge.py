@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from fusion.commands.options.numbers import number
 from fusion.commands.options.results import add_output, add_topic, made
 from fusion.commands.terminal.screen import took
+from fusion.compute.choice import DEVICES
 from fusion.errors import FusionError
 from fusion.files.json_values import json_text
 from fusion.progress import seconds, stage
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-color", action="store_true", help="leave the colours out, and do not ask them where shape does not decide"
     )
     add("--force", action="store_true", help="go on with a sensor model of another camera")
-    add("--device", choices=("cpu", "cuda", "vulkan"), help="where the kernels run; default: FUSION_DEVICE, or cpu")
+    add("--device", choices=DEVICES, help="where the kernels run: auto is a card if one passes; FUSION_DEVICE, or cpu")
     add("--json", action="store_true", help="print one JSON object")
 
 

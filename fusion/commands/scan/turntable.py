@@ -83,7 +83,7 @@ def failure(scan: "Scan", where: Path) -> TrackingError | None:
     if worth.word != "failed":
         return None
     worst = worth.reasons[0]
-    log = scan.told is not None and scan.settings["step"] is None and worst.subject != "Log"
+    log = scan.told is not None and scan.settings.get("step") is None and worst.subject != "Log"
     suspect = "Or its log is wrong (turntable_deg in degrees?): --ignore-log does without. " if log else ""
     do = f"{worst.do} {suspect}--keep-failed writes what there is"
     return TrackingError("the scan failed", where, worst.reason.rstrip("."), do=do)
@@ -200,7 +200,7 @@ def summary(scan: "Scan") -> dict[str, Any]:
 def lines(scan: "Scan") -> list[str]:
     """The summary for a person."""
     from fusion.results.words import closing_words, hidden_words, mesh_words, sure_words, table_words
-    from fusion.scan.judging.doctor import PLATE_TURNS
+    from fusion.scan.judging.notes import PLATE_TURNS
 
     facts, table = scan.facts, scan.facts.table
     assert table is not None  # a turntable turned

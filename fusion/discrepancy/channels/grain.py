@@ -18,7 +18,6 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL
 from fusion.discrepancy.channels.scatter import frozen_rounding
 from fusion.discrepancy.decisions import FALSE_ALARM
-from fusion.discrepancy.inference.own_pattern import unknown_patterns
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.observe.tiles import Tiling
 from fusion.sensor.effect import Effect
@@ -33,8 +32,6 @@ Matrix = NDArray[np.float64]
 FEWEST = 3  # placements: a spread among them is asked for
 APART_PX = (0, 1, 2, 4, 8)  # pixels of a square so far apart are compared: what they share tells grain from a shape
 SHAPED = 0.3  # of the grain, by which that may be other than its window makes it
-WIDEST = 8.0  # window that is looked for [px]
-UNITS = 8  # drawn of patterns that the model holds: their mean power is good to a third
 WITHIN = 2.0  # standard deviations of a stated size, within which it is as stated
 TRIMMED = 0.1  # of the tiles, at each end
 LEAST_SHARE = 0.1  # of the variance of a frame: what is less lies within what is known of noise and rounding
@@ -64,7 +61,7 @@ class Grain:
     def noise(self) -> float:
         """Variance of a pixel in one frame, in native units squared: noise, and what rounding may keep of it."""
         squares = self.patch.tiles.mean((self.patch.block.std * self.patch.native) ** 2)
-        return float(np.median(squares)) + frozen_rounding(self.patch)
+        return float(np.nanmedian(squares)) + frozen_rounding(self.patch)
 
     @property
     def inside(self) -> NDArray[np.bool_]:
@@ -104,7 +101,7 @@ def with_grain(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
 def _covariances(seen: Sequence[Grain]) -> tuple[Matrix, Matrix]:
     """(m, k) of pixels `APART_PX` apart, in native units squared: what a placement has for itself, and with all others.
 
-    Less what rounding and the patterns that the model holds may leave.
+    Less what rounding may leave.
     """
     inside = np.array([one.inside for one in seen])
     lengths = np.array([one.others / one.of_length for one in seen])
@@ -115,7 +112,6 @@ def _covariances(seen: Sequence[Grain]) -> tuple[Matrix, Matrix]:
         shared[k] = one.common((total - lengths[k]) / np.maximum(rest, 1) * one.of_length, rest > 0)
         own[k] = one.common(one.others, one.inside) - shared[k]
         own[k, 0] -= frozen_rounding(one.patch)
-        shared[k, 0] -= _patterns(one.patch)
     return own, shared
 
 
@@ -165,19 +161,6 @@ def _usual(tiles: Tiling, product: Image, inside: NDArray[np.bool_]) -> float:
     return float(trim_mean(tiles.mean(np.where(inside, product, 0.0))[some] / share[some], TRIMMED))
 
 
-def _patterns(patch: Patch) -> float:
-    """Variance that patterns of which the model knows the usual size may leave in squares without their planes."""
-    total = 0.0
-    for effect in unknown_patterns(patch.sensor):
-        if not effect.grain:
-            drawn = [replace(patch.view, moment=replace(patch.view.moment, unit=unit)) for unit in range(UNITS)]
-            with np.errstate(all="ignore"):
-                images = [np.nan_to_num(effect.bias(patch.depth, view) * patch.native) for view in drawn]
-            powers = [_usual(patch.tiles, _upright(patch, image) ** 2, patch.tiles.label >= 0) for image in images]
-            total += WITHIN**2 * float(np.mean(powers))
-    return total
-
-
 def _power(effect: Effect, patch: Patch) -> float:
     """Mean square of an effect's grain in native units, as it is seen without the planes of the tiles."""
     with np.errstate(all="ignore"):
@@ -224,8 +207,9 @@ def _step(kind: type[Effect], sensor: Sensor, found: Matrix, seen: Sequence[Grai
     apart = weights @ found
     if apart[0] < LEAST_SHARE:
         return None
-    windows = np.linspace(1.0, WIDEST, 57) if window and known is None else np.array([one.window(patch.view)])
-    due = np.array([seen / seen[0] for seen in (_as_seen(w, _side(patch)) for w in windows)])
+    windows = np.linspace(1.0, APART_PX[-1], 57) if window and known is None else np.array([one.window(patch.view)])
+    due = np.array([_as_seen(window_px, _side(patch)) for window_px in windows])
+    due /= due[:, :1]
     best = int(np.argmin(np.linalg.norm(apart / apart[0] - due, axis=1)))
     if np.max(np.abs(apart / apart[0] - due[best])) > SHAPED:
         return None

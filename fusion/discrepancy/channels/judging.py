@@ -25,9 +25,6 @@ Vector = NDArray[np.float64]
 BEYOND = 0.005  # chance that a stated value, within its own standard deviation, is as far off as it seems
 LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below, it is a matter of the noise model
 EXPLAINED = 0.5  # of what is too much, by one effect: two of a size may be there
-APART = 3  # pixels from which on neighbours share no noise of a window as sensors have it
-HALF = 0.5  # of the correlation that is due must be seen: rounding and other noise take some
-UNLIKE = 0.01  # correlation that chance makes of the pixels of a block: its square is one over their number
 SIMPLER = 6.0  # of the chi2: a value that is wrong needs no new physics
 
 
@@ -66,30 +63,6 @@ def explains(best: Tried, before: TunedParameters) -> bool:
     """True when it brings a good part of what is too much: less, and the name is not the right one."""
     excess = before.chi2 - 2 * len(before.excess())
     return before.chi2 - best.turned.chi2 > EXPLAINED * excess
-
-
-def contradicted(tried: Tried, scatter: Scatter) -> bool:
-    """True for new noise that pixels would share, where the noise of neighbours is not as alike as that."""
-    for param, value in zip(tried.turned.params, tried.turned.values, strict=True):
-        if any(param is free for free in tried.free) and param.new and _unlike(param, float(value), scatter):
-            return True
-    return False
-
-
-def _unlike(param: NoiseParameter, value: float, scatter: Scatter) -> bool:
-    """True where neighbours are less alike than new noise makes them; blocks tell of it that would have much of it."""
-    growth = np.maximum(param.turned(value)[0], 0.0)
-    ends = np.cumsum([len(patch.tiles) for patch in scatter.patches])[:-1]
-    # what neighbours have in common is told as a mean over the image too
-    shares = [float(np.mean(part / (1 + part))) for part in np.split(growth, ends)]
-    lacking, weights = [], []
-    for share, patch in zip(shares, scatter.patches, strict=True):
-        if patch.block.alike is not None and share > 0:
-            alike = np.mean(np.asarray(patch.block.alike), axis=0)
-            due = share * np.maximum(1 - np.arange(len(alike)) / param.effect.window(patch.view), 0.0)
-            lacking.append(HALF * due - alike)
-            weights.append(share)
-    return bool(lacking and np.any(np.average(lacking, axis=0, weights=weights)[APART:] > UNLIKE))
 
 
 def nearer(better: Sensor, scatter: Scatter) -> bool:

@@ -11,7 +11,6 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.judging import (
     Tried,
     confirmed,
-    contradicted,
     explains,
     improbable,
     large,
@@ -88,9 +87,7 @@ def _step(
     whitener = Whitener()
     for again in (False, True):
         nothing = turn(scatter, whitener, known, [k.value for k in known])
-        tried = [
-            t for t in _all_tried(scatter, whitener, known, fresh, free, nothing.chi2) if not contradicted(t, scatter)
-        ]
+        tried = _all_tried(scatter, whitener, known, fresh, free, nothing.chi2)
         if not tried:
             return None
         best, names = max(tried, key=lambda one: one.score), len(tried)

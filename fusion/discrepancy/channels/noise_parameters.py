@@ -114,7 +114,8 @@ def new_parameters(
         wanted: names of effect and parameter that are asked for; None: all.
     """
     for kind in EFFECTS:
-        changes = (kind.changes("noise") or kind.changes("spread")) and not kind.frozen
+        # what all pixels of a frame share is told by the course of frames, and not by their scatter
+        changes = (kind.changes("noise") or kind.changes("spread")) and not (kind.frozen or kind.shakes)
         if not changes or (kind.principles and sensor.principle not in kind.principles):
             continue
         own = sensor.effect(kind.name)

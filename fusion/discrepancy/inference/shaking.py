@@ -156,7 +156,7 @@ def motion_of(block: FrameBlock) -> FrameMotion | None:
     known = np.isfinite(noise) & (noise > 0)
     if np.count_nonzero(known) < FEWEST_TILES:
         return None
-    weight = np.sqrt(course.tiles.pixels) / np.where(known, noise, np.inf)
+    weight = np.sqrt(course.pixels) / np.where(known, noise, np.inf)
     images = rigid_motions(view.depth, view)
     columns = np.column_stack([course.tiles.mean(image) for image in images]) * weight[:, None]
     rigid = _directions(_unit(columns), SEEN)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.observe.frames import FrameSeries
 from fusion.discrepancy.observe.given import GivenImages
 from fusion.discrepancy.observe.interior import interior
+from fusion.discrepancy.observe.outliers import behind, passing
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.observe.stage import stage_of as stage_of
 from fusion.discrepancy.observe.tiles import Tiling, tiling
@@ -28,15 +29,22 @@ from fusion.simulation.rendering.render import Channels, view_of
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
 HELD_OUT = 3  # one frame in three takes no part in the fit
+SCENE_FRAMES = 16  # of a block, in which what stays there is looked for
 LONG = 6  # blocks of a recording that make it a series
 
 
 @dataclass(frozen=True)
 class TileCourse:
-    """Tiles of a block, and how each went from frame to frame: (frames, tiles) [m], less its mean."""
+    """How tiles of a block went from frame to frame.
+
+    Attributes:
+        depth: (frames, tiles) [m], less its mean.
+        pixels: (tiles,) that had a value, on average.
+    """
 
     tiles: Tiling
     depth: NDArray[np.float64]
+    pixels: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,7 @@ class FrameBlock:
         prints: what tells its frames, and those held out, from all others.
         course: how its tiles went from frame to frame; None of single frames.
         shaken: standard deviations [rad], [m] of the motions of its frames; empty of a camera that stood still.
+        passed: number of frames, with those held out, before which something passes: it is out of them.
         moved: likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear
             in errors about this one. Empty where it is too small to matter.
     """
@@ -75,6 +84,7 @@ class FrameBlock:
     prints: Prints = frozenset()
     course: TileCourse | None = None
     shaken: tuple[float, ...] = ()
+    passed: int = 0
     moved: tuple[float, ...] = ()
 
     @property
@@ -150,11 +160,12 @@ def _block_of(stage: KnownScene, frames: tuple[int, ...], channels: Channels) ->
         moment = replace(moment, axis_point=point, axis_direction=direction)
     view = replace(view, moment=moment)
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
-    block = replace(_measured(stage, frames[:kept], view, T_world_camera), given=given)
+    stays = behind([stage.recording[i].depth for i in frames[:: -(-len(frames) // SCENE_FRAMES)]])
+    block = replace(_measured(stage, frames[:kept], view, T_world_camera, stays), given=given)
     if kept == len(frames):
         return block
-    held = replace(_measured(stage, frames[kept:], view, T_world_camera), given=given)
-    return replace(block, held=held, prints=block.prints | held.prints)
+    held = replace(_measured(stage, frames[kept:], view, T_world_camera, stays), given=given)
+    return replace(block, held=held, prints=block.prints | held.prints, passed=block.passed + held.passed)
 
 
 def _seen(
@@ -178,13 +189,17 @@ def _seen(
     return replace(view, ir=None if ir is None else np.asarray(ir, np.float32)), None
 
 
-def _measured(stage: KnownScene, frames: tuple[int, ...], view: View, T_world_camera: Array) -> FrameBlock:
+def _measured(
+    stage: KnownScene, frames: tuple[int, ...], view: View, T_world_camera: Array, stays: Image
+) -> FrameBlock:
     tiles = tiling(np.isfinite(view.depth) & interior(view)) if view.depth is not None and len(frames) > 1 else None
-    series, prints = FrameSeries(view.camera.shape, tiles), set()
+    series, prints, passed = FrameSeries(view.camera.shape, tiles), set(), 0
     for i in frames:
         depth = stage.recording[i].depth
-        series.add(depth)
+        before = passing(depth, stays)
+        series.add(np.where(before, np.nan, depth))
         prints.add(print_of(depth))
+        passed += bool(before.any())
     pixels = series.pixels
     return FrameBlock(
         stage,
@@ -197,7 +212,8 @@ def _measured(stage: KnownScene, frames: tuple[int, ...], view: View, T_world_ca
         succession=series.succession if len(frames) > 1 else None,
         alike=series.alike,
         prints=frozenset(prints - {b""}),
-        course=None if tiles is None or series.course is None else TileCourse(tiles, series.course),
+        course=None if tiles is None or series.course is None else TileCourse(tiles, series.course, series.seen),
+        passed=passed,
     )
 
 

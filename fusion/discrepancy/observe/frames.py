@@ -24,6 +24,7 @@ class FrameSeries:
         self.pixels, self.tiles = PixelSeries(shape), tiles
         self._first = np.full(shape, np.nan)
         self._course: list[NDArray[np.float64]] = []
+        self._seen = np.zeros(0 if tiles is None else len(tiles))
         self._squares = np.zeros(shape)
         self._pairs = np.zeros(shape, np.int32)
         self._last: Image | None = None
@@ -45,6 +46,7 @@ class FrameSeries:
             change = self._last - self._first
             seen = np.maximum(self.tiles.mean(np.isfinite(change).astype(float)), 1e-3)
             self._course.append(self.tiles.mean(change) / seen)
+            self._seen = self._seen + seen * self.tiles.pixels
 
     @property
     def course(self) -> NDArray[np.float64] | None:
@@ -56,6 +58,11 @@ class FrameSeries:
             return None
         course = np.array(self._course)
         return np.asarray(course - course.mean(axis=0))
+
+    @property
+    def seen(self) -> NDArray[np.float64]:
+        """(tiles,) pixels of each with a value, on average over the frames."""
+        return self._seen / max(len(self._course), 1)
 
     @property
     def succession(self) -> Image:

@@ -1,5 +1,6 @@
-"""Outliers: what stands in a recording and not in its mesh, such as a thing before the wall; it takes no part."""
+"""Outliers: what is in a recording and not in its mesh, such as a thing before the wall; it takes no part."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 FAR = 0.05  # of the depth beside the rest of the image: effects at their usual size stay below it (guess)
 MOST = 0.3  # of the image: where more is off, it is the prediction that is wrong
+AWAY = 0.75  # of the frames may show what passes: the scene is what is farther, and seen in the others
 RIM_PX = 5  # around it: mixed pixels, shadows, and light that it sends to its neighbours
 
 
@@ -43,14 +45,33 @@ def foreign(measured: Image, predicted: Image) -> NDArray[np.bool_]:
     return np.asarray(binary_dilation(pieces, iterations=RIM_PX))
 
 
+def behind(frames: Sequence[Image]) -> Image:
+    """(h, w) depth [m] of what stays, from frames in some of which something passes before it; NaN where unknown."""
+    known = np.isfinite(frames)
+    order = np.sort(np.where(known, frames, np.inf), axis=0)
+    place = np.minimum(np.ceil(AWAY * known.sum(axis=0)), known.sum(axis=0) - 1).astype(int)
+    return np.where(known.any(axis=0), np.take_along_axis(order, np.maximum(place, 0)[None], axis=0)[0], np.nan)
+
+
+def passing(frame: Image, stays: Image) -> NDArray[np.bool_]:
+    """(h, w) pixels of a frame before which something passes: nearer in one piece than what stays there [m]."""
+    with np.errstate(invalid="ignore"):
+        nearer = stays - frame > FAR * stays
+    pieces = binary_opening(nearer, iterations=2) if nearer.any() else nearer
+    return np.asarray(binary_dilation(pieces, iterations=RIM_PX) if pieces.any() else pieces)
+
+
 def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
     """Recordings with something that is not in their mesh."""
     out: dict[str, str] = {}
     for patch in observations.patches:
+        name = patch.block.stage.recording.path.name
+        if patch.block.passed:
+            out[name] = f"somebody or something passes in {patch.block.passed} of its frames; left out of them"
         where = foreign(patch.block.mean, patch.predicted)
         if where.any():
             off = np.nanmedian((patch.block.mean - patch.predicted)[where])
             share, side = np.mean(where), "before" if off < 0 else "behind"
             text = f"something stands {abs(off):.2g} m {side} the scene in {share:.1%} of the image; left out"
-            out.setdefault(patch.block.stage.recording.path.name, text)
+            out.setdefault(name, text)
     return [OutlyingRecording(name, text) for name, text in out.items()]

@@ -76,6 +76,8 @@ def over_time(found: Units) -> Figure:
                 )
             ax.set_title(f"at {depth:g} m")
             ax.set_xlabel("date [years]")
+            ax.ticklabel_format(axis="x", useOffset=False)
+            ax.locator_params(axis="x", nbins=4)
             ax.set_ylabel("mean error [mm]")
         svg = to_svg(figure, "units-over-time")
     at = int(np.argmin(np.abs(found.depths - 1.0)))

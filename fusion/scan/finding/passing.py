@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from fusion.geometry import pose
 from fusion.geometry.robust import MAD_TO_STD
 from fusion.progress import each
-from fusion.scan.finding.frames import masked
-from fusion.scan.finding.seen import ASKED, facing
+from fusion.scan.cleaning.facing import facing
+from fusion.scan.cleaning.seen import ASKED
+from fusion.scan.finding.alone import masked
 from fusion.turntable.pairs.edges import NOISES
 from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared

@@ -1,6 +1,6 @@
 """Poses of the camera about the object: from the axis, and tracked freely."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.progress import each
 from fusion.recording.recording import Recording
 from fusion.tracking.icp import IcpSettings, align
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import about_axis
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.turntable.wobble import rocking
@@ -25,32 +25,24 @@ TRACKING = IcpSettings(
 )
 
 
-def about_axis(axis: Axis, angles: Array, shifts: Array | None = None) -> Array:
-    """The camera in the object's frame (n, 4, 4), NaN where the angle is NaN.
-
-    Args:
-        axis: about which the object turns.
-        angles: (n,) [rad].
-        shifts: (n, 2) across the axis [m], where a hand moved the object too (see `Motion`).
-    """
-    T_object_camera = axis.object_frame()
-    poses = np.full((len(angles), 4, 4), np.nan)
-    moved = np.zeros((len(angles), 2)) if shifts is None else shifts
-    for i in np.flatnonzero(np.isfinite(angles)):
-        back = axis.turn(-float(angles[i]))
-        back[:3, 3] -= back[:3, :3] @ (moved[i] @ axis.across())
-        poses[i] = T_object_camera @ back
-    return poses
-
-
 def constrained(recording: Recording, motion: Motion) -> Trajectory:
     """The camera in the object's frame, by the axis and the angles that were found."""
     return Trajectory(recording.timestamps, about_axis(motion.axis, motion.angles, motion.shifts))
 
 
+@dataclass(frozen=True)
+class FreeCourse:
+    """Frames tracked freely: their poses, residual (n,) [m] and share of inliers (n,), and the volume of them."""
+
+    course: Trajectory
+    residual: Array
+    inlier_share: Array
+    volume: Volume
+
+
 def track_freely(
     frames: list[Prepared | None], region: Region, start: Trajectory, volume_settings: VolumeSettings
-) -> tuple[Trajectory, Array, Array, Volume]:
+) -> FreeCourse:
     """Every frame against the model so far, all six directions free; the joint fit only says where to look first."""
     poses = np.full_like(start.poses, np.nan)
     residual, share = np.full((2, len(frames)), np.nan)
@@ -69,7 +61,7 @@ def track_freely(
             T = T @ found.T_model_source
         poses[i], last = T, i
         fuse(volume, frame, T)
-    return Trajectory(start.timestamps, poses), residual, share, volume
+    return FreeCourse(Trajectory(start.timestamps, poses), residual, share, volume)
 
 
 def model(volume: Volume, camera: Camera, T_object_camera: Array) -> PointMap:

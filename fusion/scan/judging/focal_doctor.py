@@ -11,7 +11,8 @@ from fusion.recording.checks.stillness import turns_before_a_still_camera, turns
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
 from fusion.recording.recording import Recording
-from fusion.scan.finding.frames import find_region, load, told_angles
+from fusion.scan.finding.frames import load, told_angles
+from fusion.scan.finding.region import find_region
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor

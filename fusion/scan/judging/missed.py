@@ -19,7 +19,6 @@ from fusion.tracking.icp import IcpResult, align
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.focal import SURE
 from fusion.turntable.jumps import Jump
-from fusion.turntable.steps import closing_pair
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
 
@@ -111,3 +110,17 @@ def confirmed(jump: Jump | None, frames: list[Prepared | None], region: Region, 
     distance, deviations = np.median(gaps, axis=0)
     real = distance > jump.distance / 2 and deviations > SURE
     return replace(jump, distance=float(distance)) if real else None
+
+
+def closing_pair(angles: Array) -> tuple[int, int] | None:
+    """Two frames (i, j) about a full turn apart, the nearest views of the two ends; None without such a pair."""
+    known = np.flatnonzero(np.isfinite(angles))
+    i, j = np.triu_indices(len(known), 1)
+    i, j = known[i], known[j]
+    turn = np.abs(angles[j] - angles[i])
+    rest = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
+    fit = (turn > np.pi) & (rest < np.deg2rad(50))
+    if not fit.any():
+        return None
+    best = int(np.argmin(np.where(fit, rest - 1e-3 * (j - i), np.inf)))
+    return int(i[best]), int(j[best])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
-from fusion.scan.finding.seen import facing
+from fusion.scan.cleaning.facing import facing
 from fusion.turntable.pairs.edges import NOISES
 from fusion.turntable.tones import AROUND, contrast
 from fusion.turntable.views import Region, usable

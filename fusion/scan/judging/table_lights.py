@@ -89,12 +89,17 @@ def _print(scan: "Scan") -> Light | None:
     if found is None or not np.isfinite(found.loose):
         return None
     against = 0.0 if np.isnan(found.against) else found.against
-    judged = level(max(against, found.loose), UNLIKE)
+    loose = found.loose if scan.told is None else 0.0  # what was told holds views together too
+    judged = level(max(against, loose), UNLIKE)
     if judged == "ok":
         return Light("ok", "Print", "What is printed on the object agrees from view to view.")
     said = f"{against:.0%} of the pairs of views show other print where they were laid on each other"
-    said += f", and {found.loose:.0%} of the views are not held together with the rest by print: "
-    said += "some may be turned to a side that looks alike in shape."
+    if scan.told is None:
+        said += f", and {loose:.0%} of the views are not held together with the rest by print: "
+        said += "some may be turned to a side that looks alike in shape."
+    else:
+        source = "log" if scan.settings.get("step") is None else "step"
+        return Light(judged, "Print", f"{said}.", f"What the {source} says of the turns may be wrong.")
     return Light(judged, "Print", said, "Record in smaller steps, in even light, or give --step.")
 
 

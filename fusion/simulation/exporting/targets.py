@@ -8,7 +8,7 @@ from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exporting.target import Floats, Parameters, SimulatorTarget, StatedWall, weighted
 
-NEAR, FAR = 0.2, 10.0  # [m] clipping planes where a simulator asks for some
+NEAR, FAR = 0.2, 10.0  # [m] clipping planes where a simulator asks for some and the sensor has no working range
 DISPARITY_PX_M, REDWOOD_STEP, REDWOOD_SIGMA = 35.130, 1 / 8, 0.027778  # px m, px, px: of the habitat-sim source
 AZURE_BASE, AZURE_SLOPE, AZURE_FROM = 5e-4, 1e-3, 0.5  # m, 1, m: of the BlenderProc source
 BUFFER_BITS = 24  # of MuJoCo's depth buffer
@@ -19,6 +19,7 @@ def isaac() -> SimulatorTarget:
 
     def fit(sensor: Sensor, camera: Camera, stated: StatedWall) -> Parameters:
         fb = camera.fx * (abs(sensor.baseline) or 0.05)
+        near, far = _limits(sensor)
         # in disparity both laws are constants: the depths count alike there
         per_px = stated.depths**2 / fb
         mean = weighted(stated.mean_bias, -per_px, per_px**-2.0)
@@ -28,6 +29,8 @@ def isaac() -> SimulatorTarget:
             "focalLengthPixel": camera.fx,
             "noiseMean": mean,
             "noiseSigma": sigma,
+            "minDistance": near,
+            "maxDistance": far,
         }
 
     def moments(given: Parameters, depth: Floats) -> tuple[Floats, Floats]:
@@ -41,9 +44,7 @@ def isaac() -> SimulatorTarget:
         lines += ['    prepend apiSchemas = ["OmniSensorDepthSensorSingleViewAPI"]', ")", "{"]
         lines += ["    bool omni:rtx:post:depthSensor:enabled = 1"]
         lines += [f"    float omni:rtx:post:depthSensor:{name} = {value:.9g}" for name, value in given.items()]
-        lines += [f"    float omni:rtx:post:depthSensor:sensorSizePixel = {camera.width}"]
-        lines += [f"    float omni:rtx:post:depthSensor:minDistance = {NEAR}"]
-        lines += [f"    float omni:rtx:post:depthSensor:maxDistance = {FAR}", "}", ""]
+        lines += [f"    float omni:rtx:post:depthSensor:sensorSizePixel = {camera.width}", "}", ""]
         return "\n".join(lines)
 
     return SimulatorTarget(
@@ -66,7 +67,8 @@ def gazebo() -> SimulatorTarget:
         known = np.isfinite(stated.mean_bias)
         mean = float(stated.mean_bias[known].mean()) if known.any() else 0.0
         stddev = float(stated.rms_sigma[known].mean()) if known.any() else 0.0
-        return {"mean": mean, "stddev": stddev}
+        near, far = _limits(sensor)
+        return {"mean": mean, "stddev": stddev, "near": near, "far": far}
 
     def moments(given: Parameters, depth: Floats) -> tuple[Floats, Floats]:
         return np.full_like(depth, given["mean"]), np.full_like(depth, given["stddev"])
@@ -80,7 +82,7 @@ def gazebo() -> SimulatorTarget:
         inner = [
             f"<horizontal_fov>{angle:.9g}</horizontal_fov>",
             f"<image><width>{camera.width}</width><height>{camera.height}</height><format>R_FLOAT32</format></image>",
-            f"<clip><near>{NEAR}</near><far>{FAR}</far></clip>",
+            f"<clip><near>{given['near']:g}</near><far>{given['far']:g}</far></clip>",
             f"<noise><type>gaussian</type><mean>{given['mean']:.9g}</mean><stddev>{given['stddev']:.9g}</stddev></noise>",
             f"<distortion>{lens}<center>0.5 0.5</center></distortion>",
             f"<lens><intrinsics><fx>{camera.fx:.9g}</fx><fy>{camera.fy:.9g}</fy><cx>{camera.cx:.9g}</cx>"
@@ -201,7 +203,8 @@ def mujoco() -> SimulatorTarget:
     """MuJoCo's cameras make no errors but those of their depth buffer."""
 
     def fit(sensor: Sensor, camera: Camera, stated: StatedWall) -> Parameters:
-        return {"znear": NEAR, "zfar": FAR}
+        near, far = _limits(sensor)
+        return {"znear": near, "zfar": far}
 
     def moments(given: Parameters, depth: Floats) -> tuple[Floats, Floats]:
         near, far = given["znear"], given["zfar"]
@@ -234,6 +237,12 @@ def mujoco() -> SimulatorTarget:
 
 
 TARGETS = {make().name: make for make in (isaac, mujoco, gazebo, blenderproc, habitat)}
+
+
+def _limits(sensor: Sensor) -> tuple[float, float]:
+    """Nearest and farthest depth [m] that a simulator renders: where the sensor gives values."""
+    works = sensor.works
+    return works.nearest or NEAR, works.farthest if np.isfinite(works.farthest) else FAR
 
 
 def _below(x: Floats) -> Floats:

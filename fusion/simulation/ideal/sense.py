@@ -1,11 +1,14 @@
 """Perfect depth as a sensor would have measured it, frame by frame, from arrays to arrays."""
 
+import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.principle import Principle
@@ -38,7 +41,7 @@ def sense(ideal: IdealFrame | Image, camera: Camera, sensor: Sensor, seed: int =
     >>> 0.004 < float(np.nanstd(frame.depth)) < 0.02
     True
     """
-    return _one(_as_ideal(ideal), camera, with_light_level(sensor), seed, index, 0)
+    return _one(_as_ideal(ideal), camera, with_light_level(sensor), seed, index, 0, _aside())
 
 
 def sense_all(
@@ -102,7 +105,19 @@ def _placed(frames: Iterable[IdealFrame]) -> Iterator[tuple[IdealFrame, int]]:
         yield frame, placement
 
 
-def _one(ideal: IdealFrame, camera: Camera, sensor: Sensor, seed: int, index: int, placement: int) -> Frame:
+@cache
+def _aside() -> ThreadPoolExecutor:
+    """A thread for the infrared image of a single frame, made beside its depth."""
+    return ThreadPoolExecutor(1, "fusion-infrared")
+
+
+os.register_at_fork(after_in_child=_aside.cache_clear)  # its thread stays with the parent
+
+
+def _one(
+    ideal: IdealFrame, camera: Camera, sensor: Sensor, seed: int, index: int, placement: int,
+    aside: ThreadPoolExecutor | None = None,
+) -> Frame:  # fmt: skip
     camera = stated_by(camera, sensor)
     ideal = checked(ideal, camera)
     frozen = int(np.random.SeedSequence([seed, PLACEMENT, placement]).generate_state(1)[0])
@@ -110,9 +125,13 @@ def _one(ideal: IdealFrame, camera: Camera, sensor: Sensor, seed: int, index: in
     view = view_of_ideal(replace(ideal, moment=moment), camera, sensor)
     with np.errstate(all="ignore"):
         view = replace(view, ir=sensor.amplitude(view))
+
     # generators of its own per frame, as the simulator has them
+    def light() -> NDArray[np.uint16] | None:
+        if sensor.principle == Principle.STRUCTURED_LIGHT:  # that sees its pattern
+            return None
+        return infrared(view, sensor, np.random.default_rng([seed, INFRARED, index]))
+
+    beside = None if aside is None else aside.submit(light)
     depth = measured(view, sensor, (0.0, 0.0), np.random.default_rng([seed, FRAME, index]))
-    ir = None
-    if sensor.principle != Principle.STRUCTURED_LIGHT:  # that sees its pattern
-        ir = infrared(view, sensor, np.random.default_rng([seed, INFRARED, index]))
-    return Frame(index, moment.time, depth, None, ir)
+    return Frame(index, moment.time, depth, None, light() if beside is None else beside.result())

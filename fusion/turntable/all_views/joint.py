@@ -16,8 +16,8 @@ from fusion.geometry import pose
 from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.axis import Axis
 from fusion.turntable.pairs.edges import Edges, ViewStack
-from fusion.turntable.pairs.pairwise import Twists, ViewPairLimits, planar, twists
-from fusion.turntable.pairs.twist_system import SHARED, normal_equations, planar_columns
+from fusion.turntable.pairs.pairwise import Twists, ViewPairLimits, twists
+from fusion.turntable.pairs.twist_system import SHARED, normal_equations, planar, planar_columns
 from fusion.turntable.selfcheck import PRIOR
 
 Array = NDArray[np.float64]

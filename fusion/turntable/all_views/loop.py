@@ -16,7 +16,7 @@ from fusion.tracking.pairs import EFFECTIVE
 from fusion.turntable.all_views.log import log_equations
 from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.pairs.edges import AskedErrors, Sums, ViewStack, edge_sums, stack
-from fusion.turntable.selfcheck import NAMES, DepthKnown, SelfCheck, prior_of
+from fusion.turntable.selfcheck import NAMES, SelfCheck, no_errors
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
@@ -170,20 +170,6 @@ def close_loop(
     support = system.fitting / np.maximum(system.visible, 1)
     angle_std = np.where(np.isfinite(angles), std[FIRST:], np.nan)
     return Loop(axis, angles, angle_std, residual, support, system.fitting, check, std[SHARED:FIRST])
-
-
-def no_errors(views: Sequence[ObjectView], known: DepthKnown | None = None) -> SelfCheck:
-    """A camera and depth as stated, laid over the range of distance that the views show.
-
-    Args:
-        views: their camera tells how well it is known.
-        known: how well their depth is known, see `prior_of`.
-    """
-    z = np.concatenate([v.points[::20, 2] for v in views])
-    near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
-    triangulation = views[0].map.camera.principle.triangulates
-    prior = prior_of(views[0].map.camera, known)
-    return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation, prior)
 
 
 def _add_prior(system: _System, check: SelfCheck) -> None:

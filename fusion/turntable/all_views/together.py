@@ -1,24 +1,20 @@
 """All turns of a scan brought together, and what they say of the camera."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.tracking.pairs import EFFECTIVE
+from fusion.turntable.all_views.camera_fit import misfit
 from fusion.turntable.all_views.log import of_its_sign
-from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop, no_errors
-from fusion.turntable.axis import Axis, Turns
+from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
+from fusion.turntable.axis import Turns
 from fusion.turntable.pairs.edges import ViewStack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.selfcheck import DEPTH, LENS, PRIOR, DepthKnown, SelfCheck
+from fusion.turntable.selfcheck import DEPTH, SelfCheck
 
 Array = NDArray[np.float64]
 REACH = 0.03  # [m] of the first passes, for objects of decimetres
 WIDEST = np.deg2rad(50)  # between two views that are compared
-WORTH = 0.98  # by how much more errors of camera or depth must lower the misfit to be believed (guess)
 TILTS = ("tilt_u", "tilt_v")
-DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 # by a calibration of time of flight: a lamp beside the lens tilts its depth by centimetres over the image, and walls at
 # a free tilt do not show it. What a calibration of triangulation leaves is less than what its windows imitate
 LEFT_OPEN = DEPTH
@@ -26,23 +22,23 @@ OTHER = np.deg2rad(1.0)  # between two beginnings that are worth trying both
 
 
 def together(
-    shown: ViewStack, axis: Axis, angles: Array, commanded: Array | None = None, known: DepthKnown | None = None
+    shown: ViewStack, guess: Turns, check: SelfCheck, commanded: Array | None = None
 ) -> tuple[Loop, list[tuple[int, int]]]:
     """All turns brought together with the focal length free, and the pairs of views that overlap then.
 
     Args:
         shown: the views.
-        axis, angles: first guess, (n,) [rad].
+        guess: first, angles (n,) [rad].
+        check: errors of camera and depth to begin with, see `no_errors`.
         commanded: (n,) what the table was told [rad], of either sign; the fit begins there too, and the better
             beginning is gone on with: errors that stand still in the image may have pulled the first guess.
-        known: how well a calibrated depth is known, else None.
     """
-    told = None if commanded is None else of_its_sign(angles, commanded)
+    told = None if commanded is None else of_its_sign(guess.angles, commanded)
     coarse = LoopSettings((REACH, 0.015, 0.01), (3, 3, 4), free_camera=("focal",), told=told)
-    some, check = shown.thinned(COARSE_POINTS), no_errors(shown.views, known)
-    first = _begun(some, Turns(axis, angles), coarse, check)
-    if told is not None and np.ptp(angles - told) > OTHER:
-        first = min(first, _begun(some, Turns(axis, told), coarse, check), key=misfit)
+    some = shown.thinned(COARSE_POINTS)
+    first = _begun(some, guess, coarse, check)
+    if told is not None and np.ptp(guess.angles - told) > OTHER:
+        first = min(first, _begun(some, Turns(guess.axis, told), coarse, check), key=misfit)
     angles = _close_turns(some, first)
     edges = choose_edges(angles, WIDEST, 4)
     middle = close_loop(some, Turns(first.axis, angles), edges, coarse, first.check)
@@ -54,63 +50,6 @@ def _begun(seen: ViewStack, motion: Turns, settings: LoopSettings, check: SelfCh
     angles = motion[1]
     local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
     return close_loop(seen, motion, local, settings, check)
-
-
-def fit_camera(
-    shown: ViewStack,
-    middle: Loop,
-    edges: list[tuple[int, int]],
-    told: Array | None = None,
-    left_open: tuple[str, ...] = (),
-) -> Loop:
-    """The fit with focal length and principal point free, and errors of depth too where the scan asks for them.
-
-    Errors of depth that change with distance or over the image bend an object much as a wrong focal length does. Where
-    they explain clearly more, the focal length is what is left beside them, with the wider spread that belongs to it:
-    on the three open challenges, stated and true camera, it is then within 2 of its standard deviations of the truth,
-    where the camera alone was up to 27 off.
-
-    Args:
-        left_open: errors of depth that a calibration leaves open; empty for a depth as it is given.
-
-    What a calibration says of the lens is left out here, as the scan is asked about it; what it says of the depth
-    counts.
-    """
-    # stretch stays out: noise in pairs of views imitates it, and it does nearly what a focal length does
-    errors = tuple(name for name in left_open or DEPTH_ERRORS if name != "stretch")
-    start = replace(middle.check, prior=np.append(PRIOR[: len(LENS)], middle.check.prior[len(LENS) :]))
-    # to its end: stopped early it leaves to the errors of depth what is the camera's
-    alone = close_loop(shown, Turns(middle.axis, middle.angles), edges, _passes(LENS, 15, told), start)
-    both = close_loop(shown, Turns(alone.axis, alone.angles), edges, _passes(LENS + errors, 5, told), alone.check)
-    return both if believed(both, alone) else alone
-
-
-def _passes(free: tuple[str, ...], iterations: int, told: Array | None) -> LoopSettings:
-    return LoopSettings((0.01, 0.008), (iterations, iterations), free_camera=free, told=told)
-
-
-def misfit(fit: Loop) -> float:
-    """Residual over support [m]: a fit that leaves surface out is no better."""
-    return float(np.median(fit.residual)) / max(float(np.median(fit.support)), 1e-3)
-
-
-def believed(fit: Loop, than: Loop) -> bool:
-    """Whether more errors of camera or depth pay for themselves: in misfit, and by Schwarz's criterion (1978).
-
-    They cost precision, and without them the model of all frames makes the motion better (see `finish`). What pairs of
-    points are worth together is what the fit itself takes them for.
-    """
-    if misfit(fit) == 0:  # no pair is left, which explains nothing
-        return False
-    count = EFFECTIVE * float(fit.pairs.sum())
-    more = np.count_nonzero(fit.check.values) - np.count_nonzero(than.check.values)
-    gain = 2 * count * np.log(misfit(than) / misfit(fit)) - _surprise(fit) + _surprise(than)
-    return bool(misfit(fit) < WORTH * misfit(than) and gain > more * np.log(count))
-
-
-def _surprise(fit: Loop) -> float:
-    """By how much the errors are larger than what was known of them before, as part of chi2."""
-    return float(np.sum((fit.check.values / fit.check.prior) ** 2))
 
 
 def _close_turns(seen: ViewStack, fit: Loop) -> Array:

@@ -11,11 +11,12 @@ from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.loop import LoopSettings, close_loop
 from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis, Turns
-from fusion.turntable.guess.alone import Alone, find_alone, found_again
+from fusion.turntable.guess.alone import find_alone, found_again
+from fusion.turntable.guess.decided import Alone
 from fusion.turntable.guess.start import axis_guesses, find_turns, search_range
-from fusion.turntable.pairs.edges import ViewStack, stack
+from fusion.turntable.pairs.edges import ViewStack, above, stack
 from fusion.turntable.pairs.misfit import misfits
-from fusion.turntable.table.plate import above, ground_height
+from fusion.turntable.table.plate import ground_height
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]

@@ -54,3 +54,18 @@ def search_range(largest: float = np.deg2rad(25), spacing: float = np.deg2rad(2.
     """Candidate steps [rad] from -largest to largest."""
     n = int(np.ceil(largest / spacing))
     return np.asarray(np.arange(-n, n + 1) * spacing, float)
+
+
+def axis_through(direction: Array, points: Array) -> Axis:
+    """The axis along a direction (3,) through the middle of what points (n, 3) of all views fill: half of it shows, so
+    that it reaches as far behind its nearest as it does to the sides."""
+    middle = np.median(points, axis=0)
+    sideways = np.cross(direction, middle)
+    sideways /= np.linalg.norm(sideways)
+    away = np.cross(sideways, direction)
+    away *= np.sign(away @ middle)
+    left, right = np.percentile(points @ sideways, [1, 99])
+    near, far = np.percentile(points @ away, [1, 99])
+    depth = min(near + (right - left) / 2, max(far, near + 0.005))
+    along = np.percentile(points @ direction, [1, 99]).mean()
+    return Axis((left + right) / 2 * sideways + depth * away + along * direction, direction)

@@ -22,7 +22,7 @@ from fusion.turntable.model.cells import CUT
 from fusion.turntable.model.meeting import ANGLE, AXIS, RESIDUAL, SIGMA
 from fusion.turntable.model.rays import Rays, bundle
 from fusion.turntable.model.size import size_std
-from fusion.turntable.model.system import CellEquations, ModelSolution, equations, moved_axis, solve
+from fusion.turntable.model.system import CellEquations, ModelSolution, equations, solve
 from fusion.turntable.selfcheck import SelfCheck
 from fusion.volume.volume import Volume
 
@@ -95,7 +95,7 @@ def finish(
             # the angles need all relief there is; what it gets wrong goes into shared unknowns of their own, dropped
             found = solve(e, check, alike)
             alike = _alike(e, seen.tiles, found)
-            axis = moved_axis(axis, steady[:AXIS])
+            axis = axis.before_moved_camera(steady[:AXIS])
             check = check.moved(steady[AXIS : e.shared])
             if not how.held:
                 angles = angles + found.step[e.shared :]

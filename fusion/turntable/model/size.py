@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fusion.turntable.axis import Turns
 from fusion.turntable.model.meeting import AXIS
 from fusion.turntable.model.rays import Bundle
-from fusion.turntable.model.system import CellEquations, moved_axis, placed, steady_system
+from fusion.turntable.model.system import CellEquations, placed, steady_system
 from fusion.turntable.selfcheck import SelfCheck
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ def growths(rays: Bundle, motion: Turns, check: SelfCheck) -> Array:
         return np.asarray(np.einsum("nij,nj->ni", T[:, :3, :3], points) + T[:, :3, 3])
 
     here, facing = at(poses), np.einsum("nij,nj->ni", poses[:, :3, :3], normals)
-    moved = [placed(moved_axis(axis, step), angles)[frame] for step in np.diag(STEPS)]
+    moved = [placed(axis.before_moved_camera(step), angles)[frame] for step in np.diag(STEPS)]
     by_axis = [np.sum((at(T) - here) * facing, axis=1) / h for T, h in zip(moved, STEPS, strict=True)]
     by_depth = check.depth_terms(points) * (np.sum(points * normals, axis=1) / points[:, 2])[:, None]
     arm = here - here.mean(axis=0)

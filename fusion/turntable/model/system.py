@@ -27,7 +27,8 @@ class CellEquations:
 
     Attributes:
         rows: (m, 9 or more) as in `meeting`: residual [m], derivative in the frame's angle, sigma [m], by how much
-            rough places widen it, height [m], and derivatives in the axis (4, see `moved_axis`) and in errors of depth.
+            rough places widen it, height [m], and derivatives in the axis (4, see `Axis.before_moved_camera`) and in
+            errors of depth.
         frame, ray: (m,) where each comes from.
         first: (cells + 1,) where those of each cell begin.
         n: number of frames.
@@ -142,9 +143,3 @@ def _step(H: Array, g: Array) -> tuple[Array, Array]:
     step[free] = -inverse @ g[free]
     std[free] = np.sqrt(np.maximum(np.diag(inverse), 0))
     return step, std
-
-
-def moved_axis(axis: Axis, step: Array) -> Axis:
-    """The axis after tilts [rad] and shifts [m] of the camera along x and y of the object's frame."""
-    T = pose.inverse(pose.exp([step[0], step[1], 0, step[2], step[3], 0]) @ axis.object_frame())
-    return Axis(T[:3, 3], T[:3, 2])

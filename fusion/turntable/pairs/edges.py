@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fusion.compute.start import start
 from fusion.errors import TrackingError
 from fusion.geometry.robust import MAD_TO_STD
-from fusion.turntable.axis import Turns
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.selfcheck import NAMES, SelfCheck
 from fusion.turntable.views import ObjectView
 
@@ -202,3 +202,14 @@ def paired(
         out,
     )
     return code, out
+
+
+def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:
+    """The view with only source points above a height [m], at most about so many.
+
+    The plate turns into itself: it tells nothing of the angle, and what the camera bends in it pulls to no turn at all.
+    """
+    kept = np.flatnonzero(axis.distance(view.points.astype(float))[1] > height)
+    if len(kept) > most:  # a fixed seed: the same scan gives the same result
+        kept = np.sort(np.random.default_rng(0).permutation(kept)[:most])
+    return view.of(kept)

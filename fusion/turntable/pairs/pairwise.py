@@ -153,13 +153,6 @@ def _skew(v: Array) -> Array:
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
-def planar(axis: Axis, turns: Array, shifts: Array) -> Array:
-    """(n, 4, 4) turns (n,) about the axis, then shifts (n, 2) across it."""
-    T = axis.turns(turns)
-    T[:, :3, 3] += shifts @ axis.across()
-    return np.asarray(T)
-
-
 def coarser(seen: ViewStack, sigma: float = 4.0) -> ViewStack:
     """The views with their print blurred (standard deviation in pixels), so that it guides from farther off."""
     if not len(seen.tones):

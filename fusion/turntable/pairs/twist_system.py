@@ -62,3 +62,10 @@ def adjoint(T: Array, centre: Array) -> Array:
     cross -= cross.swapaxes(1, 2)
     out[:, 3:, :3] = cross @ R
     return out
+
+
+def planar(axis: Axis, turns: Array, shifts: Array) -> Array:
+    """(n, 4, 4) turns (n,) about the axis, then shifts (n, 2) across it."""
+    T = axis.turns(turns)
+    T[:, :3, 3] += shifts @ axis.across()
+    return np.asarray(T)

@@ -1,18 +1,40 @@
 """The upright of what the object stands on, and about where an axis along it passes through the object."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.turntable.axis import Axis
+from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 FLAT = 0.004  # [m] off a plane (guess)
 TRIES = 300
 SOME = 4000  # points that are looked at
+EACH = 1000  # of each view
+STAYS = 0.9  # share of the views that show a plate
 LEAST = 0.03  # share of the background that makes a foot (guess)
 UNDER = 0.5  # of the object's size: so far below the lowest that is seen a foot may lie, as below a ball (guess)
 ABOVE = 0.97  # share of the object above the foot (guess)
 UPWARDS = 0.15  # least cosine between the image's up and the foot's: no camera is held on its side (guess)
+
+
+def plate_among(views: Sequence[ObjectView]) -> tuple[Array, Array] | None:
+    """A point (3,) and the upward unit normal (3,) of a plate that counts as what turns; None where it does not.
+
+    So it is where the object swings far about the axis. All of the object stands on it, and it stays where it is: a
+    face of a box has other places in other views.
+    """
+    each = [v.points[:: max(1, len(v.points) // EACH)].astype(float) for v in views if len(v.points)]
+    if not each:
+        return None
+    points = np.concatenate(each)
+    found = _foot(points, points)
+    if found is None:
+        return None
+    a, normal = found
+    shares = np.array([np.mean(np.abs((seen - a) @ normal) < FLAT) for seen in each])
+    return found if np.mean(shares > LEAST) >= STAYS else None
 
 
 def foot_normal(behind: Array, points: Array) -> Array | None:
@@ -22,6 +44,12 @@ def foot_normal(behind: Array, points: Array) -> Array | None:
         behind: (m, 3) what was seen behind the object, camera frame [m].
         points: (n, 3) of the object in all views.
     """
+    found = _foot(behind, points)
+    return None if found is None else found[1]
+
+
+def _foot(behind: Array, points: Array) -> tuple[Array, Array] | None:
+    """A point (3,) and the unit normal (3,) of it."""
     low, high = np.percentile(points, [1, 99], axis=0)
     size = high - low
     near = ((behind > low - size) & (behind < high + size)).all(axis=1)
@@ -49,24 +77,9 @@ def foot_normal(behind: Array, points: Array) -> Array | None:
         inside = behind[np.abs((behind - a) @ normal) < FLAT]
         a = inside.mean(axis=0)
         normal = np.linalg.svd(inside - a, full_matrices=False)[2][2]
-    return np.asarray(normal * -np.sign(normal[1]))
+    return a, np.asarray(normal * -np.sign(normal[1]))
 
 
 def _stands_on(height: Array, under: float) -> bool:
     lowest = float(np.percentile(height, 2))
     return bool(np.mean(height > -FLAT) > ABOVE and lowest < under)
-
-
-def axis_through(direction: Array, points: Array) -> Axis:
-    """The axis along a direction (3,) through the middle of what points (n, 3) of all views fill: half of it shows, so
-    that it reaches as far behind its nearest as it does to the sides."""
-    middle = np.median(points, axis=0)
-    sideways = np.cross(direction, middle)
-    sideways /= np.linalg.norm(sideways)
-    away = np.cross(sideways, direction)
-    away *= np.sign(away @ middle)
-    left, right = np.percentile(points @ sideways, [1, 99])
-    near, far = np.percentile(points @ away, [1, 99])
-    depth = min(near + (right - left) / 2, max(far, near + 0.005))
-    along = np.percentile(points @ direction, [1, 99]).mean()
-    return Axis((left + right) / 2 * sideways + depth * away + along * direction, direction)

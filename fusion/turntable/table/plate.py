@@ -114,14 +114,3 @@ def _largest(height: Array, limits: tuple[float, float]) -> list[float]:
         levels.append(float(np.median(height[np.abs(height - borders[best] - cell / 2) < 1.5 * cell])))
         counts[max(0, best - 2) : best + 3] = 0
     return levels
-
-
-def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:
-    """The view with only source points above a height [m], at most about so many.
-
-    The plate turns into itself: it tells nothing of the angle, and what the camera bends in it pulls to no turn at all.
-    """
-    kept = np.flatnonzero(axis.distance(view.points.astype(float))[1] > height)
-    if len(kept) > most:  # a fixed seed: the same scan gives the same result
-        kept = np.sort(np.random.default_rng(0).permutation(kept)[:most])
-    return view.of(kept)

@@ -90,20 +90,21 @@ def extract(blocks: Blocks, min_weight: float) -> Extracted:
         return nothing
     signs, valid, triangles, crossed, crossings = (np.empty(rows, np.int32) for _ in range(5))
     table = cubes.table().astype(np.int32)
-    look(blocks.flat, max(min_weight, 1e-30), n, signs)
-    classify(blocks.neighbours, signs, np.sum(table >= 0, axis=1, dtype=np.int32) // 3, n, valid, triangles)
-    cross(blocks.neighbours, signs, valid, n, crossed, crossings)
+    a = blocks.arrays
+    look(a.flat, max(min_weight, 1e-30), n, signs)
+    classify(a.neighbours, signs, np.sum(table >= 0, axis=1, dtype=np.int32) // 3, n, valid, triangles)
+    cross(a.neighbours, signs, valid, n, crossed, crossings)
     vertex_of, face_of = _starts(crossings), _starts(triangles)
     if face_of[-1] == 0:
         return nothing
     vertices = np.empty((vertex_of[-1], 3))
     normals, colors = np.empty((len(vertices), 3), np.float32), np.empty((len(vertices), 3), np.uint8)
-    held = SurfaceBlocks(blocks.coordinates, blocks.neighbours, blocks.flat, blocks.colors, blocks.settings.voxel)
+    held = SurfaceBlocks(a.coordinates, a.neighbours, a.flat, a.colors, blocks.settings.voxel)
     crossings_of = RowEdges(crossed, vertex_of)
     _place(held, crossings_of, n, vertices, normals, colors, colored)
     faces = np.empty((face_of[-1], 3), np.int32)
     cases = CaseTable(table, np.array(cubes.EDGES, np.int32)[:, 0].copy())
-    _connect(blocks.neighbours, signs, crossings_of, cases, face_of, n, faces)
+    _connect(a.neighbours, signs, crossings_of, cases, face_of, n, faces)
     return Extracted(Mesh(vertices, faces, normals, colors if colored else None), crossed, triangles)
 
 

@@ -32,7 +32,7 @@ class RawImages(NamedTuple):
     width: ti.i32
 
 
-class FrameRest(NamedTuple):
+class CleanedImages(NamedTuple):
     """What a frame leaves, see `Work`."""
 
     inverse: F32
@@ -81,11 +81,11 @@ def allocate(
     weighted = weight.size > 1 or depth.size == 1
     depth, weight = whole(depth), whole(weight) if weighted else weight
     raw = RawImages(depth.reshape(-1), weight.reshape(-1), depth.shape[1])
-    cleaned = FrameRest(frame.inverse, frame.weight, frame.farthest, frame.filled)
+    cleaned = CleanedImages(frame.inverse, frame.weight, frame.farthest, frame.filled)
     cells = Cells(known.cells, known.x, known.y, known.margin, camera.fx)
     horizon = settings.voxel * BLOCK * (LATTICE - 4)
     lattice = Lattice(settings.voxel, settings.truncation, _span(settings), horizon)
-    there, pose, size, count = Hash(blocks.keys, blocks.ids, blocks.around), rows(T_world_camera), FILTER, 0
+    there, pose, size, count = blocks.hash(), rows(T_world_camera), FILTER, 0
     while True:
         missing = MissingBlocks(np.empty(size, np.int64), np.zeros(1, np.int32), np.full(FILTER, -1, np.int64))
         _scan(raw, cleaned, cells, pose, lattice, there, missing, weighted)
@@ -136,11 +136,10 @@ def _measured(image: ti.template(), at: ti.i32, width: ti.i32, horizon: ti.f32):
 
 @func
 def _invert(
-    raw: ti.template(), out: ti.template(), corner: ti.i32, start: ti.i32, near: ti.template(), far: ti.template(),
-    horizon: ti.f32, weighted: ti.template(),
+    raw: ti.template(), out: ti.template(), corner: ti.template(), start: ti.template(), across: ti.template(),
+    near: ti.template(), far: ti.template(), horizon: ti.template(), weighted: ti.template(),
 ):  # fmt: skip
     """Fills in one over depth, and weight, of a strip of cells, and the largest and the least of each column."""
-    stride = out.farthest.shape[1] // CELLS * STRIP
     for r in range(CELL):
         i, w, at = ti.Vector([0.0] * STRIP), ti.Vector([0.0] * STRIP), bounded(corner + r * raw.width)
         for s in range(STRIP):
@@ -153,7 +152,7 @@ def _invert(
             near[s] = high(near[s], i[s])
             far[s] = low(far[s], ti.select(known, i[s], 1e30))
         for g in range(STRIP // 8):
-            o = start + r * stride + g * 8
+            o = start + r * across * STRIP + g * 8
             put(out.inverse, o, eight(i, g))
             if ti.static(weighted):
                 put(out.weight, o, eight(w, g))
@@ -161,14 +160,15 @@ def _invert(
 
 @func
 def _box_pixels(
-    box: ti.template(), use: ti.template(), o: ti.i32, stride: ti.i32, cells: ti.template(), inverse: ti.template(),
-    truncation: ti.f32,
+    box: ti.template(), use: ti.template(), o: ti.template(), across: ti.template(), cells: ti.template(),
+    inverse: ti.template(), truncation: ti.template(),
 ):  # fmt: skip
     """Boxes of the pixels in two rows of a cell, which begins at o, and whether anything is measured there."""
-    at = ti.Vector([o + e // CELL * stride + e % CELL for e in ti.static(range(CELLS))])
+    at = ti.Vector([o + e // CELL * across * STRIP + e % CELL for e in ti.static(range(CELLS))])
     for e in range(CELLS):
-        box[e], box[CELLS + e] = cells.x[at[e]], cells.y[at[e]]
-        box[2 * CELLS + e], box[3 * CELLS + e] = cells.margin, cells.margin
+        box[e], box[CELLS + e], box[2 * CELLS + e], box[3 * CELLS + e] = (
+            cells.x[at[e]], cells.y[at[e]], cells.margin, cells.margin,
+        )  # fmt: skip
     for e in range(CELLS):
         i = inverse[at[e]]
         use[e], z = ti.cast(i > 0.0, ti.i32), 1.0 / high(i, 1e-9)
@@ -176,7 +176,7 @@ def _box_pixels(
 
 
 @func
-def _reaches(box: ti.template(), begins: ti.template(), ends: ti.template(), pose: ti.template(), voxel: ti.f32):
+def _reaches(box: ti.template(), begins: ti.template(), ends: ti.template(), pose: ti.template(), voxel: ti.template()):
     """First and last block along each axis around what lies in eight boxes."""
     h, v, wide, tall, z0, z1 = [eight(box, m) for m in ti.static(range(6))]
     for a in ti.static(range(3)):
@@ -190,7 +190,7 @@ def _reaches(box: ti.template(), begins: ti.template(), ends: ti.template(), pos
 
 @kernel
 def _scan(
-    raw: RawImages, out: FrameRest, cells: Cells, pose: F32, lattice: Lattice, there: Hash, missing: MissingBlocks,
+    raw: RawImages, out: CleanedImages, cells: Cells, pose: F32, lattice: Lattice, there: Hash, missing: MissingBlocks,
     weighted: ti.template(),
 ):  # fmt: skip
     """Cleans a frame, and lists absent blocks that hold a voxel which a pixel sees within the truncation."""
@@ -206,7 +206,7 @@ def _scan(
             continue  # it is empty and stays so
         start = (row * CELL + PAD) * across * STRIP + c0 * CELL
         near, far = ti.Vector([0.0] * STRIP), ti.Vector([1e30] * STRIP)  # one over the depths
-        _invert(raw, out, corner, start, near, far, lattice.horizon, weighted)
+        _invert(raw, out, corner, start, across, near, far, lattice.horizon, weighted)
         # Eight cells are looked at side by side, each as one where it is small and all on one surface, then what is
         # left pixel by pixel, eight at a time.
         deep, use, left = ti.Vector([0.0] * CELLS), ti.Vector([0] * CELLS), ti.Vector([0] * CELLS)
@@ -232,7 +232,7 @@ def _scan(
         for t in range(passes + 2 * rough):
             if t > 0:
                 o = start + (t - 1) % 2 * 2 * across * STRIP + left[(t - 1) // 2] * CELL
-                _box_pixels(box, use, o, across * STRIP, cells, out.inverse, truncation)
+                _box_pixels(box, use, o, across, cells, out.inverse, truncation)
             _reaches(box, begins, ends, pose, voxel)
             for e in range(CELLS):
                 begin = ti.Vector([ti.max(begins[a * CELLS + e], span[a]) for a in ti.static(range(3))])

@@ -41,6 +41,12 @@ class Grown(NamedTuple):
     truncation: ti.f32
 
 
+def grown(blocks: Blocks) -> Grown:
+    """As kernels take them."""
+    a, settings = blocks.arrays, blocks.settings
+    return Grown(a.coordinates, blocks.count, a.flat, a.solid, a.colors, settings.voxel, settings.truncation)
+
+
 class Shown(NamedTuple):
     """What an image shows: colours; the farthest of each cell, see `Work`; how wide the planes' rows are."""
 
@@ -80,11 +86,7 @@ def integrate(
     frame.filled[:] = (frame.filled & 1) * 3
     colored = color is not None and settings.color
     _update(
-        Grown(
-            blocks.coordinates, blocks.count, blocks.flat, blocks.solid, blocks.colors,
-            settings.voxel, settings.truncation,
-        ),
-        Planes(*frame.shifted),
+        grown(blocks), Planes(*frame.shifted),
         Shown(np.ascontiguousarray(color) if colored else NO_COLOR, frame.farthest, known.layout.stride),
         eye(camera, inverse(T_world_camera)), np.empty(blocks.count + 1, np.int32), distorted, colored,
     )  # fmt: skip
@@ -145,7 +147,9 @@ def _place(at: ti.template(), z: ti.template(), right: ti.template(), down: ti.t
 
 
 @func
-def _add_row(blocks: ti.template(), n: ti.i32, slab: ti.i32, j: ti.i32, d: ti.template(), w: ti.template()):
+def _add_row(
+    blocks: ti.template(), n: ti.template(), slab: ti.template(), j: ti.template(), d: ti.template(), w: ti.template()
+):
     """Eight distances and weights to row j of a slab of block n, and to its octants what is behind the surface."""
     o = (n << 10) | (slab << 7) | (j << 4)
     sums = ti.Vector([blocks.voxels[o | e] for e in ti.static(range(BLOCK))]) + w * d

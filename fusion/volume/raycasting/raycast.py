@@ -60,6 +60,6 @@ def raycast(
     colors = np.zeros((h, w, 3) if colored else (1, 1, 3), np.uint8)
     ends = Ends(*slants(camera), fine.reshape(-1), fine.shape[1], camera.fx)
     out = Written(images.depth, images.points, images.normals, images.used, colors)
-    shade(field, blocks.colors, ends, here.pose, out, dealt(), colored)
+    shade(field, blocks.arrays.colors, ends, here.pose, out, dealt(), colored)
     depth, points, normals = images.shown()
     return Raycast(depth, points, normals, colors if colored else None)

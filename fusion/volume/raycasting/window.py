@@ -80,9 +80,9 @@ class Window:
 
     def field(self, blocks: Blocks) -> RayField:
         """What rays look up in the blocks that it is of."""
+        a = blocks.arrays
         return RayField(
-            self.low, self.size, self.grid, blocks.keys, blocks.ids, blocks.solid, blocks.neighbours, blocks.flat,
-            blocks.settings.voxel,
+            self.low, self.size, self.grid, a.keys, a.ids, a.solid, a.neighbours, a.flat, blocks.settings.voxel
         )  # fmt: skip
 
 
@@ -94,10 +94,10 @@ def window(blocks: Blocks, camera: Camera, T_world_camera: Array, reach: tuple[f
     grid = np.full(max(int(np.prod(size)), 1), -1, np.int32)
     h, w = camera.shape
     tiles = (-(-h >> TILE), -(-w >> TILE))
-    found = Window(blocks.low, size, grid, np.full(tiles, 1e30, np.float32), np.zeros(tiles, np.float32))
+    found = Window(blocks.arrays.low, size, grid, np.full(tiles, 1e30, np.float32), np.zeros(tiles, np.float32))
     if blocks.count:
         _range(
-            Boxes(blocks.coordinates, blocks.count, blocks.solid, blocks.settings.voxel),
+            Boxes(blocks.arrays.coordinates, blocks.count, blocks.arrays.solid, blocks.settings.voxel),
             eye(camera, inverse(T_world_camera)), BlockTable(found.low, size, grid),
             Reach(found.first, found.last, *reach), dealt(), any(camera.distortion),
         )  # fmt: skip

@@ -33,7 +33,7 @@ from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.facts import Gap
-from fusion.scan.finding.off_plate import fitted_plate, off_plate
+from fusion.scan.cleaning.off_plate import fitted_plate, off_plate
 from fusion.scan.pipeline import mesh_at, scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording

@@ -10,12 +10,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
+from fusion.scan.cleaning.facing import facing
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
-FACING = 0.1  # least cosine between normal and line of sight
 RIM = 3  # vertices from the border of what is looked through: a pixel, and what noise and depth of the rim add (guess)
 ASKED = 36  # frames, evenly from the scan: a part faces a third of them, and more say nothing new
 
@@ -73,16 +72,3 @@ def _facing(
     for frame, T in zip(frames, poses, strict=True):
         if frame is not None and np.isfinite(T).all():
             yield frame, *facing(mesh.vertices, mesh.normals, frame, T)
-
-
-def facing(
-    points: NDArray[np.floating], normals: NDArray[np.floating], frame: Prepared, T: Array
-) -> tuple[NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], Array]:
-    """Which points (n, 3) with normals, of the object's frame, face the camera at T (4, 4) and lie in its image: (m,),
-    their pixels (v, u), and their depths (m,) [m]."""
-    camera, towards = frame.surface.camera, T[:3, 3] - points
-    which = np.flatnonzero(np.einsum("ij,ij->i", normals, towards) > FACING * np.linalg.norm(towards, axis=1))
-    here = pose.transform(pose.inverse(T), points[which].astype(float))
-    u, v = np.rint(np.clip(camera.project(here), -9, 99999)).astype(int).T
-    inside = (here[:, 2] > 0.05) & (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
-    return which[inside], (v[inside], u[inside]), here[inside, 2]

@@ -1,10 +1,11 @@
 """How often one goes back to a file while one follows a recording through `fusion.scan_turntable`.
 
-Functions are listed in the order in which a small scan first calls them, as a reader would open them. Each file that
-is opened again after others were opened since is one return; the files of the scan and of the turntable count.
+Functions of fusion/scan and fusion/turntable are listed in the order in which a small scan first calls them, as a
+reader would open them. Each file that is opened again after others is one return. Methods do not count: they are those
+of an object that the reader has in hand.
 
-python -m tools.documentation.followed
-python -m tools.documentation.followed --list      the files in that order
+python -m tools.reproduce.followed
+python -m tools.reproduce.followed --list      the files in that order
 """
 
 import argparse
@@ -60,7 +61,8 @@ def followed(recording: Recording, settings: ScanSettings) -> tuple[Scan, list[s
         if event == "call" and code not in seen:
             seen.add(code)
             path = Path(code.co_filename)
-            if path.is_relative_to(FUSION / "scan") or path.is_relative_to(FUSION / "turntable"):
+            own = path.is_relative_to(FUSION / "scan") or path.is_relative_to(FUSION / "turntable")
+            if own and code.co_qualname.isidentifier():
                 order.append(path.relative_to(FUSION).as_posix())
 
     sys.setprofile(call)

@@ -1,0 +1,50 @@
+"""The motion of every frame against the model of all."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.progress import stage
+from fusion.scan.finding.alone import object_alone
+from fusion.scan.finding.object import choose_volume
+from fusion.scan.finding.pair_fit import Asked, PairFit
+from fusion.scan.finding.relieved import relieved
+from fusion.turntable.axis import Axis, Turns, about_axis
+from fusion.turntable.model.finish import How, finish
+from fusion.turntable.model.rays import Rays, rays_of
+from fusion.turntable.motion import Motion
+from fusion.turntable.selfcheck import SelfCheck, prior_of
+from fusion.turntable.views import Region
+from fusion.volume.prepared import Prepared, fused
+from fusion.volume.volume import Volume, VolumeSettings
+
+Array = NDArray[np.float64]
+
+
+def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: PairFit) -> Motion:
+    """The motion of pairs made better, where a model of all frames can do so; arguments as of `find_motion`."""
+    motion, camera = fit.motion, asked.recording.camera
+    # a model is sharp only where camera and depth fit the motion, and it has one axis
+    if motion.shifts is not None or (motion.camera_check.values != motion.taken_out.values).any():
+        return motion
+    both = zip(frames, fit.pixels, strict=True)
+    rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
+    with stage("motion"):
+        cut = region.cut(region.window(camera))
+        frames = object_alone(frames, cut, motion)
+        volume = choose_volume(asked.settings, camera, frames, cut, motion)
+        doubt = None if fit.known is None else prior_of(camera, fit.known)
+        return _finished(frames, rays, volume, motion, How(held=motion.held, doubt=doubt))
+
+
+def _finished(
+    frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion, how: How
+) -> Motion:
+    def model_of(axis: Axis, angles: Array, check: SelfCheck) -> Volume:
+        return fused(settings, relieved(frames, check), about_axis(axis, angles), "model")
+
+    found = finish(rays, Turns(motion.axis, motion.angles), model_of, motion.taken_out, how)
+    std = motion.angle_std if motion.held else found.angle_std
+    moved = replace(motion, axis=found.axis, angles=found.angles, angle_std=std, axis_std=found.axis_std)
+    return replace(moved, camera_check=found.check, taken_out=found.check, size_std=found.size_std)

@@ -1,0 +1,84 @@
+"""The last stage of a scan: what speaks for and against it, and the result."""
+
+from dataclasses import asdict
+from typing import Any
+
+from fusion.progress import stage
+from fusion.results.color_light import color_lights
+from fusion.scan.finding.object import typical_noise
+from fusion.scan.judging.agreement import agreement
+from fusion.scan.judging.evidence import Evidence
+from fusion.scan.judging.missed import closing_gaps, confirmed
+from fusion.scan.judging.notes import notes_of
+from fusion.scan.judging.print_agreement import print_agreement
+from fusion.scan.making import MadeObject
+from fusion.scan.result import Scan
+from fusion.turntable.jumps import find_jump
+
+
+def judged(made: MadeObject) -> Scan:
+    """The result, with the evidence that its judgement rests on."""
+    placed, free, course = made.placed, made.placed.free, made.placed.course
+    seen, motion, opened = placed.found.attempt, placed.found.attempt.motion, placed.found.opened
+    frames, region, camera = seen.frames, seen.region, seen.recording.camera
+    chosen = _chosen(made)
+    with stage("judging"):
+        agreed = agreement(made.volume, frames, course.poses, motion)
+        cut = region.cut(region.window(camera))
+        prints = print_agreement(frames, cut, course.poses, motion.angles)
+    jump = find_jump(free.course.poses, course.poses, made.cleaned.mesh.vertices.mean(axis=0))
+    gaps = closing_gaps(frames, region, (course, free.course), motion.angles)
+    jump = confirmed(jump, frames, region, course)
+    return Scan(
+        mesh=made.colored.mesh,
+        mesh_raw=made.rough.mesh,
+        trajectory=course,
+        trajectory_raw=free.course,
+        motion=motion,
+        steps=placed.steps,
+        circle=placed.circle,
+        closure=gaps[0],
+        closure_raw=gaps[1],
+        residual=free.residual,
+        inlier_share=free.inlier_share,
+        wobble=placed.wobble,
+        camera=camera,
+        settings=chosen | made.colored.values(),
+        told=seen.told,
+        sure=made.sure,
+        evidence=Evidence(
+            stated_camera=opened.stated,
+            focal=placed.found.focal,
+            refined=camera != opened.stated,
+            jump=jump,
+            noise=typical_noise(frames, region),
+            kept_share=made.cleaned.kept,
+            hidden=made.cleaned.hidden,
+            agreement=agreed,
+            print=prints,
+            notes=(
+                *opened.doubts,
+                *notes_of(seen.recording, opened.correction, motion, free.course),
+                *color_lights(made.colored),
+            ),
+            footnotes=(*opened.sensor.warnings, *opened.correction.left),
+        ),
+    )
+
+
+def _chosen(made: MadeObject) -> dict[str, Any]:
+    """What was asked for and what was chosen, as plain values."""
+    opened, seen = made.placed.found.opened, made.placed.found.attempt
+    settings, camera, region = opened.settings, seen.recording.camera, seen.region
+    asked = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
+    return asked | {
+        "sensor": opened.sensor.name,
+        "sensor_assumed": settings.sensor is None,
+        "correction": opened.correction.values(),
+        "mask": None if settings.mask is None else str(settings.mask),
+        "voxel_m": made.volume.settings.voxel,
+        "truncation_m": made.volume.settings.truncation,
+        "camera": {k: getattr(camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
+        "region": {"low": region.low.tolist(), "high": region.high.tolist()},
+        "volume_bytes": made.volume.bytes,
+    }

@@ -1,0 +1,62 @@
+"""The stage that makes the object: placed frames fused, its surface cleaned, how sure it is, its colours."""
+
+from dataclasses import dataclass
+
+from fusion.certainty.sigma import Sure
+from fusion.coloring.color_mesh import Colored, color_mesh
+from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
+from fusion.progress import stage
+from fusion.scan.cleaning.clean import Cleaned, clean
+from fusion.scan.cleaning.seen import looked_through, seen_by_any
+from fusion.scan.judging.sure import MadeWith, scan_sigma
+from fusion.scan.placing import PlacedFrames
+from fusion.volume.prepared import fused
+from fusion.volume.volume import Volume
+
+
+@dataclass(frozen=True)
+class MadeObject:
+    """The object.
+
+    Attributes:
+        placed: frames that it was made of, and before them motion and recording.
+        volume: of all frames.
+        cleaned: its surface alone; `rough`: that of the frames as they were tracked freely.
+        colored: with sigma, and with colours where these are asked for.
+        sure: how sure each vertex is.
+    """
+
+    placed: PlacedFrames
+    volume: Volume
+    cleaned: Cleaned
+    rough: Cleaned
+    colored: Colored
+    sure: Sure
+
+
+def make(placed: PlacedFrames) -> MadeObject:
+    """The object of the frames that were placed."""
+    opened, seen = placed.found.opened, placed.found.attempt
+    settings, motion = opened.settings, seen.motion
+    volume = fused(placed.volume, seen.frames, placed.course.poses)
+    with stage("mesh"):
+        surface = _of_the_object(volume.surface(), placed)
+        both = surface, placed.free.volume.surface()
+        cleaned, rough = (clean(one, settings, motion, placed.volume.voxel) for one in both)
+    with stage("sigma"):
+        used = MadeWith(seen.recording.camera, placed.found.focal, opened.sensor, settings.sensor, placed.volume)
+        sure = scan_sigma(cleaned.mesh, seen.frames, placed.course.poses, used, motion)
+    mesh = sure.onto(cleaned.mesh)
+    colored = color_mesh(mesh, seen.recording, placed.course) if settings.color else Colored(mesh)
+    return MadeObject(placed, volume, cleaned, rough, colored, sure)
+
+
+def _of_the_object(surface: Mesh, placed: PlacedFrames) -> Mesh:
+    """Without what no frame shows where a hand placed them, and without what most look through."""
+    seen, near = placed.found.attempt, placed.volume.truncation
+    if seen.motion.shifts is not None:  # frames that a hand placed do not lie on each other as on one axis
+        surface = vertices_kept(surface, seen_by_any(surface, seen.frames, placed.course.poses, near))
+    passing = looked_through(surface, seen.frames, placed.course.poses, near)
+    # else it is the motion that is wrong, and judged so
+    return vertices_kept(surface, ~passing) if 2 * passing.sum() < len(passing) else surface

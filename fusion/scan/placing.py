@@ -1,0 +1,49 @@
+"""The stage that places every frame about the object: by the motion that was found, and tracked freely."""
+
+from dataclasses import dataclass
+
+from fusion.geometry.trajectory import Trajectory
+from fusion.scan.finding.object import choose_volume
+from fusion.scan.finding.poses import FreeCourse, constrained, track_freely, wobble
+from fusion.scan.motion import FoundMotion
+from fusion.turntable.circle import Circle, fit_circle, onto_circle
+from fusion.turntable.steps import Steps, judge_steps
+from fusion.volume.settings import VolumeSettings
+
+
+@dataclass(frozen=True)
+class PlacedFrames:
+    """Where the frames stand.
+
+    Attributes:
+        found: the motion, and before it the recording.
+        volume: what the object is fused in.
+        course: the camera in the object's frame as it is used.
+        free: the same tracked freely.
+        circle: fitted to the free centres.
+        steps: of the table, judged.
+        wobble: rms rocking of the axis over the free poses [rad].
+    """
+
+    found: FoundMotion
+    volume: VolumeSettings
+    course: Trajectory
+    free: FreeCourse
+    circle: Circle
+    steps: Steps
+    wobble: float
+
+
+def place(found: FoundMotion) -> PlacedFrames:
+    """Poses of all frames. VolumeError: the voxel settings make no sense or do not fit into memory."""
+    seen, settings = found.attempt, found.opened.settings
+    motion = seen.motion
+    volume = choose_volume(settings, seen.recording.camera, seen.frames, seen.region, motion)
+    course = constrained(seen.recording, motion)
+    free = track_freely(seen.frames, seen.region, course, volume)
+    rocked = wobble(free.course, motion)
+    steps = judge_steps(motion.angles, motion.angle_std, seen.told)
+    circle = fit_circle(free.course.centres)
+    if settings.strength == "circle":  # a log that misses a slip would put all later centres in the wrong place
+        course, circle = onto_circle(free.course, None if steps.slips else seen.told)
+    return PlacedFrames(found, volume, course, free, circle, steps, rocked)

@@ -1,0 +1,93 @@
+"""The joint fit of all views, of one axis where that does, else of an object that a hand moved."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.errors import TrackingError
+from fusion.turntable.all_views.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly
+from fusion.turntable.pairs.edges import Edges, ViewStack
+from fusion.turntable.pairs.pairwise import ViewPairLimits
+
+Array = NDArray[np.float64]
+
+POINTS_JOINT = 2000
+PARTNERS = 8  # of a view in the joint fit
+# spread of the views about one fixed axis over that about a wandering one: 1.00 to 1.05 on tables, 1.3 and more where a
+# hand moved the object by what noise does not hide (guess)
+WANDERS = 1.15
+SLIPS = 2.0  # standard deviations of the angles by shape alone over those with print: shape lets them slip (guess)
+HOPELESS = 0.5  # misfit of views that do not turn about any axis (guess)
+JOINT = (ViewPairLimits(0.01, 2.0, 0.12, 1000), ViewPairLimits(0.006, 2.0, 0.12, POINTS_JOINT))
+COARSE = (ViewPairLimits(0.02, 0.0, 0.24, 600), *JOINT)
+
+
+@dataclass(frozen=True)
+class Alone:
+    """A motion found without any hint.
+
+    Attributes:
+        state: axis, angles and shifts.
+        joint: the fit behind it.
+        lens: the fit with the focal length free where a hand turned the object about no fixed axis, or where print
+            holds what shape lets slip; None where shape and one axis do.
+        wanders: a hand moved the object.
+    """
+
+    state: State
+    joint: Joint
+    lens: Joint | None
+    wanders: bool = False
+
+
+def best_partners(edges: Edges, worth: Array, n: int) -> Edges:
+    """Both ways, each view with its best partners."""
+    kept: set[tuple[int, int]] = set()
+    order = np.argsort(-worth, kind="stable")
+    count = np.zeros(n, int)
+    for k in order:
+        i, j = edges[k]
+        if count[i] < PARTNERS or count[j] < PARTNERS or abs(i - j) == 1:
+            kept |= {(i, j), (j, i)}
+            count[[i, j]] += 1
+    return sorted(kept)
+
+
+def decided(seen: ViewStack, state: State, edges: Edges) -> Alone:
+    """The joint fit, of one axis where that does."""
+    wide = fit_jointly(seen, state, edges, JOINT, Free(1.0))
+    misfit = float(np.median(wide.at.misfit))
+    if misfit > HOPELESS:
+        raise nothing_turns(misfit)
+    shifts = wide.state.shifts - wide.state.shifts.mean(axis=0)
+    start = replace(wide.state, shifts=0 * shifts)
+    narrow = fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True))
+    if narrow.spread < WANDERS * wide.spread:
+        if not held_by_print(seen, narrow, edges):
+            return Alone(narrow.state, narrow, None)
+        stated = fit_jointly(seen, replace(narrow.state, focal=0.0), edges, JOINT, Free(FIXED))
+        return Alone(stated.state, stated, narrow)
+    # a hand does not move the object so that a wrong focal length keeps it in shape
+    lens = fit_jointly(seen, wide.state, edges, (JOINT[0], *JOINT), Free(1.0, focal=True))
+    return Alone(wide.state, wide, lens, wanders=True)
+
+
+def held_by_print(seen: ViewStack, found: Joint, edges: Edges) -> bool:
+    """Whether it is mostly print that tells the angles: without it they would be known clearly worse."""
+    if not len(seen.tones):
+        return False
+    both, shape = (
+        angle_stds(seen, found.state, edges, replace(JOINT[-1], tone=tone)) for tone in (JOINT[-1].tone, 0.0)
+    )
+    return bool(np.median(shape[1:]) > SLIPS * np.median(both[1:]))
+
+
+def nothing_turns(misfit: float) -> TrackingError:
+    return TrackingError(
+        "the views do not fit a turn about one axis",
+        found=f"a misfit of {misfit:.2f}",
+        expected=f"below {HOPELESS:g}",
+        do="check that the camera stood still and that views overlap (60 degrees or less); what a hand moves freely, "
+        "about no axis, is no turntable scan: `fusion reconstruct` with --box follows it",
+    )
