@@ -47,11 +47,18 @@ def card(request):
     return request.param
 
 
-def test_the_tests_of_kernels_pass(card):
-    rooms = [f"tests/{room}" for room in ("volume", "tracking", "turntable")]
+FILES = [
+    path for room in ("volume", "tracking", "turntable") for path in sorted(PROJECT.glob(f"tests/{room}/test_*.py"))
+]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_tests_of_kernels_pass(path, card):
+    """Each file in a process of its own: every launch on Mesa's device takes a mapping of memory, of which a process
+    has 65,530."""
     chosen = ["-q", "-n", "0", "-p", "no:cacheprovider", "-k", "not tuned", "-m", "not slow and not real"]
-    done = run("-m", "pytest", *chosen, *rooms, device=card)
-    assert done.returncode == 0, done.stdout[-3000:]
+    done = run("-m", "pytest", *chosen, str(path), device=card)
+    assert done.returncode in (0, 5), done.stdout[-3000:]
 
 
 def test_a_frame_fused_and_meshed_is_the_processors(card, tmp_path):
