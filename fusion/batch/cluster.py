@@ -1,8 +1,10 @@
 """Workers: of this machine, or of a scheduler that runs already."""
 
 import logging
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Event, Thread
 from typing import Any
 
 from fusion.errors import FusionError
@@ -10,6 +12,8 @@ from fusion.files.extra import extra
 
 CONNECT_S = 10  # to reach a scheduler
 KILLED = 5  # times that a job's worker may die before that counts as the job's fault
+LOOK_S = 1.0  # between two looks at how many workers there are
+MISSED_S = 30.0  # without enough of them until others are started: a killed one comes back within some seconds
 
 
 @contextmanager
@@ -41,6 +45,7 @@ def client_of(workers: int, scheduler: str | None, what: str = "fusion batch") -
                     silence_logs=logging.CRITICAL,
                 ) as cluster,
                 distributed.Client(cluster) as client,
+                _kept_up(cluster, workers),
             ):
                 yield client
             return
@@ -51,3 +56,30 @@ def client_of(workers: int, scheduler: str | None, what: str = "fusion batch") -
             raise FusionError("no scheduler answers", "--scheduler", scheduler, "tcp://HOST:PORT", do) from error
         with client:
             yield client
+
+
+@contextmanager
+def _kept_up(cluster: Any, workers: int) -> Iterator[None]:
+    """Others take the place of workers that do not come back.
+
+    Dask begins a killed worker anew, but not one that is killed while it is just beginning; without any all would wait.
+    """
+    done = Event()
+
+    def watch() -> None:
+        enough = time.monotonic()
+        while not done.wait(LOOK_S):
+            missing = workers - len(cluster.scheduler.workers)
+            if missing <= 0:
+                enough = time.monotonic()
+            elif time.monotonic() - enough > MISSED_S:
+                cluster.scale(len(cluster.worker_spec) + missing)
+                enough = time.monotonic()
+
+    thread = Thread(target=watch, name="fusion-workers", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()

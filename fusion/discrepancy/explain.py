@@ -157,8 +157,8 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor) -> Explanation
             expected="20 or more",
             do="check the poses, the mesh and its unit with fusion info",
         )
-    grainy, grain = with_grain(before)  # how far tiles may be off; what of it is grain is told beside the mean's laws
-    if grain:
+    grainy, _ = with_grain(before)  # how far tiles may be off; what of it is grain is told beside the mean's laws
+    if grainy is not sensor:
         before = before.under(grainy)
     with stage("trying every effect"):
         covariance = covariance_of(before)  # whatever the likely poses are
@@ -167,8 +167,7 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor) -> Explanation
     with stage("naming"):
         mean = beside_setting(likeliest([explained_mean(seen, grainy) for seen in ways]), ways[0], grainy)
     with stage("noise"):
-        if grain:
-            mean, grain = _judged(mean, sensor)
+        mean, grain = _judged(mean, sensor)
         first = (*(() if shaking is None else (_shaken(shaking),)), *grain)
         channels = _channels(mean.named, mean.beyond, mean.seen.blocks, first)
     with stage("judging by frames held out"):
@@ -200,8 +199,9 @@ def _with_covariance(stated: MeasuredForms) -> list[MeasuredForms]:
 
 def _judged(mean: MeanFindings, given: Sensor) -> tuple[MeanFindings, tuple[ChannelStep, ...]]:
     """The findings under the model with no grain but what is given, and the grain that all laws of the mean leave."""
-    better = as_given(mean.named.sensor, given, {step.effect.name for step in mean.named.steps})
-    named = replace(mean.named, sensor=better, observations=mean.named.observations.under(better))
+    named, better = mean.named, as_given(mean.named.sensor, given, {step.effect.name for step in mean.named.steps})
+    if better is not named.sensor:
+        named = replace(named, sensor=better, observations=named.observations.under(better))
     laws = named.observations if mean.beyond is None else named.observations.under(mean.beyond.added_to(better))
     return replace(mean, named=named), with_grain(laws)[1]
 

@@ -12,7 +12,7 @@ from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.reconstruction.course import straighten
-from fusion.reconstruction.held import pose_errors
+from fusion.reconstruction.loops.held import pose_errors
 from fusion.reconstruction.planning import Plan, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings

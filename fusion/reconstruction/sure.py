@@ -10,7 +10,7 @@ from fusion.certainty.sigma import Causes, Sure
 from fusion.certainty.vertex_sigma import blur_px, vertex_sigma_reading
 from fusion.errors import RecordingError
 from fusion.mesh.mesh import Mesh
-from fusion.reconstruction.held import PoseErrors
+from fusion.reconstruction.loops.held import PoseErrors
 from fusion.reconstruction.walk import WalkedFrames
 from fusion.sensor.sensor import Sensor
 from fusion.volume.prepared import Prepared

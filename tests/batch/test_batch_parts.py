@@ -3,11 +3,14 @@
 import csv
 import json
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from fusion.batch import cluster
 from fusion.batch.fingerprint import fingerprint, key_of
 from fusion.batch.job import Job, JobLimits, JobRow, filled, plain_name
 from fusion.batch.listing import items_in
@@ -243,3 +246,23 @@ def test_a_folder_that_no_batch_made_is_left_alone(scans, tmp_path_factory, monk
     assert main(["batch", str(scans), *["-o", "mine", "--", "turntable", "{rec}", "-o", "{out}"]]) == 1
     assert "the output is not empty" in capsys.readouterr().err
     assert [path.name for path in Path("mine").iterdir()] == ["thesis.txt"]
+
+
+def test_workers_that_do_not_come_back_are_replaced(monkeypatch):
+    monkeypatch.setattr(cluster, "LOOK_S", 0.01)
+    monkeypatch.setattr(cluster, "MISSED_S", 0.1)
+    asked: list[int] = []
+    alive = {"a": 1}  # of two
+
+    def scale(total: int) -> None:
+        asked.append(total)
+        alive["c"] = 1
+
+    made = SimpleNamespace(scheduler=SimpleNamespace(workers=alive), worker_spec={0: 1, 1: 1}, scale=scale)
+    with cluster._kept_up(made, 2):
+        for _ in range(300):
+            if asked:
+                break
+            time.sleep(0.01)
+        time.sleep(0.3)  # enough are there again: no more
+    assert asked == [3]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_walls import WALLS, look_at, sensor_of
+from made_up_walls import HEIGHT, WALLS, WIDTH, look_at, sensor_of
 
 from fusion.discrepancy.channels.grain import APART_PX, _as_seen, with_grain
 from fusion.discrepancy.explain import explained_looks
@@ -73,6 +73,29 @@ def test_what_is_stated_is_not_missing():
 def test_a_law_of_the_mean_is_no_grain(principle, effect):
     given = sensor_of(principle)
     assert not with_grain(observe(given, grainy(given, effect)))[1]
+
+
+@pytest.mark.parametrize("wave_px", [20, 26, 40])
+def test_a_wave_of_the_image_is_no_grain(wave_px):
+    """Neighbours share what a wave leaves in a square, as far as no pattern of pixels lets them."""
+    given = sensor_of("itof")
+    v, u = np.mgrid[0:HEIGHT, 0:WIDTH]
+    wave = 0.003 * np.sin(2 * np.pi * np.hypot(u - 55, v - 39) / wave_px)
+    blocks = [
+        replace(block, mean=block.mean + wave, held=replace(block.held, mean=block.held.mean + wave))
+        for block in grainy(given, None)
+    ]
+    assert not with_grain(observe(given, blocks))[1]
+
+
+def test_frames_that_never_change_have_no_grain():
+    """Without any noise a share of it is no number."""
+    coarse = Sensor("coarse", "structured_light", (DepthQuantization(step_px=0.25),))
+    blocks = [
+        replace(block, std=0 * block.std, mean=block.held.mean, held=replace(block.held, std=0 * block.std))
+        for block in grainy(coarse, None)
+    ]
+    assert not with_grain(observe(coarse, blocks))[1]
 
 
 def test_steps_that_no_noise_hides_are_no_grain():

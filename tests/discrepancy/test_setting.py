@@ -8,6 +8,7 @@ import pytest
 from made_up_walls import WALLS, looks_at, loose_in, sensor_of
 from scipy.ndimage import gaussian_filter
 
+from fusion.discrepancy.competing import _with_only
 from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.inference.camera_file import file_error
@@ -16,6 +17,8 @@ from fusion.discrepancy.inference.sizes import sizes_of
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.setting import posterior, with_laws, without_laws
+from fusion.sensor.effects.phase.cyclic_error import CyclicError
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.laws.surface import moved_rigidly, seen_along
 
@@ -46,6 +49,17 @@ def test_the_factor_on_stated_poses_is_found():
     assert WORSE / 2 < loose_in(worse_posed(sensor_of("itof"), 1)).pose < 2 * WORSE
     assert loose_in(looks_at(sensor_of("itof"), 1)).pose == 1.0
     assert loose_in(looks_at(sensor_of("itof", DepthScale(scale=0.01)), 1)).pose == 1.0
+
+
+def test_a_part_of_the_laws_is_the_better_model_without_the_others():
+    given = sensor_of("itof", DepthScale(scale=0.01))
+    better = given.having(DepthScale(scale=0.02)).having(DepthOffset(offset=0.003)).having(CyclicError(amplitude=0.002))
+    found = {"depth_scale", "depth_offset", "cyclic_error"}
+    one = _with_only(better, {"depth_offset"}, found, given)
+    assert one.effect("depth_scale") == DepthScale(scale=0.01)
+    assert one.effect("depth_offset") == DepthOffset(offset=0.003) and one.effect("cyclic_error") is None
+    assert {e.name for e in _with_only(better, found, found, given).effects} == {e.name for e in better.effects}
+    assert {e.name for e in _with_only(better, set(), found, given).effects} == {e.name for e in given.effects}
 
 
 @pytest.mark.slow

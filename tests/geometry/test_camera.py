@@ -80,3 +80,12 @@ def test_rays_are_shared_and_cannot_be_written(camera):
 
 def test_no_points_give_no_pixels(camera):
     assert camera.project(np.zeros((0, 3))).shape == (0, 2)
+
+
+def test_a_resized_image_keeps_its_borders():
+    camera = Camera(64, 48, 60.0, 61.0, 30.3, 25.8)
+    for width, height in ((32, 12), (96, 120)):
+        other = camera.resized(width, height)
+        for own, same in (((-0.5, -0.5), (-0.5, -0.5)), ((63.5, 47.5), (width - 0.5, height - 0.5))):
+            rays = [((u - c.cx) / c.fx, (v - c.cy) / c.fy) for c, (u, v) in ((camera, own), (other, same))]
+            np.testing.assert_allclose(rays[0], rays[1], atol=1e-12)

@@ -98,3 +98,10 @@ def test_tum_is_scalar_last():
 )
 def test_what_is_not_rigid_is_told(T):
     assert not is_rigid(T)
+
+
+@pytest.mark.parametrize("column", range(4))
+def test_a_matrix_with_another_last_row_is_no_pose(column):
+    T = random_poses(1, 5)[0]
+    T[3, column] += 0.01
+    assert not is_rigid(T)

@@ -41,6 +41,18 @@ def test_a_push_is_found_with_its_frame_its_size_and_who(seed, who):
     assert jump.distance == pytest.approx(0.008, abs=0.0012)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_an_object_off_the_axis_makes_no_jump_and_hides_none(seed):
+    """Its middle goes round in the camera's frame, by the axis and as tracked alike."""
+    free, by_axis = poses(seed)
+    aside = MIDDLE + np.array([0.06, 0.0, 0.0])
+    assert find_jump(free, by_axis, aside) is None
+    free[AT:] = free[AT:] @ pose.pose(np.eye(3), [0.008, 0.0, 0.0])
+    jump = find_jump(free, by_axis, aside)
+    assert jump is not None and jump.who == "camera" and abs(jump.frame - AT) <= 1
+    assert jump.distance == pytest.approx(0.008, abs=0.0012)
+
+
 def test_frames_without_a_pose_do_not_hide_it():
     free, by_axis = poses(3)
     free[AT:] = pose.pose(np.eye(3), [0.0, 0.006, 0.0]) @ free[AT:]

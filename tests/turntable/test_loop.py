@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fusion.turntable.all_views import refined as pair_fits
+from fusion.turntable.all_views import refined as module
 from fusion.turntable.all_views.loop import LoopSettings, choose_edges, close_loop
+from fusion.turntable.axis import Turns
 from fusion.turntable.selfcheck import NAMES, DepthKnown, no_errors
 from fusion.turntable.views import ObjectView
 
@@ -85,8 +86,8 @@ def test_errors_that_run_away_with_more_points_are_not_taken(owl_scene, monkeypa
             return replace(loop, residual=3 * loop.residual, angles=1.1 * loop.angles)
         return loop
 
-    monkeypatch.setattr(pair_fits, "close_loop", run_away)
-    ran_away, *_ = pair_fits.refined(views, lambda: views, start, None, None)
+    monkeypatch.setattr(module, "close_loop", run_away)
+    ran_away, *_ = module.refined(views, lambda: views, Turns(*start), None, None)
     stated = next(loop for loop, settings in calls if not settings.free_camera)
     assert any(settings.reaches[-1] == 0.006 for _, settings in calls)
     assert ran_away is stated

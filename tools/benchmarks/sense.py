@@ -2,9 +2,10 @@
 
     python -m tools.benchmarks.sense [--frames 16]
 
-A wall, and a room with many edges, each with a reflectance, so that all effects of light act. For each preset: the
-median time of one `fusion.sense`, and the time a frame takes in `fusion.sense_all` on two threads, in milliseconds, and
-what both cost the processor: half of the last is what a frame takes of two cores that nobody else uses.
+A wall, and a room with many edges, each with a reflectance, so that all effects of light act. For each preset, in
+milliseconds: of one `fusion.sense` the median time, what it costs the processor, and what of that its own thread does
+(the infrared image and kernels have others); of a frame in `fusion.sense_all` on two threads the time, and what it
+costs the processor: half of that is what it takes of two cores that nobody else uses.
 """
 
 import argparse
@@ -23,14 +24,14 @@ CAMERA = fusion.Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 
 
 def measured(depth: NDArray[np.float32], sensor: fusion.Sensor, frames: int) -> tuple[float, ...]:
-    """Wall and processor time [ms] of one frame (median), then of one among many."""
+    """Wall, processor and own thread's time [ms] of one frame (medians), then the first two of one among many."""
     ideal = fusion.IdealFrame(depth, reflectance=0.6)
     fusion.sense(ideal, CAMERA, sensor)  # compiles
     single = []
     for index in range(frames):
-        begin = np.array([time.perf_counter(), time.process_time()])
+        begin = np.array([time.perf_counter(), time.process_time(), time.thread_time()])
         fusion.sense(ideal, CAMERA, sensor, 1, index)
-        single.append([time.perf_counter(), time.process_time()] - begin)
+        single.append([time.perf_counter(), time.process_time(), time.thread_time()] - begin)
     begin = np.array([time.perf_counter(), time.process_time()])
     for _ in fusion.sense_all([ideal] * frames, CAMERA, sensor, 1):
         pass
@@ -45,7 +46,7 @@ def main() -> None:
     options = parser.parse_args()
     room = replace(built_in("room", {"frames": 1}), camera=CAMERA)
     depths = {"wall": np.full(CAMERA.shape, 2.0, np.float32), "room": next(simulate(room).frames()).depth}
-    print(f"{'[ms, and processor]':<27}{'one':>10}{'':>10}{'of many':>10}")
+    print(f"{'[ms]':<27}{'one':>10}{'processor':>10}{'thread':>10}{'of many':>10}{'processor':>10}")
     for name in PRESETS:
         sensor = fusion.read_sensor(name)
         for scene, depth in depths.items():

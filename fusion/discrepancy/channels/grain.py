@@ -61,7 +61,7 @@ class Grain:
     def noise(self) -> float:
         """Variance of a pixel in one frame, in native units squared: noise, and what rounding may keep of it."""
         squares = self.patch.tiles.mean((self.patch.block.std * self.patch.native) ** 2)
-        return float(np.median(squares)) + frozen_rounding(self.patch)
+        return float(np.nanmedian(squares)) + frozen_rounding(self.patch)
 
     @property
     def inside(self) -> NDArray[np.bool_]:
@@ -208,7 +208,8 @@ def _step(kind: type[Effect], sensor: Sensor, found: Matrix, seen: Sequence[Grai
     if apart[0] < LEAST_SHARE:
         return None
     windows = np.linspace(1.0, APART_PX[-1], 57) if window and known is None else np.array([one.window(patch.view)])
-    due = np.array([seen / seen[0] for seen in (_as_seen(w, _side(patch)) for w in windows)])
+    due = np.array([_as_seen(window_px, _side(patch)) for window_px in windows])
+    due /= due[:, :1]
     best = int(np.argmin(np.linalg.norm(apart / apart[0] - due, axis=1)))
     if np.max(np.abs(apart / apart[0] - due[best])) > SHAPED:
         return None

@@ -1,5 +1,4 @@
-"""Rounding: where its steps lie while it is not known exactly what is rounded; noise that is small beside a step does
-not hide them."""
+"""Rounding: where its steps lie while it is not known exactly what is rounded."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,6 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Phasors = NDArray[np.complex128]
 
-HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
 SAME = 16  # power of a correlation of patterns: only squares that see the very same jumps share what these break
 MANY = 12  # of them, where pixels jump: what the others leave out is a hundredth of a step
 HARMONICS = 3  # of what rounding leaves of a mean: the fourth is a quarter of the first, and any noise hides it
@@ -38,7 +36,7 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
         return total
     for rows, patch in observations.rows():
         for effect in patch.sensor.effects:
-            if effect.anew and _shows(patch):
+            if effect.anew and patch.unrounded is not None:
                 total[rows, rows] += _speckled(patch, effect)
     some = np.flatnonzero(heights[:, 0])
     place, at = observations.place[some], np.ix_(some, some)
@@ -78,14 +76,6 @@ def _speckled(patch: Patch, speckle: Effect) -> Matrix:
     return total
 
 
-def _shows(patch: Patch) -> bool:
-    """True where the noise of the frames, the model's or the measured, is small enough not to hide the steps."""
-    with np.errstate(all="ignore"):
-        return patch.unrounded is not None and bool(
-            len(patch.tiles) and np.nanmedian(patch.unrounded.spread[patch.tiles.label >= 0]) < HIDDEN
-        )
-
-
 def _height(patch: Patch, unrounded: Unrounded, k: int) -> Image:
     """(h, w) |p| of a harmonic in native units."""
     faded = np.exp(-2 * (np.pi * k * unrounded.spread) ** 2) / (np.pi * k)
@@ -98,7 +88,7 @@ def _phasors(patch: Patch) -> tuple[Vector, Phasors, Vector]:
     Waves of a slope cancel within a square, but for a part of one where the pattern of the unit jumps in it.
     """
     unrounded, n = patch.unrounded, len(patch.tiles)
-    if unrounded is None or not _shows(patch):
+    if unrounded is None:
         return np.ones(n), np.zeros((n, HARMONICS), complex), np.zeros(n)
     with np.errstate(all="ignore"):
         waves, broken, jumps = [], np.zeros(n), any(unknown_patterns(patch.sensor))

@@ -3,11 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.view import Image, View
 
 STEP = 12**0.5  # over the spread of what rounding to it loses
+HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
 MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is rounded
 
 
@@ -34,6 +36,10 @@ class Unrounded:
             step = np.asarray(STEP * rounding.noise(mean, view))
             spread = np.fmin(sigma, np.sqrt(np.maximum(std**2 - step**2 / 12, 0.0))) / step
         return cls(rounding, mean, step, spread)
+
+    def shows(self, inside: NDArray[np.bool_]) -> bool:
+        """True where the noise at some pixels (h, w) is small enough not to hide the steps."""
+        return bool(inside.any() and np.nanmedian(self.spread[inside]) < HIDDEN)
 
     def passed(self, view: View) -> Image:
         """(h, w) share of a small change before the rounding that is seen behind it: 0 amid a step, 1 where noise or

@@ -66,13 +66,14 @@ class Patch:
 
     @cached_property
     def unrounded(self) -> Unrounded | None:
-        """What is rounded; None by a model without steps."""
+        """What is rounded; None by a model without steps, or where noise hides them."""
         rounding = next((effect for effect in self.sensor.effects if effect.lattice), None)
         if rounding is None:
             return None
         others = tuple(effect for effect in self.sensor.effects if effect is not rounding)
         mean, sigma = predicted(replace(self.sensor, effects=others), self.block)
-        return Unrounded.of(rounding, mean, sigma, self.block.std, self.view)
+        found = Unrounded.of(rounding, mean, sigma, self.block.std, self.view)
+        return found if found.shows(self.tiles.label >= 0) else None
 
     @cached_property
     def _passed(self) -> Image | float:

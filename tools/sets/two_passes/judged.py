@@ -82,7 +82,7 @@ def judged(folder: Path) -> Judged:
     miss = float("nan")
     if found:
         T = np.array(found["passes"][1]["T_merged_pass"], float)
-        there = outer @ _scan_of(folder, 2)[:3, :3].T + _scan_of(folder, 2)[:3, 3]
+        there = outer @ scan_of(folder, 2)[:3, :3].T + scan_of(folder, 2)[:3, 3]
         off = there @ (T - T_true)[:3, :3].T + (T - T_true)[:3, 3]
         miss = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
     numbers = (miss, rms, rms_true, covered, covered_true, ran.seconds)
@@ -95,10 +95,10 @@ def _said(ran: Ran, found: dict[str, Any]) -> str:
 
 def true_transform(folder: Path) -> Array:
     """(4, 4) from the second scan's frame to the first's, by the true poses of both cameras."""
-    return np.asarray(_scan_of(folder, 1) @ np.linalg.inv(_scan_of(folder, 2)))
+    return np.asarray(scan_of(folder, 1) @ np.linalg.inv(scan_of(folder, 2)))
 
 
-def _scan_of(folder: Path, number: int) -> Array:
+def scan_of(folder: Path, number: int) -> Array:
     """`T_scan_object` (4, 4): where a scan has put the true object, mean over its frames."""
     true = np.loadtxt(folder / "truth" / f"poses_{number}.txt")
     told = np.loadtxt(folder / f"scan_{number}" / "trajectory.txt")
@@ -148,7 +148,7 @@ def _measured(folder: Path, name: str, outer: Array) -> tuple[float, float]:
     mesh: Any = trimesh.load(folder / name / "mesh.ply", process=False)
     true: Any = trimesh.load(folder / "truth" / "object.ply", process=False)
     points = np.asarray(trimesh.sample.sample_surface(mesh, SAMPLES, seed=0)[0], float)
-    T = np.linalg.inv(_scan_of(folder, 1))  # the merge stands in the first scan's frame
+    T = np.linalg.inv(scan_of(folder, 1))  # the merge stands in the first scan's frame
     surface, moved = Surface(true), points @ T[:3, :3].T + T[:3, 3]
     whole = T
     for _ in range(30):
