@@ -61,6 +61,13 @@ class BlockArrays:
             np.zeros(0, whole), keep(np.zeros((0, VOXELS, 4) if color else (1, 1, 4), np.float32)),
         )  # fmt: skip
 
+    def __getstate__(self) -> dict[str, NDArray[np.generic]]:
+        """For a copy, and another process: what kernels made of them."""
+        return {name: fetch(array) for name, array in vars(self).items()}
+
+    def __setstate__(self, state: dict[str, NDArray[np.generic]]) -> None:
+        vars(self).update({name: keep(array) for name, array in state.items()})
+
 
 class Blocks:
     """The blocks of a volume.

@@ -1,5 +1,7 @@
 """What a card is given and gives back, tried on a processor that is taken for one: it has arrays of its own too."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 
@@ -97,6 +99,9 @@ def test_of_a_frame_its_images_go_up_and_little_comes_down(color, monkeypatch):
     images = frame(0).nbytes + (image.nbytes if color else 0)
     assert all(images <= up <= images + NUMBERS and down < DOWN for up, down in counted)
     mesh = volume.surface(min_weight=0.5)
+    copied = deepcopy(volume)
+    volume.integrate(frame(20), CAMERA, np.eye(4), color=image if color else None)
+    assert np.array_equal(copied.surface(min_weight=0.5).vertices, mesh.vertices)
     monkeypatch.undo()
     monkeypatch.setenv("FUSION_KERNELS", "plain")
     same = Volume(VolumeSettings(0.01, 0.04, color=color))

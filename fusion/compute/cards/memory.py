@@ -115,16 +115,17 @@ def fetch(array: AnyArray, changed: bool = False) -> AnyArray:
 def called(kernel: Any, args: tuple[Any, ...]) -> Any:
     """What a kernel gives, as the back end calls it, with its arrays on the card."""
     arrays = {n: a for n, a in enumerate(args) if type(a) is np.ndarray and a.size}
-    lent = {n: a for n, a in arrays.items() if id(a) not in _kept and not _constant(a)}
-    given = {n: _stays(a) for n, a in arrays.items() if n not in lent}
+    given = {n: _stays(a) for n, a in arrays.items() if id(a) in _kept or _constant(a)}
+    passing = {n: a for n, a in arrays.items() if n not in given}
+    lent = {n: a for n, a in passing.items() if a.flags.writeable}
+    moved.up += sum(a.nbytes for n, a in passing.items() if n not in lent)  # Taichi takes what is only read there
     with ExitStack() as stack:
         for n, a in lent.items():
             given[n] = stack.enter_context(_spare.taken(Like(a.dtype, a.shape)))
             _put(a, given[n])
         found = kernel(*[given.get(n, a) for n, a in enumerate(args)])
         for n, a in lent.items():
-            if a.flags.writeable:
-                _take(given[n], a)
+            _take(given[n], a)
     return found
 
 

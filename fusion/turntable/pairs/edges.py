@@ -47,6 +47,10 @@ class ViewStack:
     tones: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     images: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0, 0), np.float32))
 
+    def __post_init__(self) -> None:
+        for array in (self.first, self.points, self.maps, self.tones, self.images):
+            array.flags.writeable = False  # so they go to a card once
+
     @cached_property
     def noise(self) -> float:
         """Typical standard deviation of a point [m]."""

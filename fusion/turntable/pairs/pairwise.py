@@ -62,7 +62,8 @@ def twists(
     seen: ViewStack, edges: Edges, poses: Array, centre: Array, limits: ViewPairLimits, focal: float = 0.0
 ) -> Twists:
     """The equations of m pairs of views at poses (m, 4, 4) (model from source), by a focal length log(f / stated)."""
-    from fusion.turntable.pairs.edge_pairs import PairedViews  # starts Taichi
+    from fusion.compute.cards.memory import read_only  # starts Taichi
+    from fusion.turntable.pairs.edge_pairs import PairedViews
     from fusion.turntable.pairs.edge_twists import COUNTS, MATRIX, WIDTH, twist_sums
 
     start()
@@ -72,11 +73,11 @@ def twists(
     tones = seen.tones if len(seen.tones) else np.zeros(1, np.float32)
     twist_sums(
         PairedViews(
-            np.array(edges, np.int32).reshape(-1, 2), np.ascontiguousarray(poses, np.float32), seen.first, seen.points,
-            seen.maps,
+            read_only(np.array(edges, np.int32).reshape(-1, 2)), read_only(np.ascontiguousarray(poses, np.float32)),
+            seen.first, seen.points, seen.maps,
         ),
-        tones, seen.images, seen.views[0].map.camera.parameters, np.asarray(centre, np.float32),
-        np.array(how, np.float32), sums,
+        read_only(tones), seen.images, read_only(seen.views[0].map.camera.parameters),
+        read_only(np.asarray(centre, np.float32)), read_only(np.array(how, np.float32)), sums,
     )  # fmt: skip
     both = sums[:, :MATRIX] + sums[:, MATRIX : 2 * MATRIX]
     visible, pairs, far, odds, _, printed, product, own, other, off = sums[:, -COUNTS:].T
