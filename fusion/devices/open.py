@@ -11,7 +11,6 @@ from fusion.geometry.camera import Camera
 from fusion.quantity import REPLAY_SPEED
 from fusion.recording.cameras.presets import find_camera
 from fusion.recording.open import open_recording
-from fusion.recording.recording import Recording
 
 KINDS = ("kinect-v1", "realsense", "orbbec", "replay:REC")
 # each takes a serial number ("": any), whether infrared is wanted, and a camera instead of its own
@@ -61,11 +60,6 @@ def replayed(name: str) -> Path | None:
     """The recording that a source of this name plays back, or None."""
     kind, _, rest = name.partition(":")
     return Path(_speed(rest)[0]) if kind == "replay" and rest else None
-
-
-def as_source(given: Source | Recording) -> Source:
-    """A source as it is; a recording as one that hands over its frames as fast as they are taken."""
-    return Replay(given, None) if isinstance(given, Recording) else given
 
 
 def _speed(text: str) -> tuple[str, float | None]:

@@ -12,12 +12,6 @@ from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 
 
-def largest_part(mesh: Mesh) -> Mesh:
-    """The connected part with the largest surface; vertices without a face are left out."""
-    part, areas = parts(mesh)
-    return vertices_kept(mesh, part == np.argmax(areas)) if len(mesh.faces) else mesh
-
-
 def large_parts(mesh: Mesh, share: float) -> tuple[Mesh, float]:
     """The connected parts that hold at least this share of the surface, or the largest; and the share that they hold.
 

@@ -12,6 +12,8 @@ from fusion.mesh.mesh import Mesh
 Array = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 PLATE = 0.010  # [m] a border so near above z = 0 stood on the plate that a turntable scan has there (guess)
+STEEPEST = 1.0  # inwards or outwards for each step down: farther on than at 45 degrees a flank is not followed (guess)
+FLANK = 9  # corners of a border whose normals together tell how its flank goes on
 SAME = 1e-6  # [m] between the centre of a hole and that of its border
 FEWEST = 8  # corners of a border that is a foot, and no crack
 
@@ -26,10 +28,13 @@ class Base:
 
 
 def base_of(mesh: Mesh, spacing: float) -> Base | None:
-    """Walls straight down from the border of the open bottom, and a flat foot; None where the bottom is closed.
+    """Walls that go on down from the border of the open bottom, and a flat foot; None where the bottom is closed.
+
+    Where the border runs above the plate, the flank over it goes on as it is inclined: below an overhang inwards. A
+    hole that begins above all that may have stood on the plate is no foot.
 
     Args:
-        mesh: z up; of a turntable scan the plate is at z = 0, and what lay nearest to it was cut away.
+        mesh: with normals, z up; of a turntable scan the plate is at z = 0, and what lay nearest to it was cut away.
         spacing: between the points [m].
     """
     below = np.array([hole.centre for hole in holes(mesh, UP) if hole.where == "bottom"]).reshape(-1, 3)
@@ -43,31 +48,48 @@ def base_of(mesh: Mesh, spacing: float) -> Base | None:
     loops = [loop for loop in border_loops(mesh) if is_below(loop)]
     if not loops:
         return None
-    lowest = float(min(np.percentile(mesh.vertices[loop, 2], 10) for loop in loops))
-    height = 0.0 if 0 <= lowest < PLATE else lowest
+    begin = [float(np.percentile(mesh.vertices[loop, 2], 10)) for loop in loops]
+    height = 0.0 if 0 <= min(begin) < PLATE else min(begin)
+    loops = [loop for loop, low in zip(loops, begin, strict=True) if low < min(begin) + PLATE]
     points, normals = [], []
     for loop in loops:
+        assert mesh.normals is not None
         border = mesh.vertices[loop]
-        wall, facing = _walls(border, height, spacing)
-        points += [wall, _foot(border, height, spacing)]
+        out = _outwards(border)
+        slope = _slope(mesh.normals[loop].astype(float), out)
+        wall, facing = _walls(border, out, slope, height, spacing)
+        stands = border + out * (slope * np.maximum(border[:, 2] - height, 0))[:, None]
+        points += [wall, _foot(stands, height, spacing)]
         normals += [facing, np.tile(-UP, (len(points[-1]), 1))]
     return Base(np.concatenate(points), np.concatenate(normals), height)
 
 
-def _walls(border: Array, height: float, spacing: float) -> tuple[Array, Array]:
-    """Below each corner of a border down to a height; the border runs with the faces, the hole to its right."""
+def _outwards(border: Array) -> Array:
+    """(k, 3) level unit vectors away from the hole; the border runs with the faces, the hole to its right."""
     along = np.roll(border, -1, axis=0) - np.roll(border, 1, axis=0)
     out = np.cross(along, UP)
     out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-12)
-    if _area(border) < 0:  # the loop runs clockwise seen from above
-        out = -out
+    return -out if _area(border) < 0 else out  # the loop runs clockwise seen from above
+
+
+def _slope(normals: Array, out: Array) -> Array:
+    """(k,) how far the flank above each corner goes outwards for each step down."""
+    calm = np.sum([np.roll(normals, step, axis=0) for step in range(-(FLANK // 2), FLANK // 2 + 1)], axis=0)
+    level = np.maximum(np.einsum("ij,ij->i", calm, out), 1e-12)
+    return np.asarray(np.clip(calm[:, 2] / level, -STEEPEST, STEEPEST))
+
+
+def _walls(border: Array, out: Array, slope: Array, height: float, spacing: float) -> tuple[Array, Array]:
+    """Below each corner of a border down to a height, along the flank above it; with normals."""
     points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    facing = out + slope[:, None] * UP
+    facing /= np.linalg.norm(facing, axis=1, keepdims=True)
     deepest = float(border[:, 2].max() - height)
     for drop in np.arange(spacing, deepest, spacing):
-        below = border - [0, 0, drop]
+        below = border + drop * (slope[:, None] * out - UP)
         under = below[:, 2] > height + spacing / 2
         points.append(below[under])
-        normals.append(out[under])
+        normals.append(facing[under])
     return np.concatenate(points), np.concatenate(normals)
 
 

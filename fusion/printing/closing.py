@@ -55,7 +55,7 @@ def close_holes(mesh: Mesh) -> ClosedMesh:
         raise MeshError("a point cloud cannot be closed", found="no triangles", expected="a mesh")
     normals = vertex_normals(mesh) if mesh.normals is None else mesh.normals.astype(float)
     spacing = _spacing(mesh)
-    base = base_of(mesh, spacing)
+    base = base_of(replace(mesh, normals=normals.astype(np.float32)), spacing)
     shape, cell = _poisson(mesh.vertices, normals, base, spacing)
     shape, seen = _onto(shape, mesh, SEEN * cell)
     if base is not None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.calibration.noise.edge import lateral_spread
+from fusion.calibration.noise.edge import spread_with_error
 from fusion.calibration.noise.target import find_target
 from fusion.calibration.noise.target_noise import measure_target
 from fusion.calibration.series import PixelSeries
@@ -66,7 +66,7 @@ def test_the_pixel_grid_is_taken_out_of_the_spread():
     rows = np.linspace(0, 7.3, 120)
     for sigma in (0.0, 0.3, 1.0):
         seen = np.round(30 + rows + sigma * rng.standard_normal((400, 120)))
-        assert lateral_spread(seen) == pytest.approx(sigma, abs=0.03)
+        assert spread_with_error(seen)[0] == pytest.approx(sigma, abs=0.03)
 
 
 @pytest.mark.parametrize("image", [np.full((120, 160), np.nan), np.random.default_rng(0).uniform(0.5, 5, (120, 160))])

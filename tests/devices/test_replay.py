@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fusion.devices.open import as_source, open_source
+from fusion.devices.open import open_source
 from fusion.devices.replay import Replay
 from fusion.devices.source import SourceFrame
 from fusion.errors import DeviceError, FusionError, RecordingError
@@ -86,13 +86,6 @@ def test_a_frame_that_cannot_be_read_is_missed_and_the_others_come(folder):
         file.write_bytes(b"broken")
     with open_source(f"replay:{folder}@max") as source, pytest.raises(RecordingError, match="damaged"):
         list(source.frames())
-
-
-def test_a_recording_serves_as_a_source(folder):
-    recording = open_recording(folder)
-    with as_source(recording) as source:
-        assert len(list(source.frames())) == COUNT
-    assert as_source(source) is source
 
 
 def test_names_that_are_none_are_told(folder, tmp_path):

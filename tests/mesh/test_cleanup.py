@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fusion.mesh.cleanup import border_loops, fill_small_holes, largest_part, without_crumbs
+from fusion.mesh.cleanup import border_loops, fill_small_holes, large_parts, without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 
@@ -37,7 +37,7 @@ def volume(mesh: Mesh) -> float:
 
 def test_largest_part_goes_by_surface_not_by_vertices():
     big, fine = ball(0.1, subdivisions=1), ball(0.02, (1, 0, 0), subdivisions=4)
-    kept = largest_part(together(fine, big))
+    kept, _ = large_parts(together(fine, big), 1.0)
     np.testing.assert_array_equal(kept.vertices, big.vertices)
     np.testing.assert_array_equal(kept.normals, big.normals)
 
@@ -72,7 +72,7 @@ def test_borders_that_touch_in_a_vertex_are_two_loops():
 
 def test_a_point_cloud_passes_through():
     cloud = Mesh(np.zeros((5, 3)))
-    for cleaned in (largest_part(cloud), fill_small_holes(cloud, 1.0)):
+    for cleaned in (large_parts(cloud, 1.0)[0], fill_small_holes(cloud, 1.0)):
         assert len(cleaned.vertices) == 5
 
 

@@ -166,3 +166,16 @@ def test_a_plate_that_stays_is_not_cut():
     surface, _ = standing(BODIES["mug"][0])
     motion = SimpleNamespace(plate=0.0, table=None, radius=0.14)
     assert clean(surface, ScanSettings(keep_plate=True), motion, VOXEL).hidden == 0
+
+
+@pytest.mark.parametrize("blur", [0.002, 0.004])
+@pytest.mark.parametrize("waist", [0.04, 0.03], ids=["upright", "undercut"])
+def test_a_corner_that_blur_rounds_is_cut_above(waist, blur):
+    """Pixels that see side and plate together make a fillet of it, which is neither."""
+    side, corner, level = np.array([[waist + (0.04 - waist) * blur / 0.11, blur], [waist, 0.0], [waist + blur, 0.0]])
+    fillet = [tuple((1 - t) ** 2 * side + 2 * t * (1 - t) * corner + t**2 * level) for t in np.linspace(0, 1, 12)]
+    surface, _ = standing([(0.04, 0.11), *fillet], noise=0.0001)
+    found = clean(surface, ScanSettings(), SimpleNamespace(plate=0.0, table=None, radius=0.15), VOXEL)
+    assert found.hidden > 0.5 * blur
+    foot = np.hypot(*found.mesh.vertices[found.mesh.vertices[:, 2] < 0.0003, :2].T)
+    assert foot == pytest.approx(waist, abs=0.2 * blur)  # the fillet stands out by all of the blur

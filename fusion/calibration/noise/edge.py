@@ -57,17 +57,12 @@ def nothing_behind(valid: Image, target: FlatTarget, side: int) -> bool:
     return bool(seen.size and np.median(seen) < 0.5)
 
 
-def lateral_spread(positions: Image) -> float:
-    """Standard deviation [px] of edge positions (frames, rows) about a smooth line, the pixel grid's part removed.
+def spread_with_error(positions: Image) -> tuple[float, float]:
+    """Standard deviation [px] of edge positions (frames, rows) about a smooth line, and how well it is known.
 
     An edge that is not parallel to the columns meets all phases of the grid, so that rounding to whole pixels adds
-    1/12 px^2 to the variance.
+    1/12 px^2 to the variance; that is taken out.
     """
-    return spread_with_error(positions)[0]
-
-
-def spread_with_error(positions: Image) -> tuple[float, float]:
-    """The lateral spread [px], and how well it is known, from the scatter between frames."""
     known = np.isfinite(positions)
     if known.sum() < 10:
         return float("nan"), float("nan")

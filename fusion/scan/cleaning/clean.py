@@ -9,7 +9,7 @@ from fusion.mesh.cleanup import fill_small_holes, large_parts
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import CRUMB
 from fusion.mesh.vertices import vertices_kept
-from fusion.scan.cleaning.off_plate import fitted_plate, off_plate
+from fusion.scan.cleaning.off_plate import clear_of_rounding, fitted_plate, off_plate
 from fusion.scan.finding.object import MARGIN
 from fusion.scan.settings import ScanSettings
 from fusion.turntable.motion import Motion
@@ -37,7 +37,7 @@ def clean(mesh: Mesh, settings: ScanSettings, motion: Motion, voxel: float) -> C
             mesh = vertices_kept(mesh, np.hypot(*mesh.vertices[:, :2].T) <= motion.radius + MARGIN)
         found = Cleaned(*large_parts(mesh, CRUMB))
     else:
-        plate = fitted_plate(mesh, voxel, motion.table)
+        plate = clear_of_rounding(mesh, fitted_plate(mesh, voxel, motion.table), voxel)
         found = Cleaned(*off_plate(mesh, plate), plate.hidden)
     if not len(found.mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")

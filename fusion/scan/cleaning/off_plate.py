@@ -26,6 +26,13 @@ FEWEST = 100  # level vertices that make a plate
 STEEP = 0.7  # largest upright part of a side's normal: what is flatter is a top
 FLATTEST = 0.9  # where a side is flatter than that, where it meets the plate is not known
 LEVEL = 1e-5  # [m] on the cut
+HIGHER = 1.2  # the next cut that is tried
+ROUNDED = (
+    0.006  # [m] above a plate blur reaches at most, or 4 voxels; what is rounded above is the object's own (guess)
+)
+ABOVE = (0.001, 0.004)  # [m] above a cut the side is compared with it
+BENDS = 0.15  # in the upright part of the normal: a side with noise of its normals (guess)
+SOME = 500  # places around that are asked
 
 
 @dataclass(frozen=True)
@@ -79,6 +86,29 @@ def _noise(below: Array, voxel: float) -> float:
     return float(np.percentile(below[own], HIGHEST))
 
 
+def clear_of_rounding(mesh: Mesh, plate: FittedPlate, voxel: float) -> FittedPlate:
+    """The plate with `hidden` as high as blur rounds the corner between it and what stands on it.
+
+    Pixels, windows and filters see side and plate together. So a side bends outwards where it meets the plate: the cut
+    goes up until most of it goes on upwards as it is there.
+    """
+    assert mesh.normals is not None
+    upright, height = mesh.normals[:, 2].astype(float), plate.height(mesh.vertices)
+    cut, most = plate.hidden, max(ROUNDED, 4 * voxel)
+    while cut < most:
+        at = np.flatnonzero(np.abs(height - cut) < voxel / 2)
+        over = np.flatnonzero((height > cut + ABOVE[0]) & (height < cut + ABOVE[1]))
+        at = at[:: max(1, len(at) // SOME)]
+        if not len(at) or not len(over):
+            break
+        around = cKDTree(mesh.vertices[over]).query_ball_point(mesh.vertices[at], 1.5 * ABOVE[1])
+        bends = [upright[i] - upright[over[near]].mean() for i, near in zip(at, around, strict=True) if near]
+        if not bends or float(np.median(bends)) < BENDS:
+            break
+        cut *= HIGHER
+    return replace(plate, hidden=min(cut, max(most, plate.hidden)))
+
+
 def off_plate(mesh: Mesh, plate: FittedPlate) -> tuple[Mesh, float]:
     """The object alone, standing on its plate, and the share of the surface above the plate that its parts hold."""
     mesh, kept = large_parts(clipped(mesh, plate.height(mesh.vertices) - plate.hidden), CRUMB)
@@ -95,7 +125,7 @@ def carried_down(mesh: Mesh, plate: FittedPlate) -> Mesh:
     on_cut = np.abs(plate.height(mesh.vertices) - plate.hidden) < LEVEL
     ends = ends[on_cut[ends].all(axis=1)]
     ring = np.unique(ends)
-    normals = _of_sides(mesh, ring, 3 * plate.hidden)
+    normals = _of_sides(mesh, ring, 2 * plate.hidden)
     steep = np.abs(normals[:, 2]) < FLATTEST
     ends = ends[np.isin(ends, ring[steep]).all(axis=1)]
     ring, normals = ring[steep], normals[steep]

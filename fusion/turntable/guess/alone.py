@@ -18,7 +18,7 @@ from fusion.turntable.guess.decided import POINTS_JOINT, Alone, best_partners, d
 from fusion.turntable.guess.everywhere import listen
 from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.upright import upright_axis
-from fusion.turntable.pairs.edges import above, stack
+from fusion.turntable.pairs.edges import above, stack, thinned_view
 from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import ObjectView, Region
 
@@ -76,7 +76,3 @@ def found_again(views: Sequence[ObjectView], start: State) -> Alone:
     # partners of all distances: the nearest alone, as those of a hand at rest, would say nothing of the rest
     worth = np.random.default_rng(0).uniform(size=len(edges))
     return decided(stack([thinned_view(v, POINTS_JOINT) for v in views]), start, best_partners(edges, worth, n))
-
-
-def thinned_view(view: ObjectView, most: int) -> ObjectView:
-    return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)

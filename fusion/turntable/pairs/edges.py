@@ -217,3 +217,7 @@ def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:
     if len(kept) > most:  # a fixed seed: the same scan gives the same result
         kept = np.sort(np.random.default_rng(0).permutation(kept)[:most])
     return view.of(kept)
+
+
+def thinned_view(view: ObjectView, most: int) -> ObjectView:
+    return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fusion.calibration.lens.photogrammetric import PhotogrammetricCamera, to_opencv, to_photogrammetric
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from tools.reproduce.calibration.photogrammetric import PhotogrammetricCamera, to_opencv, to_photogrammetric
 
 RGB = PhotogrammetricCamera(
     640, 480, (3.58, 2.87), 3.099, (-0.040, -0.020), (-1.366e-3, 7.857e-4, 0.0), (-1.518e-4, -9.514e-4)

@@ -19,8 +19,8 @@ from fusion.calibration.lens.boards.grid import upright
 from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.calibration.lens.fit.solve import NAMES, matrix
 from fusion.calibration.lens.intrinsics import CameraFit, LensSettings, calibrate_intrinsics, fit_camera
-from fusion.calibration.lens.photogrammetric import PhotogrammetricCamera, to_opencv, to_photogrammetric
 from fusion.calibration.lens.views import BoardView, view_of
+from tools.reproduce.calibration.photogrammetric import PhotogrammetricCamera, to_opencv, to_photogrammetric
 
 KINECT = "data/kinect_v2_checkerboard"
 KINECT_BOARD, KINECT_SIZE = Board(5, 7, 0.03), (512, 424)

@@ -5,7 +5,7 @@
 
 High and low things, sloped sides, noisy and quiet sensors, a plate that is not square to its axis: 24 images of
 480 x 360 of 1.1 turns, simulated, scanned with the table's log. Height along the plate's normal, volume as the scan
-tells it, and what is missing of a cut 4 mm above the plate, as scans had it once.
+tells it.
 """
 
 import argparse
@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 CAMERA = Camera(480, 360, 570.0, 570.0, 239.5, 179.5)
 FRAMES = 24
 LEANS = (1.0, 0.3, 0.0)  # about which a plate is tilted
-ONCE = 0.004  # [m] that were cut off
 
 
 class Case(NamedTuple):
@@ -67,7 +66,6 @@ def line(case: Case, folder: Path) -> str:
         fusion.write_simulation(folder, fusion.simulate(scene(case, bodies), fusion.read_sensor(case.sensor), seed=7))
     scan = fusion.scan_turntable(fusion.open_recording(folder))
     volume, high = sum(body.volume for body in bodies), max(body.bounds[1][2] for body in bodies)
-    cut = sum(body.slice_plane([0, 0, ONCE], [0, 0, 1], cap=True).volume for body in bodies)
     found, facts = scan.facts.shape.volume, scan.facts
     up = pose.about_axis((0, 0, 0), LEANS, np.deg2rad(case.tilt))[:3, 2]
     turned = scan.trajectory.poses[0][:3, :3] @ T_world_camera()[:3, :3].T  # object from world, at the first frame
@@ -76,7 +74,7 @@ def line(case: Case, folder: Path) -> str:
     told = "none" if found is None else f"{found * 1e6:.0f}"
     return (
         f"{case.things:<24} {case.sensor:<15} tilt {case.tilt:g} deg: hidden {facts.table.hidden * 1e3:.1f} mm, "
-        f"volume {told} of {volume * 1e6:.0f} cm3 (4 mm cut off: {cut * 1e6:.0f}), "
+        f"volume {told} of {volume * 1e6:.0f} cm3, "
         f"height {height * 1e3:.1f} of {high * 1e3:.0f} mm, {scan.judgement.worth.line()}"
     )
 

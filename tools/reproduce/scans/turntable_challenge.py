@@ -17,6 +17,7 @@ import argparse
 import json
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,22 +26,31 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
-from fusion.mesh.cleanup import largest_part
+from fusion.geometry.pose import Array
+from fusion.mesh.cleanup import large_parts
 from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
+from fusion.recording.images.masks import open_masks
 from fusion.recording.native.camera_file import camera_content, camera_of, camera_to_dict
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.facts import Gap
-from fusion.scan.cleaning.off_plate import fitted_plate, off_plate
-from fusion.scan.pipeline import mesh_at, scan_turntable
+from fusion.scan.cleaning.clean import clean
+from fusion.scan.cleaning.off_plate import clear_of_rounding, fitted_plate, off_plate
+from fusion.scan.finding.frames import load
+from fusion.scan.finding.object import choose_volume
+from fusion.scan.finding.relieved import relieved
+from fusion.scan.pipeline import scan_turntable
+from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.files.sensor_file import read_sensor
+from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
+from fusion.turntable.views import Region
 from fusion.volume.forecast import choose_truncation
-from fusion.volume.prepared import fuse, prepare
+from fusion.volume.prepared import fuse, fused, prepare
 from fusion.volume.volume import Volume, VolumeSettings
 from tools.reproduce.scans.challenge_truth import true_sensor
 
@@ -106,13 +116,24 @@ def with_true_poses(
     for frame, T in zip(frames, poses, strict=True):
         fuse(volume, frame, T)
     mesh = volume.surface()
-    mesh = largest_part(off_plate(mesh, fitted_plate(mesh, voxel))[0])
+    mesh, _ = large_parts(off_plate(mesh, clear_of_rounding(mesh, fitted_plate(mesh, voxel), voxel))[0], 1.0)
     return {
         "corrected": told.line,
         "left": "; ".join((*told.left, *told.doubtful)),
         "truncation": f"{volume.settings.truncation * 1e3:.1f} mm",
         "distances, true poses": _line(_distances(mesh, truth[0], np.eye(4))),
     }
+
+
+def _mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_camera: Array) -> Mesh:
+    """The object from the same frames and volume as a scan, but with other poses (n, 4, 4) in its object frame."""
+    sensor = settings.sensor or default_sensor(recording.camera)
+    recording = replace(corrected_recording(recording, sensor)[0], camera=scan.camera)
+    region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
+    masks = None if settings.mask is None else open_masks(settings.mask, recording)
+    frames = relieved(load(recording, sensor, region, masks)[0], scan.motion.taken_out)
+    volume = fused(choose_volume(settings, scan.camera, frames, region, scan.motion), frames, T_object_camera)
+    return clean(volume.surface(), settings, scan.motion, volume.settings.voxel).mesh
 
 
 def with_own_poses(
@@ -129,7 +150,7 @@ def with_own_poses(
     scan = scan_turntable(recording, settings)
     T_table_camera = read_trajectory(truth_folder / "poses.txt").poses
     T_table_object = T_table_camera[0] @ pose.inverse(scan.trajectory.poses[0])
-    posed = mesh_at(recording, settings, scan, pose.inverse(T_table_object) @ T_table_camera)
+    posed = _mesh_at(recording, settings, scan, pose.inverse(T_table_object) @ T_table_camera)
     ours = _distances(scan.mesh, truth_folder, T_table_object)
     with_truth = _distances(posed, truth_folder, T_table_object)
     error = angle_errors(scan.motion.angles, np.array(truth["angles_rad"]))
@@ -152,8 +173,6 @@ def with_own_poses(
 
 
 def _with_camera(recording: Recording, fields: dict[str, Any]) -> Recording:
-    from dataclasses import replace
-
     known = camera_to_dict(recording.camera)
     camera: Camera = camera_of(camera_content(known | fields, "truth.json"))
     return replace(open_recording(recording.path, camera), camera=camera)
