@@ -199,6 +199,8 @@ def test_a_stop_by_hand_stops_the_table_too(tmp_path):
         with source:
             assert record_source(source, tmp_path / "rec").frames == 1
         assert time.monotonic() - begin < 10  # of 90 s that the move would take
+        while not table.cancelled and time.monotonic() - begin < 20:  # the table reads what it was told a little later
+            time.sleep(0.02)
         assert table.cancelled
         assert table.standing is not None
 

@@ -3,10 +3,12 @@
 from pathlib import Path
 
 from fusion.errors import RecordingError
+from fusion.files.json_file import read_json
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera
 from fusion.geometry.principle import Principle
-from fusion.recording.native.camera_file import read_camera
+from fusion.recording.cameras.open3d_intrinsic import open3d_camera
+from fusion.recording.native.camera_file import camera_content, camera_of
 
 
 def _preset(
@@ -94,11 +96,12 @@ PRESETS = DATA_SETS | DEVICES
 
 def say_camera(like: str) -> str:
     """What to do where a recording states no camera; presets `like` this name come first."""
-    return "pass --camera fx,fy,cx,cy (pixels), a camera.json or a preset, " + one_of(list(PRESETS), like)
+    numbers = "fx,fy,cx,cy (pixels; a fifth: counts per metre)"
+    return f"pass --camera {numbers}, a camera.json or a preset, " + one_of(list(PRESETS), like)
 
 
 def find_camera(camera: Camera | Path | str) -> Camera:
-    """The camera itself, that of a `camera.json`, or that of a named preset.
+    """The camera itself, that of a `camera.json` or of Open3D's `intrinsic.json`, or that of a named preset.
 
     Raises:
         RecordingError: neither a file nor the name of a preset, or a file that cannot be used.
@@ -113,4 +116,7 @@ def find_camera(camera: Camera | Path | str) -> Camera:
     if not Path(camera).is_file():
         expected = "a camera.json or " + one_of(list(PRESETS), camera)
         raise RecordingError("the camera is not known", "--camera", camera, expected)
-    return read_camera(Path(camera))
+    fields = read_json(Path(camera), RecordingError, "the camera file")
+    if isinstance(fields, dict) and "intrinsic_matrix" in fields:
+        return open3d_camera(camera_content(fields, camera))
+    return camera_of(camera_content(fields, camera))

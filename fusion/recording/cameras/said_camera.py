@@ -11,6 +11,7 @@ from fusion.recording.images.read import image_size
 from fusion.recording.native.camera_file import are_focal
 from fusion.recording.recording import Recording
 
+LEAST_SCALE, MOST_SCALE = 1e-3, 1e7  # as in `camera.json`
 Read = Callable[[Camera | None], Recording]
 
 
@@ -18,7 +19,7 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     """The camera that is meant; of `fx,fy,cx,cy` [px] the rest is the recording's own, or the size of its images.
 
     Args:
-        camera: a Camera, a `camera.json`, the name of a preset, or the four numbers.
+        camera: a Camera, a `camera.json`, the name of a preset, or the four numbers, a fifth for the counts per metre.
         read: opens the recording with a camera.
         usual_scale: counts per metre of a format that states none.
 
@@ -28,15 +29,18 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     numbers = _numbers(camera)
     if numbers is None:
         return find_camera(camera)
-    fx, fy, cx, cy = numbers
+    fx, fy, cx, cy, *scales = numbers
     if not are_focal(fx, fy) or max(abs(cx), abs(cy)) > 1e6:
         raise RecordingError("the camera cannot be used", "--camera", camera, "fx,fy,cx,cy in pixels")
+    if any(not LEAST_SCALE <= scale <= MOST_SCALE for scale in scales):
+        raise RecordingError("the camera cannot be used", "--camera", camera, "fx,fy,cx,cy,counts per metre")
     try:
         own = read(None)
     except RecordingError:  # most states no camera; if it is something else it is met again
-        opened = read(Camera(0, 0, fx, fy, cx, cy, depth_scale=usual_scale))
+        opened = read(Camera(0, 0, fx, fy, cx, cy, depth_scale=scales[0] if scales else usual_scale))
         return opened.camera if opened.camera.width else _of_images(opened)
-    return replace(_of_images(own), fx=fx, fy=fy, cx=cx, cy=cy, distortion=(), std={})
+    found = replace(_of_images(own), fx=fx, fy=fy, cx=cx, cy=cy, distortion=(), std={})
+    return replace(found, depth_scale=scales[0]) if scales else found
 
 
 def _of_images(recording: Recording) -> Camera:
@@ -54,14 +58,14 @@ def _of_images(recording: Recording) -> Camera:
 
 
 def are_numbers(camera: Camera | Path | str) -> bool:
-    """True for "fx,fy,cx,cy"."""
+    """True for "fx,fy,cx,cy", with the counts per metre behind them or not."""
     return _numbers(camera) is not None
 
 
 def _numbers(camera: Camera | Path | str) -> list[float] | None:
-    """The four numbers; None where it is something else."""
+    """The four or five numbers; None where it is something else."""
     parts = [] if isinstance(camera, Camera) else str(camera).split(",")
-    if len(parts) != 4:
+    if len(parts) not in (4, 5):
         return None
     try:
         return [float(part) for part in parts]

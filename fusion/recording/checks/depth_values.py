@@ -16,6 +16,7 @@ LIKELY = (0.3, 6.0)
 # [m] nearer no camera of its kind measures (Kinect v1 0.4, TrueDepth 0.15; Azure Kinect 0.25, Kinect v2 0.5, telephones
 # 0.1), and farther hardly one does (Kinects 8): makers' data, from memory
 MEASURABLE = {Principle.STRUCTURED_LIGHT: (0.14, 8.0), Principle.TIME_OF_FLIGHT: (0.1, 8.0)}
+HOW = "a camera.json, or fx,fy,cx,cy,SCALE"
 # counts per metre in use: Kinect mm, TUM, YCB-Video, Redwood and RealSense variants, centimetres
 SCALES = (1000.0, 5000.0, 10000.0, 4000.0, 8000.0, 100.0)
 
@@ -107,13 +108,13 @@ def _scale(sample: Sample) -> list[Finding]:
         if median >= PLAUSIBLE[0] and too_near and nearest is not None:
             near = f"depth from {nearest[0]:.2g} m on with depth_scale {camera.depth_scale:g}"
             seen = f"{near}: nearer than such cameras measure"
-        do = f"pass --camera with depth_scale {others}" if fitting else "pass --camera with the right depth_scale"
+        do = f"pass --camera with depth_scale {others if fitting else 'as it is right'}: {HOW}"
         return [Finding("depth", "error", seen, do)]
     seen = f"median depth {median:.3g} m"
     nearer = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
     if median > LIKELY[1] and nearer and sample.recording.in_counts:
         others = " or ".join(f"{s:g} ({median * camera.depth_scale / s:.3g} m)" for s in nearer)
-        do = f"if that is no hall, pass --camera with depth_scale {others}"
+        do = f"if that is no hall, pass --camera with depth_scale {others}: {HOW}"
         return [Finding("depth", "warning", f"{seen} with depth_scale {camera.depth_scale:g}: far for a room", do)]
     return [Finding("depth", "ok", f"{seen}, a plausible unit")]
 

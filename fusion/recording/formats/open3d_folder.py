@@ -3,10 +3,8 @@
 import re
 from functools import partial
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
@@ -17,12 +15,12 @@ from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.cameras.open3d_intrinsic import open3d_camera
 from fusion.recording.cameras.presets import say_camera
-from fusion.recording.formats.recorded.parts import even_or_stated
+from fusion.recording.formats.recorded.parts import FRAMES_PER_SECOND, even_or_stated, no_stamps
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import load_frame
-from fusion.recording.native.camera_file import DepthScale, Size, are_focal
 from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
 
@@ -31,21 +29,6 @@ CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json")
 IMAGES = {".png", ".jpg", ".jpeg"}
 # Redwood: frame number - microseconds
 REDWOOD = re.compile(r"\d+-(\d{6,})$")
-FRAMES_PER_SECOND = 30.0
-# Open3D's depth_scale in its reconstruction system: millimetres
-DEPTH_SCALE = 1000.0
-
-Number = Annotated[float, Meta(gt=-1e6, lt=1e6)]
-ABOUT = "9 numbers, column by column [px], focal lengths from 0.01 to 1e6"
-
-
-class Intrinsic(Struct, frozen=True, kw_only=True):
-    """Open3D's camera; the depth's unit beside it is this program's own, Open3D is told it elsewhere."""
-
-    width: Size
-    height: Size
-    intrinsic_matrix: Annotated[list[Number | list[Number]], Meta(description=ABOUT)]
-    depth_scale: DepthScale = DEPTH_SCALE
 
 
 def recognises(folder: Path) -> bool:
@@ -114,7 +97,7 @@ def _stamps(names: list[str]) -> tuple[NDArray[np.float64], list[str]]:
     times = [REDWOOD.match(Path(name).stem) for name in names]
     if all(times):
         return even_or_stated(np.array([int(match[1][:18]) for match in times if match]) * 1e-6, FRAMES_PER_SECOND)
-    return np.arange(len(names)) / FRAMES_PER_SECOND, []
+    return no_stamps(len(names))
 
 
 def _camera(folder: Path) -> Camera:
@@ -122,17 +105,7 @@ def _camera(folder: Path) -> Camera:
     if path is None:
         do = say_camera("primesense")
         raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
-    content = Content(read_json(path, RecordingError), path, "the camera", RecordingError)
-    given = content.as_type(Intrinsic)
-    try:
-        K = np.array(given.intrinsic_matrix, float).reshape(3, 3).T  # column by column
-    except ValueError:  # not nine, or lists of different lengths
-        K = np.zeros((3, 3))
-    # row by row, as others write it, the last row holds the principal point
-    if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
-        raise content.wrong(Intrinsic, "intrinsic_matrix")
-    width, height = int(given.width), int(given.height)
-    return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=given.depth_scale)
+    return open3d_camera(Content(read_json(path, RecordingError), path, "the camera", RecordingError))
 
 
 def _poses(folder: Path, stamps: Array) -> Trajectory | None:

@@ -15,10 +15,13 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.recording.cameras.presets import PRESETS
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import load_frame
+from fusion.recording.images.read import image_size
+from fusion.recording.native.camera_file import are_focal
 from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
 
 DEPTH = re.compile(r"frame-(\d+)\.depth(\.proj)?\.png$")
+MATRIX = "*intrinsics*.txt"
 COLOR = ("png", "jpg", "jpeg")  # the data set's own is PNG; recordings made after its pattern often are not
 # the files carry no time; Kinect v1 gives 30 frames a second
 FRAMES_PER_SECOND = 30.0
@@ -38,8 +41,10 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     color = [next((name for end in COLOR if (name := f"{stem}.color.{end}") in known), None) for stem in stems]
     stamps = np.array([int(stem.split("-")[1]) for stem in stems]) / FRAMES_PER_SECOND
     files = FrameFiles(folder=folder, depth=depth, color=color if any(color) else [])
+    beside = _camera_beside(folder, depth[0])
+    camera = camera or beside
     warnings = [] if camera else ["the camera is the data set's nominal one (585 px), not calibrated"]
-    if any(color) and not any(".proj." in name for name in depth):
+    if any(color) and beside is None and not any(".proj." in name for name in depth):
         warnings.append("7-Scenes colour is not registered to depth: colours are shifted by some pixels")
     camera = camera or PRESETS["7scenes"][0]
     return Recording(
@@ -52,6 +57,21 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         warnings=tuple(warnings),
         files=files,
     )
+
+
+def _camera_beside(folder: Path, first: str) -> Camera | None:
+    """The camera of a matrix in the folder, as of tsdf-fusion, or above it, as of 3DMatch; its lens is not told."""
+    names = all_inside(folder, sorted(path.name for path in folder.glob(MATRIX)), RecordingError)
+    above = folder.parent / "camera-intrinsics.txt"
+    path = folder / names[0] if names else above
+    if not path.is_file():
+        return None
+    rows = [[number(value, path, line) for value in text.split()] for line, text in data_lines(path)]
+    K = np.array(rows) if len(rows) == 3 and all(len(row) == 3 for row in rows) else np.zeros((3, 3))
+    if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
+        raise RecordingError("the camera cannot be used", path, "", "3 rows of 3: fx 0 cx, 0 fy cy, 0 0 1 [px]")
+    width, height = image_size(folder / first)
+    return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=1000.0)
 
 
 def _depth_names(names: list[str]) -> list[str]:

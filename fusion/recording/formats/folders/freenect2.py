@@ -16,7 +16,8 @@ from fusion.files.inside import all_inside
 from fusion.files.reading import open_regular, read_bytes
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import PRESETS
-from fusion.recording.formats.folders.plain import FRAMES_PER_SECOND, natural
+from fusion.recording.formats.folders.plain import natural
+from fusion.recording.formats.recorded.parts import FRAMES_PER_SECOND
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import REAL_SCALE, ImageSource
 

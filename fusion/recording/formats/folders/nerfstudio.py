@@ -25,7 +25,8 @@ from fusion.geometry.pose import Array, inverse, is_rigid, other_axes
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.cameras.laid import in_proportion, out_of_proportion
 from fusion.recording.cameras.own_cameras import common_camera
-from fusion.recording.formats.folders.plain import FRAMES_PER_SECOND, natural, npy_metres
+from fusion.recording.formats.folders.plain import natural, npy_metres
+from fusion.recording.formats.recorded.parts import FRAMES_PER_SECOND
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import counts_to_metres, load_frame, stored_shape, with_color_turned
 from fusion.recording.images.read import image_size, read_color, read_counts

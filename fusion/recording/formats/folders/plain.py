@@ -16,6 +16,7 @@ from fusion.files.npy import npy_header, read_npy
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import say_camera
+from fusion.recording.formats.recorded.parts import no_stamps
 from fusion.recording.images.frame_files import INVALID_COUNT, FrameFiles
 from fusion.recording.images.header import read_header
 from fusion.recording.images.load_frame import load_frame
@@ -26,7 +27,6 @@ from fusion.recording.streamed import REAL_SCALE, ImageSource
 PLACES = ("", "depth", "depths")
 ENDINGS = (".png", ".npy")
 STAMP = re.compile(r"\d{9,11}\.\d+")  # seconds since 1970, as recorders name their images
-FRAMES_PER_SECOND = 30.0
 FARTHEST = 50.0  # [m] in the middle of an image: no depth camera sees as far, and millimetres begin there
 
 
@@ -149,8 +149,7 @@ def _stamps(names: list[str]) -> tuple[NDArray[np.float64], list[str]]:
     stems = [Path(name).stem for name in names]
     if all(STAMP.fullmatch(stem) for stem in stems):
         return np.array([float(stem) for stem in stems]), []
-    told = f"the images have no time stamps: taken for {FRAMES_PER_SECOND:g} a second"
-    return np.arange(len(names)) / FRAMES_PER_SECOND, [told]
+    return no_stamps(len(names))
 
 
 def _too_far(source: ImageSource) -> list[str]:

@@ -11,6 +11,8 @@ from fusion.errors import RecordingError
 from fusion.files.limits import check_size
 from fusion.files.reading import open_regular
 
+FRAMES_PER_SECOND = 30.0  # where nothing tells it: what most depth cameras give
+
 
 @dataclass(frozen=True)
 class ByteRange:
@@ -71,3 +73,9 @@ def even_or_stated(stamps: NDArray[np.float64], rate: float) -> tuple[NDArray[np
         why = "are no seconds"
     told = f"the time stamps cannot be used, as they {why}: frames are taken for {rate:.4g} a second"
     return np.arange(len(stamps)) / rate, [told]
+
+
+def no_stamps(count: int) -> tuple[NDArray[np.float64], list[str]]:
+    """Stamps (count,) [s] of images that have none, and what is told of them."""
+    told = f"the images have no time stamps: taken for {FRAMES_PER_SECOND:g} a second"
+    return np.arange(count) / FRAMES_PER_SECOND, [told]

@@ -1,0 +1,49 @@
+"""A camera that is said, or lies beside the images: Open3D's file, a fifth number, the matrix of a data set."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import synthetic
+from test_formats import seven_scenes
+
+from fusion.errors import RecordingError
+from fusion.recording.cameras.presets import find_camera
+from fusion.recording.open import open_recording
+from fusion.recording.writing.write import write_recording
+
+MATRIX = "615.2 0 298.4\n0 616.3 247.5\n0 0 1\n"
+
+
+def test_the_camera_file_of_open3d_is_one(tmp_path):
+    path = tmp_path / "rs.json"
+    path.write_text(json.dumps({"width": 640, "height": 480, "intrinsic_matrix": [617, 0, 0, 0, 618, 0, 317, 246, 1]}))
+    found = find_camera(path)
+    assert (found.fx, found.fy, found.cx, found.cy, found.shape) == (617, 618, 317, 246, (480, 640))
+
+
+def test_a_fifth_number_is_the_counts_per_metre(tmp_path):
+    write_recording(tmp_path / "r", synthetic.CAMERA, synthetic.frames(2))
+    one = open_recording(tmp_path / "r")
+    five = open_recording(tmp_path / "r", f"100,101,20,15,{one.camera.depth_scale / 5:g}")
+    assert replace(five.camera, depth_scale=0) == replace(
+        open_recording(tmp_path / "r", "100,101,20,15").camera, depth_scale=0
+    )
+    np.testing.assert_allclose(five[0].depth, 5 * one[0].depth, rtol=1e-6)
+    with pytest.raises(RecordingError, match="counts per metre"):
+        open_recording(tmp_path / "r", "100,101,20,15,0")
+
+
+@pytest.mark.parametrize("where", ["seq/intrinsics.K.txt", "camera-intrinsics.txt"])
+def test_the_matrix_beside_the_images_of_a_data_set_is_its_camera(tmp_path, where):
+    (tmp_path / "seq").mkdir()
+    seven_scenes(tmp_path / "seq")
+    assert open_recording(tmp_path / "seq").camera.fx == 585
+    (tmp_path / where).write_text(MATRIX)
+    found = open_recording(tmp_path / "seq")
+    assert (found.camera.fx, found.camera.cy) == (615.2, 247.5) and not found.camera.sensor
+    assert not any("nominal" in text or "registered" in text for text in found.warnings)
+    (tmp_path / where).write_text("615.2 0 298.4\n0 616.3 247.5\n")
+    with pytest.raises(RecordingError, match="3 rows of 3"):
+        open_recording(tmp_path / "seq")
