@@ -88,10 +88,12 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
     known = np.flatnonzero(np.isfinite(centre))
     if len(known) < 6:
         return notes
+    # what passes through the centre is told by itself; its pixels leave it out, and their mean cannot
+    moves = 2 * len(look.still.disturbed) > look.still.frames
     spread = robust_std(centre[known] - np.median(centre[known]))
     off = np.abs(centre - np.nanmedian(centre))
     jumps = known[off[known] > max(JUMP * spread, JUMP_M)]
-    if len(jumps):
+    if len(jumps) and not moves:
         most = f"the most frame {int(np.nanargmax(off))}, by {np.nanmax(off) * 1e3:.1f} mm"
         count = "1 frame jumps" if len(jumps) == 1 else f"{len(jumps)} frames jump"
         notes.append(("warning", f"{count} as a whole, {most}."))
@@ -102,7 +104,7 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
         )
         text += f"its neighbours by {one * 1e3:.1f} mm: camera or scene moved, and no number here is one of the camera"
         notes.append(("bad", f"{text}; record a still scene."))
-    elif look.common > SHARED * one:
+    elif look.common > SHARED * one and not moves:
         text = f"{look.common * 1e3:.1f} of {one * 1e3:.1f} mm noise is shared by all pixels of the centre"
         notes.append(("warning", f"{text}; averaging pixels does not remove it, {_over_frames(look)}."))
     return notes

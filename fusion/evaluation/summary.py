@@ -43,7 +43,7 @@ def _offset(found: Evaluation) -> str:
 
 
 def _noise(found: Evaluation) -> str:
-    known = [(look.surface.distance, _typical(look)) for look in found.looks
+    known = [(look.surface.distance, _axial(look)) for look in found.looks
              if (np.isfinite(look.still.depth.std) & (look.still.depth.std > 0)).any()]  # fmt: skip
     if not known:
         return ""
@@ -51,6 +51,12 @@ def _noise(found: Evaluation) -> str:
     if len(known) == 1:
         return f"noise {sigma[0]:.1f} mm at {known[0][0]:.2f} m"
     return f"noise {np.min(sigma):.1f} to {np.max(sigma):.1f} mm"
+
+
+def _axial(look: StretchLook) -> float:
+    """Noise [m] at the surface's distance, as the target tells it; without one, of a pixel as it is typical."""
+    known = look.noise is not None and np.isfinite(look.noise.axial)
+    return look.noise.axial if known and look.noise is not None else _typical(look)
 
 
 def _typical(look: StretchLook) -> float:

@@ -44,6 +44,7 @@ FOLDERS: tuple[ModuleType, ...] = (
 )
 FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg, xef, xef_depth)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
+NOT_READ = {".pgm", ".tif", ".tiff", ".exr", ".pfm"}  # kinds of images in which others keep depth
 
 
 def open_recording(path: Path | str, camera: Camera | Path | str | None = None, topic: str | None = None) -> Recording:
@@ -129,6 +130,10 @@ def _not_recognised(path: Path) -> RecordingError:
     return RecordingError("the file is no recording", path, found, READ)
 
 
+def _entries(folder: Path) -> list[Path]:
+    return list(folder.iterdir()) if folder.is_dir() else []
+
+
 def _no_recording_folder(folder: Path) -> RecordingError:
     names = sorted(entry.name + "/" * entry.is_dir() for entry in folder.iterdir())
     # any folder of images may be a plain one: to find that out they are opened, and nobody asked for that
@@ -140,4 +145,6 @@ def _no_recording_folder(folder: Path) -> RecordingError:
         "INDEX.txt (fakenect) or depth/ with color/ (Open3D)"
     )
     do = f"open one of the recordings inside: {', '.join(inside[:4])}" if inside else ""
+    if others := sorted({entry.suffix for home in (folder, folder / "depth") for entry in _entries(home)} & NOT_READ):
+        do = do or f"write the {' and '.join(others)} images as 16-bit PNG (counts) or NPY (metres): they are not read"
     return RecordingError("the folder is no recording", folder, found or "an empty folder", expected, do)

@@ -131,3 +131,15 @@ def test_copies_of_one_frame_tell_no_noise():
     found = evaluate([recording([replace(one, index=i, timestamp=i / 30) for i in range(20)])])
     assert found.notes[0][0] == "bad" and "hold the same depth" in found.notes[0][1]
     assert "noise" not in summary(found)
+
+
+def test_what_passes_through_the_centre_is_no_noise_that_pixels_share():
+    def change(i: int, depth: np.ndarray) -> np.ndarray:
+        out = depth.copy()
+        at = 20 + 2 * (i % 25)
+        out[20:50, at : at + 22] = 0.7  # a hand, never twice in one place
+        return out
+
+    found = evaluate([recording(frames(50, 1.2, change))])
+    assert any("something moves" in text for _, text in found.notes)
+    assert not any("shared by all" in text or "as a whole" in text for _, text in found.notes)

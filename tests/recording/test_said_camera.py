@@ -47,3 +47,11 @@ def test_the_matrix_beside_the_images_of_a_data_set_is_its_camera(tmp_path, wher
     (tmp_path / where).write_text("615.2 0 298.4\n0 616.3 247.5\n")
     with pytest.raises(RecordingError, match="3 rows of 3"):
         open_recording(tmp_path / "seq")
+
+
+@pytest.mark.parametrize("place", ["", "depth"])
+def test_images_of_a_kind_that_is_not_read_are_named(tmp_path, place):
+    (tmp_path / place).mkdir(exist_ok=True)
+    (tmp_path / place / "1.pgm").write_bytes(b"P5 1 1 65535 12")
+    with pytest.raises(RecordingError, match=r"\.pgm images as 16-bit PNG"):
+        open_recording(tmp_path)
