@@ -136,8 +136,8 @@ def test_copies_of_one_frame_tell_no_noise():
 def test_what_passes_through_the_centre_is_no_noise_that_pixels_share():
     def change(i: int, depth: np.ndarray) -> np.ndarray:
         out = depth.copy()
-        at = 20 + 2 * (i % 25)
-        out[20:50, at : at + 22] = 0.7  # a hand, never twice in one place
+        if i % 5 < 3:  # a hand before nearly all of the centre, never twice at one depth
+            out[15:60, 10 : 80 + i % 7] = 0.7 + 0.004 * i
         return out
 
     found = evaluate([recording(frames(50, 1.2, change))])
