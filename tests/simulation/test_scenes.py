@@ -159,13 +159,13 @@ def test_board_corners_lie_where_they_should(name):
 
 
 def _corners(cv2, grey, board):
-    shape = (board["columns"], board["rows"])
-    if "marker_m" not in board:
+    shape = (board.columns, board.rows)
+    if not board.marker_m:
         found, corners = cv2.findChessboardCornersSB(grey, shape, flags=cv2.CALIB_CB_ACCURACY)
         return (corners.reshape(-1, 2), np.arange(shape[0] * shape[1])) if found else (None, None)
-    markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board["dictionary"]))
+    markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))
     size = (shape[0] + 1, shape[1] + 1)
-    known = cv2.aruco.CharucoBoard(size, board["square_m"], board["marker_m"], markers)
+    known = cv2.aruco.CharucoBoard(size, board.square_m, board.marker_m, markers)
     corners, ids, _, _ = cv2.aruco.CharucoDetector(known).detectBoard(grey)
     return (None, None) if corners is None else (corners.reshape(-1, 2), ids.ravel())
 

@@ -193,12 +193,18 @@ def scans(given: Inputs, out: Path) -> Any:
     return found, found.facts, found.judgement, found.turntable()
 
 
+def _nudged(frame: fusion.Frame) -> fusion.Frame:
+    """Another measurement of the same: a copy is refused."""
+    return replace(frame, depth=frame.depth + np.float32(1e-6))
+
+
 def merges(given: Inputs, out: Path) -> Any:
     one = fusion.open_pass(given.place("turning"))
     known = fusion.MergeSettings(transforms=np.tile(np.eye(4), (2, 1, 1)), voxel=0.008, truncation=0.03, color=False)
     # the same once more, as if another scan had found it
     mesh = replace(one.mesh, vertices=one.mesh.vertices + 1e-6)
-    other = replace(one, recording=replace(one.recording, path=one.recording.path / "other"), mesh=mesh)
+    again = replace(one.recording, path=one.recording.path / "other", load=lambda i: _nudged(one.recording[i]))
+    other = replace(one, recording=again, mesh=mesh)
     found = fusion.merge_passes([one, other], known)
     return found.mesh, found.facts, found.judgement, found.merge()
 

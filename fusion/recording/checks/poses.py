@@ -78,7 +78,9 @@ def check_poses(sample: Sample) -> list[Finding]:
     missing = int((~at_frames.valid).sum())
     if missing == len(at_frames):
         do = "put the stamps of the poses on the clock of the depth frames"
-        return [Finding("poses", "error", "no stated pose lies within 0.02 s of a frame", do)]
+        return [
+            Finding("poses", "error", "no pose stated (groundtruth.txt or --poses) lies within 0.02 s of a frame", do)
+        ]
     pairs = _pairs(sample, at_frames.poses)
     seen = f"stated for {len(at_frames) - missing} of {len(at_frames)} frames"
     if not pairs:

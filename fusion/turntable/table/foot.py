@@ -33,6 +33,8 @@ def plate_among(views: Sequence[ObjectView]) -> tuple[Array, Array] | None:
     if found is None:
         return None
     a, normal = found
+    if normal @ a >= 0:  # what is seen from below, with all of the object beyond it, is the object's own front
+        return None
     shares = np.array([np.mean(np.abs((seen - a) @ normal) < FLAT) for seen in each])
     return found if np.mean(shares > LEAST) >= STAYS else None
 
