@@ -55,8 +55,8 @@ def _noise(found: Evaluation) -> str:
 
 def _axial(look: StretchLook) -> float:
     """Noise [m] at the surface's distance, as the target tells it; without one, of a pixel as it is typical."""
-    known = look.noise is not None and np.isfinite(look.noise.axial)
-    return look.noise.axial if known and look.noise is not None else _typical(look)
+    axial = np.nan if look.noise is None else look.noise.axial
+    return axial if np.isfinite(axial) else _typical(look)
 
 
 def _typical(look: StretchLook) -> float:

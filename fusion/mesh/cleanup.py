@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fusion.mesh.comparison.surface_samples import face_areas
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.vertices import vertices_kept
+from fusion.mesh.vertices import vertices_added, vertices_kept
 
 
 def large_parts(mesh: Mesh, share: float) -> tuple[Mesh, float]:
@@ -54,17 +54,7 @@ def fill_small_holes(mesh: Mesh, max_perimeter: float) -> Mesh:
     def grown(values: NDArray) -> NDArray:
         return np.concatenate([values, [values[loop].mean(axis=0) for loop in loops]])
 
-    normals = None if mesh.normals is None else grown(mesh.normals)
-    if normals is not None:
-        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return Mesh(
-        vertices=grown(mesh.vertices),
-        faces=np.concatenate(faces).astype(np.int32),
-        normals=None if normals is None else normals.astype(np.float32),
-        colors=None if mesh.colors is None else np.rint(grown(mesh.colors)).astype(np.uint8),
-        scalars={name: grown(values).astype(np.float32) for name, values in mesh.scalars.items()},
-        notes=mesh.notes,
-    )
+    return vertices_added(mesh, np.concatenate(faces), grown)
 
 
 def border_loops(mesh: Mesh) -> list[NDArray[np.int64]]:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
-from fusion.mesh.vertices import vertices_kept
+from fusion.mesh.vertices import vertices_added, vertices_kept
 
 Array = NDArray[np.float64]
 LEAST = 1e-6  # of an edge from its end that is kept to where it is cut: no triangle without an area
@@ -39,14 +39,5 @@ def clipped(mesh: Mesh, level: Array) -> Mesh:
         part = share.reshape(-1, *[1] * (values.ndim - 1))
         return np.concatenate([values, values[start] * (1 - part) + values[end] * part])
 
-    normals = None if mesh.normals is None else grown(mesh.normals)
-    if normals is not None:
-        normals = (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)).astype(np.float32)
-    whole = Mesh(
-        grown(mesh.vertices),
-        np.concatenate(faces).astype(np.int32),
-        normals,
-        None if mesh.colors is None else np.rint(grown(mesh.colors)).astype(np.uint8),
-        {name: grown(values).astype(np.float32) for name, values in mesh.scalars.items()},
-    )
+    whole = vertices_added(mesh, np.concatenate(faces), grown)
     return vertices_kept(whole, np.concatenate([inside, np.ones(len(edges), bool)]))

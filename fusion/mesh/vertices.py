@@ -1,9 +1,31 @@
 """Vertices of a mesh left out or joined, with everything that hangs on them."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
+
+
+def vertices_added(mesh: Mesh, faces: NDArray[np.integer], grown: Callable[[NDArray], NDArray]) -> Mesh:
+    """The mesh with more vertices behind its own.
+
+    Args:
+        faces: (k, 3) of all vertices.
+        grown: values (n, ...) of the vertices with those of the new ones behind them; normals become unit again.
+    """
+    normals = None if mesh.normals is None else grown(mesh.normals)
+    if normals is not None:
+        normals = (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)).astype(np.float32)
+    return Mesh(
+        vertices=grown(mesh.vertices),
+        faces=faces.astype(np.int32),
+        normals=normals,
+        colors=None if mesh.colors is None else np.rint(grown(mesh.colors)).astype(np.uint8),
+        scalars={name: grown(values).astype(np.float32) for name, values in mesh.scalars.items()},
+        notes=mesh.notes,
+    )
 
 
 def vertices_kept(mesh: Mesh, keep: NDArray[np.bool_]) -> Mesh:

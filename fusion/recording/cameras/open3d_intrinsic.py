@@ -7,7 +7,7 @@ from msgspec import Meta, Struct
 
 from fusion.files.content import Content
 from fusion.geometry.camera import Camera
-from fusion.recording.native.camera_file import DepthScale, Size, are_focal
+from fusion.recording.native.camera_file import DepthScale, Size, camera_of_matrix
 
 # its depth_scale in the reconstruction system: millimetres
 DEPTH_SCALE = 1000.0
@@ -33,7 +33,7 @@ def open3d_camera(content: Content) -> Camera:
     except ValueError:  # not nine, or lists of different lengths
         K = np.zeros((3, 3))
     # row by row, as others write it, the last row holds the principal point
-    if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
+    found = camera_of_matrix(K, (int(given.width), int(given.height)), given.depth_scale)
+    if found is None:
         raise content.wrong(Intrinsic, "intrinsic_matrix")
-    width, height = int(given.width), int(given.height)
-    return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=given.depth_scale)
+    return found

@@ -8,10 +8,9 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import find_camera
 from fusion.recording.images.read import image_size
-from fusion.recording.native.camera_file import are_focal
+from fusion.recording.native.camera_file import LEAST_SCALE, MOST_SCALE, are_focal
 from fusion.recording.recording import Recording
 
-LEAST_SCALE, MOST_SCALE = 1e-3, 1e7  # as in `camera.json`
 Read = Callable[[Camera | None], Recording]
 
 

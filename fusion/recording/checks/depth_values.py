@@ -97,24 +97,22 @@ def _scale(sample: Sample) -> list[Finding]:
         return [Finding("depth", severity, seen, do)]
     low, high = MEASURABLE.get(camera.principle, (0.0, PLAUSIBLE[1]))
     nearest = range_m(sample)
+    counts = median * camera.depth_scale
+    fitting = " or ".join(f"{s:g} ({counts / s:.3g} m)" for s in SCALES if LIKELY[0] <= counts / s <= LIKELY[1])
     too_near = nearest is not None and nearest[0] < low
     if too_near or not PLAUSIBLE[0] <= median <= min(high, PLAUSIBLE[1]):
         if not sample.recording.in_counts:
             seen = f"median depth {median:.3g} m, as real numbers are metres: not what such cameras measure"
             return [Finding("depth", "error", seen, "write metres, or whole mm (16-bit PNG, depth_scale 1000)")]
-        fitting = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
-        others = ", ".join(f"{s:g} (median {median * camera.depth_scale / s:.3g} m)" for s in fitting)
         seen = f"median depth {median:.3g} m with depth_scale {camera.depth_scale:g}: not plausible indoors"
         if median >= PLAUSIBLE[0] and too_near and nearest is not None:
             near = f"depth from {nearest[0]:.2g} m on with depth_scale {camera.depth_scale:g}"
             seen = f"{near}: nearer than such cameras measure"
-        do = f"pass --camera with depth_scale {others if fitting else 'as it is right'}: {HOW}"
+        do = f"pass --camera with depth_scale {fitting or 'as it is right'}: {HOW}"
         return [Finding("depth", "error", seen, do)]
     seen = f"median depth {median:.3g} m"
-    nearer = [s for s in SCALES if LIKELY[0] <= median * camera.depth_scale / s <= LIKELY[1]]
-    if median > LIKELY[1] and nearer and sample.recording.in_counts:
-        others = " or ".join(f"{s:g} ({median * camera.depth_scale / s:.3g} m)" for s in nearer)
-        do = f"if that is no hall, pass --camera with depth_scale {others}: {HOW}"
+    if median > LIKELY[1] and fitting and sample.recording.in_counts:
+        do = f"if that is no hall, pass --camera with depth_scale {fitting}: {HOW}"
         return [Finding("depth", "warning", f"{seen} with depth_scale {camera.depth_scale:g}: far for a room", do)]
     return [Finding("depth", "ok", f"{seen}, a plausible unit")]
 

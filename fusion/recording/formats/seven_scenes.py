@@ -16,7 +16,7 @@ from fusion.recording.cameras.presets import PRESETS
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import load_frame
 from fusion.recording.images.read import image_size
-from fusion.recording.native.camera_file import are_focal
+from fusion.recording.native.camera_file import camera_of_matrix
 from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
 
@@ -67,11 +67,11 @@ def _camera_beside(folder: Path, first: str) -> Camera | None:
     if not path.is_file():
         return None
     rows = [[number(value, path, line) for value in text.split()] for line, text in data_lines(path)]
-    K = np.array(rows) if len(rows) == 3 and all(len(row) == 3 for row in rows) else np.zeros((3, 3))
-    if not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
+    K = np.array(rows) if len({len(row) for row in rows}) == 1 else np.zeros(0)
+    found = camera_of_matrix(K, image_size(folder / first), 1000.0)
+    if found is None:
         raise RecordingError("the camera cannot be used", path, "", "3 rows of 3: fx 0 cx, 0 fy cy, 0 0 1 [px]")
-    width, height = image_size(folder / first)
-    return Camera(width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=1000.0)
+    return found
 
 
 def _depth_names(names: list[str]) -> list[str]:

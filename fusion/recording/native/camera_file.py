@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta, Struct
+from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.files.content import Content
@@ -29,7 +30,10 @@ Focal = Annotated[float, Meta(ge=SHORTEST, le=LONGEST, description="focal length
 Centre = Annotated[float, Meta(gt=-1e6, lt=1e6, description="where the axis meets the image [px]")]
 # written by Kinects 1000, TUM 5000, RealSense 1000 to 10000, BOP up to 10000; a count of a kilometre or of
 # a ten thousandth of a millimetre is no depth image
-DepthScale = Annotated[float, Meta(ge=1e-3, le=1e7, description="counts per metre; 1000: a count is a millimetre")]
+LEAST_SCALE, MOST_SCALE = 1e-3, 1e7
+DepthScale = Annotated[
+    float, Meta(ge=LEAST_SCALE, le=MOST_SCALE, description="counts per metre; 1000: a count is a millimetre")
+]
 Std = Annotated[float, Meta(ge=0, lt=1e6, description="standard deviation, in the field's unit")]
 Distortion = Annotated[
     list[Annotated[float, Meta(gt=-1e6, lt=1e6)]],
@@ -45,6 +49,13 @@ Distortion = Annotated[
 def are_focal(*lengths: float) -> bool:
     """True where these can be focal lengths [px]."""
     return all(SHORTEST <= length <= LONGEST for length in lengths)
+
+
+def camera_of_matrix(K: NDArray[np.float64], size: tuple[int, int], depth_scale: float) -> Camera | None:
+    """The camera of a matrix (3, 3) [px] and (width, height); None where it is not one: fx 0 cx, 0 fy cy, 0 0 1."""
+    if K.shape != (3, 3) or not are_focal(K[0, 0], K[1, 1]) or K[2].tolist() != [0.0, 0.0, 1.0]:
+        return None
+    return Camera(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2], depth_scale=depth_scale)
 
 
 class Pinhole(Struct, frozen=True, kw_only=True):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.turntable.motion import Motion
+from fusion.turntable.pairs.edges import CLEAR
 from fusion.volume.prepared import Prepared
 from fusion.volume.volume import Raycast, Volume
 
@@ -22,7 +23,6 @@ STEEPEST = np.deg2rad(70)  # a surface seen flatter says little of its depth
 RIM = 2  # [px] beside steps and holes of either image, where a camera mixes or matches both sides
 STEP = 0.02  # [m] from one surface to another, within the rim's width
 TOLERANCE = 3.0  # standard deviations of what noise and voxel let expect
-CORNER = 0.008  # [m] above the plate both are seen in one pixel (guess)
 TILE = 9  # [px] over which noise averages out
 NEAR = 0.03  # [m] what lies farther off is another surface, not this one displaced
 
@@ -116,7 +116,7 @@ def _shares(volume: Volume, frame: Prepared, T: Array, motion: Motion) -> _Share
 def _turning(points: NDArray[np.float32], T: Array, motion: Motion) -> Mask:
     """(h, w) bool: points (h, w, 3) seen by a camera at T (4, 4) above the plate, within what turns."""
     at = pose.transform(T, points.astype(float))
-    floor = motion.bottom if motion.plate is None else motion.plate + CORNER
+    floor = motion.bottom if motion.plate is None else motion.plate + CLEAR
     inside = np.hypot(at[..., 0], at[..., 1]) < motion.radius
     return np.asarray(inside & (at[..., 2] > floor) & (at[..., 2] < motion.top))
 

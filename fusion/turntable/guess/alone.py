@@ -18,14 +18,12 @@ from fusion.turntable.guess.decided import POINTS_JOINT, Alone, best_partners, d
 from fusion.turntable.guess.everywhere import listen
 from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.upright import upright_axis
-from fusion.turntable.pairs.edges import above, stack, thinned_view
+from fusion.turntable.pairs.edges import CLEAR, FEWEST, above, stack, thinned_view
 from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 POINTS = 800  # source points per frame
-CLEAR = 0.008  # [m] above a plate both are seen in one pixel (guess)
-FEWEST = 150  # points of a view above it, or they are kept
 KEYS = 24  # views of which all pairs are compared; the others find their place between them
 
 

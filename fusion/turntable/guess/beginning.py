@@ -14,7 +14,7 @@ from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.guess.alone import find_alone, found_again
 from fusion.turntable.guess.decided import Alone
 from fusion.turntable.guess.start import axis_guesses, find_turns, search_range
-from fusion.turntable.pairs.edges import ViewStack, above, stack
+from fusion.turntable.pairs.edges import CLEAR, FEWEST, ViewStack, above, stack, thinned_view
 from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.table.plate import ground_height
 from fusion.turntable.views import ObjectView, Region
@@ -81,21 +81,16 @@ def begun_with(
     else:
         axis = alone.state.axis
     ground = ground_height(seen, axis)
-    floor = -np.inf if ground is None else ground + 0.008
+    floor = -np.inf if ground is None else ground + CLEAR
     shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
-    if np.median([len(v.points) for v in shown]) < 150:  # a flat object: keep the plate's marks and rim
-        shown, floor = [thinned(v, POINTS_FIRST) for v in seen], -np.inf
+    if np.median([len(v.points) for v in shown]) < FEWEST:
+        shown, floor = [thinned_view(v, POINTS_FIRST) for v in seen], -np.inf
     if alone is not None:
         angles = alone.state.angles - alone.state.angles[0]
         by_hand = None if alone.lens is None else alone
         return Begun(used, seen, shown, floor, axis, angles, by_hand)
     axis, angles = _chain(shown, axis, steps, stride, told)
     return Begun(used, seen, shown, floor, axis, angles)
-
-
-def thinned(view: ObjectView, most: int) -> ObjectView:
-    """The view with at most about so many source points."""
-    return above(view, Axis(np.zeros(3), np.array([0.0, -1.0, 0.0])), -np.inf, most)
 
 
 def _first_axis(views: list[ObjectView], centre: Array, commanded: Array | None) -> tuple[int, Array, Axis]:
@@ -107,7 +102,7 @@ def _first_axis(views: list[ObjectView], centre: Array, commanded: Array | None)
         stride = int(np.clip(round(np.deg2rad(15) / step), 1, max(1, (len(views) - 1) // 2)))
     while True:
         starts = np.arange(0, len(views) - stride, max(1, (len(views) - stride) // 8)).tolist()
-        both = stack([thinned(views[k], POINTS_FIRST) for i in starts for k in (i, i + stride)])
+        both = stack([thinned_view(views[k], POINTS_FIRST) for i in starts for k in (i, i + stride)])
         best = min((_try_axis(both, guess) for guess in axis_guesses(centre)), key=lambda found: found[0])
         typical = float(np.median(np.abs(best[2])))
         if commanded is not None or typical > np.deg2rad(7) or 2 * stride >= len(views) // 2:

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError, TrackingError
 from fusion.turntable.axis import Turns
-from fusion.turntable.guess.beginning import begin, thinned
-from fusion.turntable.pairs.edges import stack
+from fusion.turntable.guess.beginning import POINTS_FIRST, begin
+from fusion.turntable.pairs.edges import stack, thinned_view
 from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.views import ObjectView, Region
 
@@ -17,7 +17,6 @@ CLEARLY = 0.7  # the images' own turns must lower the misfit of neighbours to th
 GOOD = 0.15  # misfit up to which turns are believed: 0.04 to 0.09 in scans, 0.26 where none was found
 OTHER = (0.2, np.deg2rad(2))  # share of the step, and least difference, that make it another step
 REACH = 0.02  # [m]
-POINTS = 1000  # of a view
 
 
 def refuse_contradicted_step(views: Sequence[ObjectView], region: Region, step: float) -> None:
@@ -57,7 +56,7 @@ def refuse_contradicted_step(views: Sequence[ObjectView], region: Region, step: 
 def neighbours_misfit(views: Sequence[ObjectView], turned: Turns) -> float:
     """How badly a motion (n frames, NaN where one has no place) brings neighbouring views together, 0 to 1 (median)."""
     known = np.flatnonzero(np.isfinite(turned.angles))
-    seen = stack([thinned(views[int(k)], POINTS) for k in known])
+    seen = stack([thinned_view(views[int(k)], POINTS_FIRST) for k in known])
     pairs = [(k, k + 1) for k in range(len(known) - 1)]
     return float(np.median(misfits(seen, pairs, Turns(turned.axis, np.diff(turned.angles[known])), REACH)))
 

@@ -208,6 +208,10 @@ def paired(
     return code, out
 
 
+CLEAR = 0.008  # [m] above a plate both are seen in one pixel (guess)
+FEWEST = 150  # points of a view above a plate, or those on it are kept: a flat object, its marks and rim
+
+
 def above(view: ObjectView, axis: Axis, height: float, most: int) -> ObjectView:
     """The view with only source points above a height [m], at most about so many.
 
