@@ -32,6 +32,11 @@ class Common:
     size: float | None = None
 
     @property
+    def calibrated(self) -> bool:
+        """Whether anything of it is known."""
+        return len(self.unknown) < 2
+
+    @property
     def unknown(self) -> tuple[str, ...]:
         """What nobody calibrated and nothing else tells: its part is in no number."""
         depth = self.depth is None and self.size is None
@@ -53,7 +58,7 @@ class Common:
         return {
             "focal_relative": self.focal,
             "depth_m": self.depth,
-            "scale_relative": None if len(self.unknown) == 2 else self.scale,
+            "scale_relative": self.scale if self.calibrated else None,
             "distance_m": self.distance,
             "focal_told_by": self.told_by,
         }

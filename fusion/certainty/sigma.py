@@ -111,7 +111,7 @@ def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Share
     total = np.sqrt(np.sum(list(variances.values()), axis=0))
     parts: dict[str, float | None] = {name: _rms(value[seen]) for name, value in variances.items()}
     unknown = causes.common.unknown
-    if len(unknown) == 2:
+    if not causes.common.calibrated:
         parts["calibration"] = None
     if causes.pose is None:
         parts["poses"], unknown = None, (*unknown, "poses")
@@ -120,7 +120,7 @@ def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Share
 
 
 def without_words(unknown: tuple[str, ...]) -> str:
-    """ "without what focal length and depth are wrong by, which nothing tells"."""
+    """ "without what focal length and depth may be wrong by, which nothing tells"."""
     listed = " and ".join(", ".join(unknown).rsplit(", ", 1))
     return f"without what {listed} may be wrong by, which nothing tells"
 
