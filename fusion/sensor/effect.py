@@ -151,7 +151,9 @@ class Effect:
 
     def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         """The depth (h, w) [m] behind this effect in one frame: its change of the mean, and one draw of its noise."""
-        return depth + self.change(depth, view) + self.draw(depth, view, rng)
+        for part in (self.change(depth, view), self.draw(depth, view, rng)):
+            depth = depth + part if part.ndim or part else depth
+        return depth
 
     def window(self, view: View) -> float:
         """Side [px] of the square over which neighbours share this noise; 1 where pixels are independent."""
