@@ -44,7 +44,7 @@ FOLDERS: tuple[ModuleType, ...] = (
 )
 FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg, xef, xef_depth)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
-NOT_READ = {".pgm", ".tif", ".tiff", ".exr", ".pfm"}  # kinds of images in which others keep depth
+NOT_READ = {".exr", ".pfm"}  # kinds of images in which others keep depth
 
 
 def open_recording(path: Path | str, camera: Camera | Path | str | None = None, topic: str | None = None) -> Recording:
