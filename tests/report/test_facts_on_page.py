@@ -11,7 +11,7 @@ from fusion.commands.scan import turntable
 from fusion.mesh.shape import shape_of
 from fusion.report.scans.facts import fact_numbers
 from fusion.results.facts import Gap, ScanFacts, TableFacts
-from fusion.results.worth import Worth
+from fusion.results.judgement import Worth
 
 TABLE = TableFacts(
     float(np.radians(6.054)), float(np.radians(0.1149)), (), Gap(0.0162, 0.00249, 1.0), Gap(0.007, 0.0031, 2.0)
