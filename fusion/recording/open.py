@@ -15,7 +15,7 @@ from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import DEVICES, find_camera
 from fusion.recording.cameras.said_camera import are_numbers, said_camera
-from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
+from fusion.recording.formats import bop, fakenect, not_read, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
 from fusion.recording.formats.folders import freenect2, nerfstudio, plain
@@ -44,7 +44,7 @@ FOLDERS: tuple[ModuleType, ...] = (
 )
 FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg, xef, xef_depth)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
-NOT_READ = {".pgm", ".tif", ".tiff", ".exr", ".pfm"}  # kinds of images in which others keep depth
+NOT_READ = {".exr", ".pfm"}  # kinds of images in which others keep depth
 
 
 def open_recording(path: Path | str, camera: Camera | Path | str | None = None, topic: str | None = None) -> Recording:
@@ -71,7 +71,7 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         raise RecordingError("there is no recording", path, "nothing", "a folder with depth images, or a recorded file")
     form = recognised(path)
     if form is None:
-        raise known.refusal(path) or _not_recognised(path)
+        raise not_read.refusal(path) or _not_recognised(path)
     if getattr(form, "HAS_TOPICS", False):
         read = partial(form.read, path, topic=topic)
     elif topic is not None:

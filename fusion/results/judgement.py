@@ -1,4 +1,4 @@
-"""One judgement of a result, used by terminal, page and JSON alike."""
+"""One judgement of a result, used by terminal, page and JSON alike: good, doubtful or failed, and why."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

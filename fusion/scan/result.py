@@ -16,7 +16,7 @@ from fusion.results.facts import Gap, ScanFacts, SureFacts, TableFacts, median_o
 from fusion.results.judgement import Judgement
 from fusion.results.table_motion import FRAME, NO_PLATE, ClosingGap, FocalFigures, SlipFound, TableMotion, UsedCamera
 from fusion.scan.judging.evidence import Evidence
-from fusion.scan.judging.judgement import judge
+from fusion.scan.judging.judge import judge
 from fusion.turntable.circle import Circle
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps

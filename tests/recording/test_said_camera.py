@@ -52,6 +52,6 @@ def test_the_matrix_beside_the_images_of_a_data_set_is_its_camera(tmp_path, wher
 @pytest.mark.parametrize("place", ["", "depth"])
 def test_images_of_a_kind_that_is_not_read_are_named(tmp_path, place):
     (tmp_path / place).mkdir(exist_ok=True)
-    (tmp_path / place / "1.pgm").write_bytes(b"P5 1 1 65535 12")
-    with pytest.raises(RecordingError, match=r"\.pgm images as 16-bit PNG"):
+    (tmp_path / place / "1.exr").write_bytes(b"v/1\1")
+    with pytest.raises(RecordingError, match=r"\.exr images as 16-bit PNG"):
         open_recording(tmp_path)

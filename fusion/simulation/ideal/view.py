@@ -39,7 +39,7 @@ def view_of_ideal(frame: IdealFrame, camera: Camera, sensor: Sensor) -> View:
     if frame.reflectance is not None:
         filled = np.broadcast_to(np.asarray(frame.reflectance, np.float32), camera.shape)
         view = replace(view, reflectance=filled)
-    if "edge" in asked and (reach := reach_of(sensor, camera)):
+    if "edge" in asked and (reach := reach_of(sensor, camera, _nearest(frame.depth))):
         if frame.rows is not None and facing.normals is not None:
             view = replace(view, edges=edges_within(view, facing.normals, frame, reach))
         else:
@@ -48,20 +48,28 @@ def view_of_ideal(frame: IdealFrame, camera: Camera, sensor: Sensor) -> View:
     return replace(view, baseline=sensor.baseline, principle=principle)
 
 
-def reach_of(sensor: Sensor, camera: Camera) -> float:
-    """How far from an edge [px] it matters to a sensor's effects; 0: to none."""
+def reach_of(sensor: Sensor, camera: Camera, nearest: float = NEAR) -> float:
+    """How far from an edge [px] it matters to a sensor's effects where nothing is nearer than so many metres; 0: to
+    none.
+    """
     reach = 0.0
     for effect in sensor.effects:
         if "edge" not in effect.variables or effect.name == "projector_shadow":  # that looks along rows itself
             continue
         if isinstance(effect, LateralNoise):
-            jitter = np.hypot(np.max(effect.sigma_px), np.max(effect.sigma) * camera.fx / NEAR)
+            jitter = np.hypot(np.max(effect.sigma_px), np.max(effect.sigma) * camera.fx / nearest)
             reach = max(reach, min(REACH_PX, FARTHEST * float(jitter)))
         elif isinstance(effect, EdgeFattening):
             reach = max(reach, min(REACH_PX, float(np.max(effect.window_px)) / 2 + 0.5))
         else:
             reach = max(reach, APERTURE if effect.name == "mixed_pixels" else REACH_PX)
     return reach
+
+
+def _nearest(depth: Image) -> float:
+    """The least depth of an image [m]: there a jitter in metres is widest in pixels."""
+    least = float(np.fmin.reduce(depth, axis=None))
+    return max(least, NEAR) if np.isfinite(least) else NEAR
 
 
 def unknown_to(sensor: Sensor, frame: IdealFrame) -> list[str]:
