@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.succession import succession_of
+from fusion.discrepancy.channels.succession import memory_of, succession_of
 from fusion.discrepancy.observe.observations import Patch
 
 Vector = NDArray[np.float64]
@@ -68,7 +68,7 @@ def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     floor = FLOOR**2 + _undithered(patch) ** 2
     # where all frames round to one step nobody knows how near the next one is
     predicted = np.maximum(predicted, np.exp(-WANDERS) * _step(patch) ** 2 / 12)
-    memory = max((effect.follows() for effect in patch.sensor.effects), default=0.0)
+    memory = max((memory_of(effect) for effect in patch.sensor.effects), default=0.0)
     whole, renewed = succession_of(memory, n, started=block.frames[0] == 0)
     settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
     excess = np.log(np.maximum(measured, LEAST_VARIANCE) / np.maximum(predicted, LEAST_VARIANCE)) - (whole - settled)
