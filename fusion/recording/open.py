@@ -84,7 +84,9 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
     check_frame_size(recording.camera, path)
     recording = _without_blind_pixels(recording)
     if str(camera) in DEVICES:
-        said = f"the camera is a nominal {camera} ({DEVICES[str(camera)][1]}), not calibrated"
+        nominal, source = DEVICES[str(camera)]
+        size = "" if recording.camera.shape == nominal.shape else f", resized from {nominal.width} x {nominal.height}"
+        said = f"the camera is a nominal {camera} ({source}){size}, not calibrated"
         recording = replace(recording, warnings=(*recording.warnings, said))
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
