@@ -74,6 +74,17 @@ def _blended(colors: NDArray[np.float32], weights: NDArray[np.float32]) -> NDArr
     return np.asarray(mean / (trust.sum(axis=1) + little)[:, None] * (total > 0), np.float32)
 
 
+@dataclass(frozen=True, kw_only=True)
+class ColorFigures:
+    """How the colours came about: whether there are any, then as in `Colored`."""
+
+    color: bool
+    color_images: int
+    color_images_lost: int
+    uncolored_share: float | None
+    neutral_share: float | None
+
+
 @dataclass(frozen=True)
 class Colored:
     """A mesh with colours, and how they came about.
@@ -94,15 +105,15 @@ class Colored:
     uncolored_share: float | None = None
     neutral_share: float | None = None
 
-    def values(self) -> dict[str, float | None]:
-        """What `settings.json` tells of it."""
-        return {
-            "color": self.mesh.colors is not None,
-            "color_images": self.images,
-            "color_images_lost": self.lost,
-            "uncolored_share": self.uncolored_share,
-            "neutral_share": self.neutral_share,
-        }
+    def figures(self) -> ColorFigures:
+        """In few numbers."""
+        return ColorFigures(
+            color=self.mesh.colors is not None,
+            color_images=self.images,
+            color_images_lost=self.lost,
+            uncolored_share=self.uncolored_share,
+            neutral_share=self.neutral_share,
+        )
 
 
 def color_mesh(mesh: Mesh, recording: Recording, trajectory: Trajectory) -> Colored:

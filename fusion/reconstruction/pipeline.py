@@ -23,6 +23,7 @@ from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
+from fusion.results.choices import LensUsed, ReconstructionChoices
 from fusion.results.color_light import color_lights
 from fusion.results.course import Course
 from fusion.results.light import Light, note
@@ -48,7 +49,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         VolumeError: the voxel settings make no sense or do not fit into memory.
 
     >>> result = fusion.reconstruct(fusion.open_recording("my_room"))
-    >>> result.settings["kind"], round(result.settings["voxel_m"], 3)
+    >>> result.settings.kind, round(result.settings.voxel_m, 3)
     ('room', 0.019)
     >>> fusion.write_mesh("room.ply", result.mesh)
     """
@@ -126,21 +127,22 @@ def _result(recording: Recording, settings: ReconstructSettings, results: list[T
     volume, chosen = made.volume, made.plan
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
     colored = color_mesh(made.mesh, recording, trajectory) if settings.color else Colored(made.mesh)
-    told = {
-        "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
-        "correction": made.told.values(),
-        "voxel_m": volume.settings.voxel,
-        "truncation_m": volume.settings.truncation,
-        "tracked_band_m": made.band,
-        "room": chosen.subject.room,
-        "kind": chosen.kind,
-        "kind_reason": chosen.reason,
-        "max_depth_m": settings.max_depth,
-        "box_m": chosen.volume.bounds,
-        "sensor": made.sensor.name,
-        "poses": "tracked" if settings.poses is None else "given",
-        "volume_bytes": volume.bytes,
-    } | colored.values()
+    told = ReconstructionChoices(
+        **vars(colored.figures()),
+        camera=LensUsed.of(recording.camera),
+        correction=made.told.figures(),
+        voxel_m=volume.settings.voxel,
+        truncation_m=volume.settings.truncation,
+        tracked_band_m=made.band,
+        room=chosen.subject.room,
+        kind=chosen.kind,
+        kind_reason=chosen.reason,
+        max_depth_m=settings.max_depth,
+        box_m=chosen.volume.bounds,
+        sensor=made.sensor.name,
+        poses="tracked" if settings.poses is None else "given",
+        volume_bytes=volume.bytes,
+    )
     return Reconstruction(
         mesh=colored.mesh,
         trajectory=trajectory,

@@ -20,7 +20,7 @@ FACTS = ScanFacts(shape_of(bumpy_sphere(3), UP), 25, 23, 0.00123, 0.9, TABLE)
 
 
 def test_terminal_and_page_print_the_same_numbers():
-    settings = {"voxel_m": 0.002, "correction": {"text": "none"}}
+    settings = SimpleNamespace(voxel_m=0.002, correction=SimpleNamespace(text="none"))
     scan = SimpleNamespace(facts=FACTS, settings=settings, judgement=SimpleNamespace(lines=list, worth=Worth("good")))
     said = "\n".join(turntable.lines(scan))
     tiles = {number.name: number for number in fact_numbers(FACTS)}
