@@ -182,7 +182,8 @@ def test_what_made_a_scan_fail_stands_first():
 def test_a_calibrated_camera_that_a_scan_contradicts_may_have_a_wrong_depth_law():
     scan = with_evidence(good_scan(), focal=WRONG, stated_camera=CALIBRATED)
     assert "depth law" not in light(scan, "Camera").reason
-    corrected = replace(scan, settings=scan.settings | {"correction": {"undone_m": {"depth_offset": 0.003}}})
+    done = replace(scan.settings.correction, undone_m={"depth_offset": 0.003})
+    corrected = replace(scan, settings=replace(scan.settings, correction=done))
     assert "depth law" in light(corrected, "Camera").reason and "more walls" in light(corrected, "Camera").do
 
 

@@ -79,10 +79,6 @@ class Patch:
     def _passed(self) -> Image | float:
         return 1.0 if self.unrounded is None else self.unrounded.passed(self.view)
 
-    def covariate(self, image: Image) -> NDArray[np.float64]:
-        """(n,) mean of an image over the tiles."""
-        return self.tiles.mean(image)
-
 
 @dataclass(frozen=True)
 class Observations:

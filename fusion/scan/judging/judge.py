@@ -47,7 +47,7 @@ def _fit(scan: "Scan") -> Light:
     if not len(known):
         return Light("bad", "Fit", "No frame could be placed on the model by its own surface.", "Check the recording.")
     found = float(np.median(known))
-    expected = float(np.hypot(scan.evidence.noise, scan.settings["voxel_m"] / 2))
+    expected = float(np.hypot(scan.evidence.noise, scan.settings.voxel_m / 2))
     judged = "ok" if found < SMALL else level(found / expected, NOISES)
     said = f"Frames lie {found * 1e3:.2f} mm (median) off the model, where {expected * 1e3:.2f} mm are expected."
     do = "Calibrate the depth (fusion calibrate depth), and check that the object is rigid." if judged != "ok" else ""
