@@ -13,11 +13,12 @@ from scipy.sparse import coo_array
 
 from fusion.coloring.images import ColorImages, color_images
 from fusion.coloring.surface import RayMesh
-from fusion.coloring.visible import visible
+from fusion.coloring.visible import VisibleVertices, visible
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each
+from fusion.recording.ahead import ahead
 from fusion.recording.recording import Recording
 
 # images used, as different as can be: all of a turn, a tenth of a long walk, so that colour costs a tenth of the whole
@@ -160,17 +161,25 @@ def _looked_at(surface: RayMesh, best: BestViews, source: ColorImages, trajector
     """Add what well spread images show of a surface: how many there were, and how many could not be used."""
     images = lost = 0
     most = max(ENOUGH, int(SHARE * len(trajectory)))
-    for index in each(source.spread(trajectory, most), "colour"):
+
+    def look(index: int) -> tuple[VisibleVertices, NDArray[np.float32]] | None:
+        image = source.read(index)
+        if image is None:
+            return None
+        shown = visible(surface, source.seen(image, source.T_world_color(trajectory.poses[index])))
+        return shown, image.sampled(shown.pixels)
+
+    some = source.spread(trajectory, most)
+    for looked in each(ahead(look, some), "colour", len(some)):
         try:
-            image = source.read(index)
+            found = looked()
         except RecordingError:
             lost += 1
             continue
-        if image is None:
-            continue
-        shown = visible(surface, source.seen(image, source.T_world_color(trajectory.poses[index])))
-        best.add(shown.index, shown.weight, image.sampled(shown.pixels))
-        images += 1
+        if found is not None:
+            shown, colors = found
+            best.add(shown.index, shown.weight, colors)
+            images += 1
     return images, lost
 
 

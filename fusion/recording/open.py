@@ -78,14 +78,17 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         raise RecordingError("there are no topics in this recording", path, f"--topic {topic}", do="leave it out")
     else:
         read = partial(form.read, path)
+    said = camera
     if camera is not None:
-        camera = said_camera(camera, lambda said: read(camera=said), getattr(form, "USUAL_SCALE", 1000.0))
-    recording = read(camera=camera)
+        said = said_camera(camera, lambda one: read(camera=one), getattr(form, "USUAL_SCALE", 1000.0))
+    recording = read(camera=said)
     check_frame_size(recording.camera, path)
     recording = _without_blind_pixels(recording)
     if str(camera) in DEVICES:
-        said = f"the camera is a nominal {camera} ({DEVICES[str(camera)][1]}), not calibrated"
-        recording = replace(recording, warnings=(*recording.warnings, said))
+        nominal, source = DEVICES[str(camera)]
+        size = "" if recording.camera.shape == nominal.shape else f", resized from {nominal.width} x {nominal.height}"
+        told = f"the camera is a nominal {camera} ({source}){size}, not calibrated"
+        recording = replace(recording, warnings=(*recording.warnings, told))
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
 

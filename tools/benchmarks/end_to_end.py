@@ -1,8 +1,9 @@
 """What a person waits for, as whole processes: a scan of the real box, one of 180 simulated frames, a hand-held one,
-an explanation, a comparison of 1 million points; each split by stage, beside Open3D's script for the same work.
+an explanation, a comparison of 1 million points, a merge of two passes; each split by stage, beside Open3D's script for
+the same work.
 
-    python -m tools.benchmarks.end_to_end [--shared ../shared] [--only box frames tum explain compare] [--peers]
-    [-o out/end_to_end]
+    python -m tools.benchmarks.end_to_end [--shared ../shared] [--only box frames tum explain compare merge]
+    [--peers] [-o out/end_to_end]
 
 Other programs on the machine lengthen wall time, so beside it stands what two free cores would take: the processor time
 of the main thread, and half of what other threads take, which run while it waits. Marked are stages that take more than
@@ -20,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-ASKED_S = {"box": 6.0, "frames": 15.0, "tum": 15.0}
+ASKED_S = {"box": 6.0, "frames": 15.0, "tum": 15.0, "merge": 30.0}
 CLOCKS = (time.perf_counter, time.thread_time, time.process_time)
 MEASURE = "--measure"  # this file runs a command in its own process: measure(FILE, ARGUMENTS)
 # the same work as scripts of Open3D's users do it: frame to model, and unsigned distances; it has no turntable
@@ -126,8 +127,24 @@ def compare(shared: Path, out: Path) -> tuple[list[str], list[str]]:
     return ["compare", str(cloud), str(reference)], [OPEN3D_COMPARE, str(cloud), str(reference)]
 
 
+def merge(shared: Path, out: Path) -> tuple[list[str], list[str]]:
+    """Two passes of 90 simulated frames of 640 x 480 px of a box that its print tells apart, scanned once."""
+    from tools.sets.two_passes.cases import Case
+    from tools.sets.two_passes.making import make
+
+    folder = out / "passes"
+    if not folder.exists():
+        make(Case("box", "kinect-v1"), folder, np.random.default_rng(411), 90)
+    scans = [str(folder / f"scan_{number}") for number in (1, 2)]
+    for number, scan in enumerate(scans, 1):
+        if not Path(scan).exists():
+            in_its_own_process(["turntable", str(folder / f"pass_{number}")], Path(scan))
+    return ["merge", *scans], []
+
+
 JOBS: dict[str, Callable[[Path, Path], tuple[list[str], list[str]]]] = {
     "box": box, "frames": frames, "tum": tum, "explain": explain, "compare": compare,
+    "merge": merge,
 }  # fmt: skip
 
 
