@@ -79,7 +79,9 @@ def _foot(behind: Array, points: Array) -> tuple[Array, Array] | None:
         inside = behind[np.abs((behind - a) @ normal) < FLAT]
         a = inside.mean(axis=0)
         normal = np.linalg.svd(inside - a, full_matrices=False)[2][2]
-    return a, np.asarray(normal * -np.sign(normal[1]))
+    normal = np.asarray(normal * -np.sign(normal[1]))
+    # a leaning plane may pass close under what the level one lies far below
+    return (a, normal) if _stands_on((some - a) @ normal, under) else None
 
 
 def _stands_on(height: Array, under: float) -> bool:
