@@ -19,10 +19,9 @@ from fusion.errors import RecordingError
 from fusion.recording.images.png import png_bytes
 from fusion.recording.native.camera_file import write_camera
 from fusion.recording.native.device_file import write_device
-from fusion.recording.native.telemetry_file import CLOCKS
+from fusion.recording.native.telemetry_file import CLOCKS, RECORDED
 from fusion.recording.writing.write import LISTS, depth_counts
 
-COLUMNS = (*CLOCKS, "missed")  # of telemetry.csv, whatever the device tells beside them
 Color = Literal["png", "jpeg"]
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 95]
 
@@ -105,7 +104,7 @@ class GrowingFolder:
         """A row of `telemetry.csv`: both clocks, and what the device told; the columns are those of the first frame."""
         head = ""
         if not self._columns:
-            self._columns = (*COLUMNS, *sorted(set(frame.log) - set(COLUMNS)))
+            self._columns = (*RECORDED, *sorted(set(frame.log) - set(RECORDED)))
             head = ",".join(self._columns) + "\n"
         told = {**frame.log, "timestamp": frame.timestamp, "device_s": frame.device_time, "host_s": frame.host_time}
         told["missed"] = frame.missed

@@ -1,6 +1,7 @@
 """The surface that a still stretch should see: the scene's mesh, a flat target or wall, or a stated distance."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -8,18 +9,20 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.walls.plane import WallPlane, find_wall
 from fusion.calibration.noise.target import FlatTarget, find_target
-from fusion.errors import FusionError
-from fusion.evaluation.mesh_depth import scene_depth
+from fusion.calibration.stretches import Stretch
+from fusion.errors import FusionError, SceneError
 from fusion.evaluation.still.statistics import StretchSample, centre_of
 from fusion.geometry.camera import Camera
 from fusion.geometry.robust import MAD_TO_STD
+from fusion.mesh.files import read_mesh
+from fusion.mesh.mesh import Mesh
+from fusion.recording.native.scene_file import scene_mesh, stated_scene
 from fusion.sensor.correction.estimate import normals_of
 from fusion.sensor.view import incidence_of
 
 FLAT = 0.01  # share of the depth: a piece that leaves its plane by more is no plane
 WALL = 0.03  # share of the depth: nearer to the plane than this it is the plane, with the sensor's errors
 CLOSE = 15  # [px] holes in a wall that belong to it
-
 Image = NDArray[np.floating]
 
 
@@ -134,3 +137,50 @@ def expected_depth(surface: ExpectedSurface, usual: Image) -> Image:
     with np.errstate(invalid="ignore"):
         near = np.abs(usual - surface.depth) <= WALL * surface.depth
     return np.where(near, usual, surface.depth)
+
+
+def scene_depth(stretch: Stretch, camera: Camera) -> NDArray[np.floating] | None:
+    """(h, w) depth [m] of the stated mesh from the stretch's pose, NaN beside it; None when none is stated.
+
+    A pose that was tracked with the same depth holds its errors, so only surveyed ones count as truth.
+
+    Raises:
+        SceneError, MeshError: the mesh cannot be read.
+    """
+    recording = stretch.recording
+    path, source = scene_mesh(recording), stated_scene(recording).stated_poses.source
+    if path is None or source != "surveyed" or recording.poses is None or not len(recording.poses):
+        return None
+    if not path.is_file():
+        raise SceneError("the mesh of the scene does not exist", path, "nothing", "a mesh", 'correct "mesh"')
+    T = _pose(stretch)
+    return None if T is None else _cast(read_mesh(path), camera, T)
+
+
+def _pose(stretch: Stretch) -> NDArray[np.floating] | None:
+    """(4, 4) pose of the camera at the middle of the stretch, from the nearest stated one."""
+    poses = stretch.recording.poses
+    assert poses is not None
+    now = stretch.recording.timestamps[sum(stretch.frames) // 2]
+    valid = np.flatnonzero(poses.valid)
+    if not len(valid):
+        return None
+    return np.asarray(poses.poses[valid[np.abs(poses.timestamps[valid] - now).argmin()]], float)
+
+
+def _cast(mesh: Mesh, camera: Camera, T_world_camera: NDArray[np.floating]) -> NDArray[np.floating]:
+    import open3d as o3d
+
+    tensor: Any = o3d.core.Tensor  # its stubs know no arrays
+
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(
+        tensor(np.ascontiguousarray(mesh.vertices, np.float32)),
+        tensor(np.ascontiguousarray(mesh.faces, np.uint32)),
+    )
+    directions = np.dstack([camera.rays(), np.ones(camera.shape, np.float32)]) @ T_world_camera[:3, :3].T
+    starts = np.broadcast_to(T_world_camera[:3, 3], directions.shape)
+    rays = np.concatenate([starts, directions], axis=2).astype(np.float32)
+    # the ray (x, y, 1) is one metre deep, so its length counts depth
+    depth = scene.cast_rays(tensor(rays))["t_hit"].numpy().astype(float)
+    return np.asarray(np.where(np.isfinite(depth), depth, np.nan))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fusion.devices.source import SourceFrame
 from fusion.errors import FusionError
@@ -12,8 +13,7 @@ from fusion.geometry.camera import Camera, crop
 from fusion.geometry.depth import PointMap
 from fusion.geometry.pose import Array
 from fusion.live.looking import SURE, Looking, every
-from fusion.live.state import ShownSurface
-from fusion.live.turned import Turned
+from fusion.live.state import SECTORS, ShownSurface
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.window import of_window
 from fusion.tracking.icp import IcpSettings
@@ -35,6 +35,7 @@ FUSED = 3  # of so many frames one is fused while the view is late; all are plac
 # of the same table's next frame: what is not found from here is looked for further off, see `Tracker`
 NEARBY = IcpSettings(points=(1000, 4000), reaches=(0.10, 0.02), iterations=(8, 5))
 WEAK = 0.8  # of the usual share of points that fit, below which tracking is weak (guess)
+TELLING = np.deg2rad(3.0)  # a turn from which on its direction tells the axis (guess: ten times what noise turns)
 
 
 @dataclass(frozen=True)
@@ -190,3 +191,35 @@ def _copy(volume: Volume) -> Volume:
     made = Volume(volume.settings)
     made.add(volume)
     return made
+
+
+class Turned:
+    """Adds up turns about one axis.
+
+    Attributes:
+        angle: [rad] since the first pose, with a sign.
+        seen: (36,) sectors of the turn in which a frame was placed.
+    """
+
+    def __init__(self) -> None:
+        self.angle = 0.0
+        self.seen = np.zeros(SECTORS, bool)
+        self._first: Array | None = None
+        self._last: Array | None = None
+        self._axis: Array | None = None
+        self._at: list[float] = []
+
+    def placed(self, T_object_camera: Array) -> None:
+        """A frame's pose (4, 4)."""
+        R = T_object_camera[:3, :3]
+        if self._first is None or self._last is None:
+            self._first = self._last = R
+        if self._axis is None:
+            whole = Rotation.from_matrix(R @ self._first.T).as_rotvec()
+            size = float(np.linalg.norm(whole))
+            self._axis = whole / size if size > TELLING else None
+            self.angle = size
+        else:
+            self.angle += float(Rotation.from_matrix(R @ self._last.T).as_rotvec() @ self._axis)
+        self._last = R
+        self.seen[int(np.floor(self.angle / (2 * np.pi) * SECTORS)) % SECTORS] = True

@@ -19,6 +19,7 @@ from fusion.recording.recording import Recording
 from fusion.sensor.presets import PRESETS, default_sensor, preset
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.selfcheck import DEPTH, NAMES, SelfCheck
+from fusion.turntable.views import Region
 
 FILES = ("turntable.json", "settings.json", "trajectory.txt", "mesh.ply")
 SAME_STAMP = 2e-6  # [s] trajectory.txt holds microseconds
@@ -114,7 +115,19 @@ def pass_of_result(folder: Path, reading: ResultReading | None = None) -> Pass:
     if mesh.normals is None:
         mesh = type(mesh)(mesh.vertices, mesh.faces, vertex_normals(mesh).astype(np.float32), mesh.colors)
     sensor = reading.sensor or _sensor(used, recording, folder)
-    return pass_of(recording, sensor, Made(poses, mesh, chosen, table, _taken_out(taken, recording)))
+    made = Made(
+        trajectory=poses,
+        mesh=mesh,
+        focal=(used.camera.fx, used.camera.fy),
+        centre=(used.camera.cx, used.camera.cy),
+        region=Region(np.array(used.region.low, float), np.array(used.region.high, float)),
+        mask=None if used.mask is None else Path(used.mask),
+        voxel=used.voxel_m,
+        truncation=used.truncation_m,
+        table=table,
+        taken_out=_taken_out(taken, recording),
+    )
+    return pass_of(recording, sensor, made)
 
 
 def _recording(folder: Path, told: str) -> Path:

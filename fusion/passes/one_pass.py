@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -83,21 +84,41 @@ class Made:
     Attributes:
         trajectory: (n) `T_object_camera` of every frame of the recording.
         mesh: with normals.
-        settings: as in `settings.json`.
+        focal, centre: fx, fy and cx, cy of the camera that was used [px].
+        region: where the object was found.
+        mask: a PNG or a folder of them; None: none was used.
+        voxel, truncation: [m].
         table: as in `turntable.json`.
         taken_out: errors of depth that the scan itself showed.
     """
 
     trajectory: Trajectory
     mesh: Mesh
-    settings: dict[str, Any]
+    focal: tuple[float, float]
+    centre: tuple[float, float]
+    region: Region
+    mask: Path | None
+    voxel: float
+    truncation: float
     table: dict[str, Any]
     taken_out: SelfCheck
 
 
 def pass_of_scan(recording: Recording, scan: Scan, settings: ScanSettings) -> Pass:
     """The pass that a scan of a recording is."""
-    made = Made(scan.trajectory, scan.mesh, scan.settings, json_values(scan.turntable()), scan.motion.taken_out)
+    used, found = scan.settings, scan.settings.region
+    made = Made(
+        trajectory=scan.trajectory,
+        mesh=scan.mesh,
+        focal=(used.camera.fx, used.camera.fy),
+        centre=(used.camera.cx, used.camera.cy),
+        region=Region(np.array(found.low), np.array(found.high)),
+        mask=used.mask,
+        voxel=used.voxel_m,
+        truncation=used.truncation_m,
+        table=json_values(scan.turntable()),
+        taken_out=scan.motion.taken_out,
+    )
     sensor = settings.sensor or default_sensor(recording.camera)
     return pass_of(recording, sensor, made)
 
@@ -108,21 +129,20 @@ def pass_of(recording: Recording, sensor: Sensor, made: Made) -> Pass:
     Raises:
         RecordingError: masks that were used are not there any more.
     """
-    told, chosen = corrected_recording(recording, sensor)[0], made.settings
-    camera = replace(told.camera, **{k: v for k, v in chosen["camera"].items() if k in ("fx", "fy", "cx", "cy")})
-    told = replace(told, camera=camera)
-    region = Region(np.array(chosen["region"]["low"], float), np.array(chosen["region"]["high"], float))
-    masks = None if chosen["mask"] is None else open_masks(chosen["mask"], told)
-    frames = relieved(load(told, sensor, region, masks)[0], made.taken_out)
+    told = corrected_recording(recording, sensor)[0]
+    (fx, fy), (cx, cy) = made.focal, made.centre
+    told = replace(told, camera=replace(told.camera, fx=fx, fy=fy, cx=cx, cy=cy))
+    masks = None if made.mask is None else open_masks(made.mask, told)
+    frames = relieved(load(told, sensor, made.region, masks)[0], made.taken_out)
     return Pass(
         name=recording.path.name,
         recording=told,
         frames=frames,
         trajectory=made.trajectory,
         mesh=made.mesh,
-        voxel=float(chosen["voxel_m"]),
-        truncation=float(chosen["truncation_m"]),
-        noise=typical_noise(frames, region),
+        voxel=made.voxel,
+        truncation=made.truncation,
+        noise=typical_noise(frames, made.region),
         sensor=sensor.name,
         table=made.table,
     )

@@ -1,6 +1,7 @@
 """The merge: every pass laid on the others, all refined together, one volume of all frames."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,10 @@ from fusion.passes.fused import fused
 from fusion.passes.one_pass import Pass
 from fusion.passes.opened import open_pass
 from fusion.passes.poses.arranged import Arranged, arranged
-from fusion.passes.poses.between import between
 from fusion.passes.poses.colors import printed, slid
 from fusion.passes.poses.joint import loose, refined
 from fusion.passes.poses.lying import judged
-from fusion.passes.poses.sides import PassSide, side_of
+from fusion.passes.poses.sides import REACHED, PassSide, side_of
 from fusion.passes.result import Merged, PassPair
 from fusion.passes.settings import MergeSettings
 from fusion.progress import stage
@@ -27,6 +27,25 @@ from fusion.recording.looking.copies import refuse_repeated
 from fusion.recording.recording import Recording
 
 Array = NDArray[np.float64]
+APART, SEEN = "passes_apart", "passes"  # scalars: [m], and how many passes show a vertex
+
+
+def between(mesh: Mesh, sides: Sequence[PassSide], T: Array) -> Mesh:
+    """The mesh with how many passes show each vertex, and how far these lie from each other there (NaN: one alone)."""
+    assert mesh.normals is not None
+    heights = np.full((len(sides), len(mesh.vertices)), np.nan)
+    for k, side in enumerate(sides):
+        back = pose.inverse(T[k])
+        points, normals = pose.transform(back, mesh.vertices), mesh.normals.astype(float) @ back[:3, :3].T
+        index, known = side.nearest(points, side.noise + REACHED * side.spacing)
+        off = np.einsum("ij,ij->i", side.points[index] - points, side.normals[index])
+        same = np.einsum("ij,ij->i", normals, side.normals[index]) > 0.5
+        heights[k] = np.where(known & same & (np.abs(off) <= side.noise), off, np.nan)
+    seen = np.isfinite(heights).sum(axis=0)
+    both = seen >= 2
+    apart = np.full(len(mesh.vertices), np.nan, np.float32)
+    apart[both] = np.nanmax(heights[:, both], axis=0) - np.nanmin(heights[:, both], axis=0)
+    return replace(mesh, scalars=mesh.scalars | {SEEN: seen.astype(np.float32), APART: apart})
 
 
 def merge_passes(passes: Sequence[Pass | Recording | Path | str], settings: MergeSettings | None = None) -> Merged:

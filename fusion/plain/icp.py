@@ -11,10 +11,9 @@ import numpy as np
 from fusion.compute.arrays import F32, F32_2, F32_3, F64_2
 from fusion.compute.language import kernel, ti
 from fusion.compute.start import start
-from fusion.geometry.robust import MAD_TO_STD
+from fusion.geometry.robust import CUT, MAD_TO_STD
 from fusion.plain.view import moved, numbers, pixel, turned
 from fusion.tracking.equations import LATERAL, STEEP, Equations
-from fusion.tracking.pairs import CUT
 
 # columns of a point's row: derivatives (6), residual [m], weight [1/m^2], residual in standard deviations, met, visible
 JACOBIAN, RESIDUAL, WEIGHT, ODDS, MET, VISIBLE = 0, 6, 7, 8, 9, 10

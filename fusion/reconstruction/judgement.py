@@ -35,7 +35,7 @@ def _fit(result: "Reconstruction") -> Light | None:
     if not len(known):  # poses were given
         return None
     found = float(np.median(known))
-    judged = level(found / result.settings["tracked_band_m"], FIT_BANDS)
+    judged = level(found / result.settings.tracked_band_m, FIT_BANDS)
     do = "Calibrate the depth, and move slower." if judged != "ok" else ""
     return Light(judged, "Fit", f"Frames lie {found * 1e3:.2f} mm (median) off the model.", do)
 
@@ -56,7 +56,7 @@ def _surface(result: "Reconstruction") -> Light:
     judged = level(shape.crumb_share, CRUMB_SHARE)
     said = f"The surface is in {shape.fragments:,} parts" if shape.fragments > 1 else "The surface hangs together"
     said += f", {shape.crumb_share:.0%} of it in small ones" if shape.crumb_share > 0 else ""
-    larger = "--voxel" if result.settings["kind"] == "room" else "--voxel, --room"
+    larger = "--voxel" if result.settings.kind == "room" else "--voxel, --room"
     do = f"Larger voxels ({larger}), a nearer --max-depth, or more frames join them." if judged != "ok" else ""
     return Light(judged, "Surface", f"{said}.", do)
 
@@ -66,7 +66,7 @@ def _drift(result: "Reconstruction") -> Light | None:
     course = result.course
     if course is None:
         return None
-    band = result.settings["truncation_m"]
+    band = result.settings.truncation_m
     if course.met:
         many = f"{course.met} pairs of views show a place seen before" if course.met > 1 else "One place was seen again"
         said = f"{many}; they moved the camera by up to {course.moved * 1e3:.0f} mm"
@@ -87,6 +87,6 @@ def _drift(result: "Reconstruction") -> Light | None:
 def _course(result: "Reconstruction") -> Light | None:
     if result.off_course is None:
         return None
-    judged = level(result.off_course.error.rmse / result.settings["truncation_m"], COURSE_BANDS)
+    judged = level(result.off_course.error.rmse / result.settings.truncation_m, COURSE_BANDS)
     do = "Use the stated poses (--poses stated), or move slower with more relief in view." if judged != "ok" else ""
     return Light(judged, "Course", f"The tracked camera is off by {result.off_course.words()}.", do)

@@ -93,7 +93,7 @@ def _overview(recording: Recording, settings: ReconstructSettings, voxel: float,
 
 
 def _told(overview: Reconstruction, volume: VolumeSettings, mesh: Streamed) -> Reconstruction:
-    coarse = overview.settings["voxel_m"]
+    coarse = overview.settings.voxel_m
     text = f"mesh.ply has voxels of {1e3 * volume.voxel:g} mm and {mesh.faces:,} triangles. "
     text += f"Numbers and pictures here are those of an overview in voxels of {1e3 * coarse:g} mm."
     # what the overview takes of its small share of the memory is nothing that a person could act on

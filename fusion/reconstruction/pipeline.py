@@ -11,18 +11,19 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
-from fusion.reconstruction.course import straighten
+from fusion.reconstruction.course import Straightened, straighten
 from fusion.reconstruction.loops.held import pose_errors
-from fusion.reconstruction.planning import Plan, plan
+from fusion.reconstruction.planning import Plan, object_after_all, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
-from fusion.reconstruction.settling import settled
 from fusion.reconstruction.sure import FusedWith, walk_sigma
-from fusion.reconstruction.walk import WalkedFrames, track
+from fusion.reconstruction.walk import Walk, WalkedFrames, fused, fused_again, track
+from fusion.reconstruction.walked_round import StandingView
 from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
+from fusion.results.choices import LensUsed, ReconstructionChoices
 from fusion.results.color_light import color_lights
 from fusion.results.course import Course
 from fusion.results.light import Light, note
@@ -48,7 +49,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         VolumeError: the voxel settings make no sense or do not fit into memory.
 
     >>> result = fusion.reconstruct(fusion.open_recording("my_room"))
-    >>> result.settings["kind"], round(result.settings["voxel_m"], 3)
+    >>> result.settings.kind, round(result.settings.voxel_m, 3)
     ('room', 0.019)
     >>> fusion.write_mesh("room.ply", result.mesh)
     """
@@ -126,21 +127,22 @@ def _result(recording: Recording, settings: ReconstructSettings, results: list[T
     volume, chosen = made.volume, made.plan
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
     colored = color_mesh(made.mesh, recording, trajectory) if settings.color else Colored(made.mesh)
-    told = {
-        "camera": {k: getattr(recording.camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
-        "correction": made.told.values(),
-        "voxel_m": volume.settings.voxel,
-        "truncation_m": volume.settings.truncation,
-        "tracked_band_m": made.band,
-        "room": chosen.subject.room,
-        "kind": chosen.kind,
-        "kind_reason": chosen.reason,
-        "max_depth_m": settings.max_depth,
-        "box_m": chosen.volume.bounds,
-        "sensor": made.sensor.name,
-        "poses": "tracked" if settings.poses is None else "given",
-        "volume_bytes": volume.bytes,
-    } | colored.values()
+    told = ReconstructionChoices(
+        **vars(colored.figures()),
+        camera=LensUsed.of(recording.camera),
+        correction=made.told.figures(),
+        voxel_m=volume.settings.voxel,
+        truncation_m=volume.settings.truncation,
+        tracked_band_m=made.band,
+        room=chosen.subject.room,
+        kind=chosen.kind,
+        kind_reason=chosen.reason,
+        max_depth_m=settings.max_depth,
+        box_m=chosen.volume.bounds,
+        sensor=made.sensor.name,
+        poses="tracked" if settings.poses is None else "given",
+        volume_bytes=volume.bytes,
+    )
     return Reconstruction(
         mesh=colored.mesh,
         trajectory=trajectory,
@@ -156,3 +158,34 @@ def _result(recording: Recording, settings: ReconstructSettings, results: list[T
         off_course=off_course(trajectory, recording) if settings.poses is None else None,
         course=made.course,
     )
+
+
+def settled(
+    frames: WalkedFrames, settings: ReconstructSettings, walk: Walk, straight: Straightened
+) -> tuple[Volume, Plan, list[Tracked]]:
+    """The volume that suits the settled course, how it was fused, and the results of all frames.
+
+    Raises:
+        RecordingError: a frame that was read before cannot be read any more.
+        VolumeError: the volume does not fit into its memory.
+    """
+    results, plan = straight.results, walk.plan
+    found = [(results[frame.index], frame.surface) for frame in walk.keyframes]
+    views = [StandingView(result.T_world_camera, surface) for result, surface in found if result.ok]
+    finer = object_after_all(plan, frames.recording, settings, views)
+    if finer is not None:
+        try:
+            return _fused(frames, walk, straight, finer)
+        except VolumeError as error:
+            plan = replace(plan, reason=f"{plan.reason}; as an object: {error.what}")
+    if straight.between is None:
+        return walk.volume, plan, results
+    return _fused(frames, walk, straight, plan)
+
+
+def _fused(frames: WalkedFrames, walk: Walk, straight: Straightened, plan: Plan) -> tuple[Volume, Plan, list[Tracked]]:
+    if straight.between is not None:
+        volume, results = fused_again(frames, straight.results, plan, straight.between)
+        return volume, plan, results
+    placed = [i for i, result in enumerate(straight.results) if result.ok]
+    return fused(frames, straight.results, plan, placed), plan, straight.results

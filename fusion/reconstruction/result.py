@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from fusion.mesh.drawing.picture import png
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.reconstruction.judgement import judge
+from fusion.results.choices import ReconstructionChoices
 from fusion.results.course import Course
 from fusion.results.facts import ScanFacts, SureFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
@@ -32,7 +32,7 @@ class Reconstruction:
         information: (n, 6, 6) as in `IcpResult`.
         unconstrained: frame to the directions that its surface does not fix.
         rejected: frame to reason.
-        settings: what was asked for and chosen, plain values.
+        settings: what was asked for and chosen.
         notes: of the recording's doctor, of readers and of the correction.
         footnotes: sentences that come with nearly every reconstruction of such a sensor.
         volume: what was fused.
@@ -48,7 +48,7 @@ class Reconstruction:
     information: NDArray[np.float64]
     unconstrained: dict[int, tuple[str, ...]]
     rejected: dict[int, str]
-    settings: dict[str, Any]
+    settings: ReconstructionChoices
     volume: Volume
     notes: tuple[Light, ...] = ()
     footnotes: tuple[str, ...] = ()
@@ -60,7 +60,7 @@ class Reconstruction:
         placed = f"{int(self.trajectory.valid.sum())} of {len(self.trajectory)} frames placed"
         error = "" if self.off_course is None else f", {self.off_course.error.rmse * 1e3:.1f} mm off its stated poses"
         looks = len(self.judgement.warnings)
-        return f"<Reconstruction: {self.settings['kind']}, {placed}{error}, {looks} warnings;\n {self.mesh!r}>"
+        return f"<Reconstruction: {self.settings.kind}, {placed}{error}, {looks} warnings;\n {self.mesh!r}>"
 
     def _repr_png_(self) -> bytes | None:
         """A picture for notebooks, up and front as the first camera has them."""

@@ -15,7 +15,7 @@ from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import DEVICES, find_camera
 from fusion.recording.cameras.said_camera import are_numbers, said_camera
-from fusion.recording.formats import bop, fakenect, known, open3d_folder, seven_scenes, tum
+from fusion.recording.formats import bop, fakenect, not_read, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
 from fusion.recording.formats.folders import freenect2, nerfstudio, plain
@@ -44,7 +44,7 @@ FOLDERS: tuple[ModuleType, ...] = (
 )
 FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg, xef, xef_depth)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
-NOT_READ = {".pgm", ".tif", ".tiff", ".exr", ".pfm"}  # kinds of images in which others keep depth
+NOT_READ = {".exr", ".pfm"}  # kinds of images in which others keep depth
 
 
 def open_recording(path: Path | str, camera: Camera | Path | str | None = None, topic: str | None = None) -> Recording:
@@ -71,21 +71,24 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         raise RecordingError("there is no recording", path, "nothing", "a folder with depth images, or a recorded file")
     form = recognised(path)
     if form is None:
-        raise known.refusal(path) or _not_recognised(path)
+        raise not_read.refusal(path) or _not_recognised(path)
     if getattr(form, "HAS_TOPICS", False):
         read = partial(form.read, path, topic=topic)
     elif topic is not None:
         raise RecordingError("there are no topics in this recording", path, f"--topic {topic}", do="leave it out")
     else:
         read = partial(form.read, path)
+    said = camera
     if camera is not None:
-        camera = said_camera(camera, lambda said: read(camera=said), getattr(form, "USUAL_SCALE", 1000.0))
-    recording = read(camera=camera)
+        said = said_camera(camera, lambda one: read(camera=one), getattr(form, "USUAL_SCALE", 1000.0))
+    recording = read(camera=said)
     check_frame_size(recording.camera, path)
     recording = _without_blind_pixels(recording)
     if str(camera) in DEVICES:
-        said = f"the camera is a nominal {camera} ({DEVICES[str(camera)][1]}), not calibrated"
-        recording = replace(recording, warnings=(*recording.warnings, said))
+        nominal, source = DEVICES[str(camera)]
+        size = "" if recording.camera.shape == nominal.shape else f", resized from {nominal.width} x {nominal.height}"
+        told = f"the camera is a nominal {camera} ({source}){size}, not calibrated"
+        recording = replace(recording, warnings=(*recording.warnings, told))
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))
 

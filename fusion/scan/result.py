@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +11,12 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
+from fusion.results.choices import ScanChoices
 from fusion.results.facts import Gap, ScanFacts, SureFacts, TableFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
 from fusion.results.table_motion import FRAME, NO_PLATE, ClosingGap, FocalFigures, SlipFound, TableMotion, UsedCamera
 from fusion.scan.judging.evidence import Evidence
-from fusion.scan.judging.judgement import judge
+from fusion.scan.judging.judge import judge
 from fusion.turntable.circle import Circle
 from fusion.turntable.motion import Motion
 from fusion.turntable.steps import Steps
@@ -37,7 +37,7 @@ class Scan:
         residual, inlier_share: (n,) [m], [1].
         wobble: rms rocking of the axis over the freely tracked poses [rad].
         camera: used for the result (refined when asked for).
-        settings: what was asked for and chosen, plain values.
+        settings: what was asked for and chosen.
         evidence: what its judgement rests on.
         told: (n,) table angles that the log or the stated step says [rad], None when nothing was said.
         sure: where `mesh.scalars["sigma"]`, the standard deviation of each vertex along its normal [m], comes from.
@@ -56,7 +56,7 @@ class Scan:
     inlier_share: Array
     wobble: float
     camera: Camera
-    settings: dict[str, Any]
+    settings: ScanChoices
     evidence: Evidence
     told: Array | None = None
     sure: Sure | None = None
@@ -76,7 +76,7 @@ class Scan:
         """Every number that terminal, page and JSON tell."""
         slips = tuple(slip.frame for slip in self.steps.slips)
         # None: the plate is round, or none was seen
-        cut = self.motion.table is not None and not self.settings["keep_plate"]
+        cut = self.motion.table is not None and not self.settings.keep_plate
         return ScanFacts(
             shape=shape_of(self.mesh, np.array([0.0, 0.0, 1.0])),
             frames=len(self.trajectory),

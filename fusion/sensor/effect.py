@@ -5,6 +5,7 @@ through an effect: `light` changes the amplitude that arrives, `spread` the nois
 Neighbours, edges and history are arguments (the whole image, `View`), never hidden state.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar
 
@@ -98,11 +99,9 @@ class Effect:
         return np.where(inside(self.where, depth, view), whole, 0).astype(depth.dtype) if self.where else whole
 
     def _everywhere(self, depth: Image, view: View) -> Image:
-        if not (self.per_frequency and view.frequencies and view.time_of_flight):
+        if not self.per_frequency:
             return self.bias(depth, view)
-        total = sum(f**2 for f in view.frequencies)
-        parts = [f**2 / total * self.bias(depth, replace(view, modulation=f)) for f in view.frequencies]
-        return np.asarray(sum(parts), depth.dtype)
+        return np.asarray(over_modulations(lambda one: self.bias(depth, one), view), depth.dtype)
 
     def corrected(self, measured: Image, view: View) -> Image | None:
         """The depth (h, w) [m] whose biased one is `measured`, where there is a form for it; None: it is searched."""
@@ -152,7 +151,9 @@ class Effect:
 
     def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         """The depth (h, w) [m] behind this effect in one frame: its change of the mean, and one draw of its noise."""
-        return depth + self.change(depth, view) + self.draw(depth, view, rng)
+        for part in (self.change(depth, view), self.draw(depth, view, rng)):
+            depth = depth + part if part.ndim or part else depth
+        return depth
 
     def window(self, view: View) -> float:
         """Side [px] of the square over which neighbours share this noise; 1 where pixels are independent."""
@@ -182,6 +183,14 @@ def _values(effect: Any) -> tuple[Any, ...]:
 
 def _same(a: Any, b: Any) -> bool:
     return np.array_equal(a, b) if isinstance(a, np.ndarray) or isinstance(b, np.ndarray) else bool(a == b)
+
+
+def over_modulations(law: Callable[[View], Image], view: View) -> Image:
+    """What a law of the modulation (of any shape) gives a range from all that a view has: their mean by frequency^2."""
+    if not (view.frequencies and view.time_of_flight):
+        return law(view)
+    total = sum(f**2 for f in view.frequencies)
+    return np.asarray(sum(f**2 / total * law(replace(view, modulation=f)) for f in view.frequencies))
 
 
 def independent(sigma: Image, other: Image) -> Image:

@@ -12,8 +12,7 @@ from fusion.compute.language import func, kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project
-from fusion.geometry.robust import MAD_TO_STD
-from fusion.tracking.pairs import CUT
+from fusion.geometry.robust import CUT, MAD_TO_STD
 
 Array = NDArray[np.float64]
 

@@ -81,11 +81,6 @@ class ObjectView:
     print: NDArray[np.float32] | None = None
     tones: NDArray[np.float32] | None = None
 
-    @property
-    def sampled(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Points, normals and sigma as `find_pairs` takes them."""
-        return self.points, self.normals, self.sigma
-
     def of(self, chosen: NDArray) -> "ObjectView":
         """The view with some of its points: their places, or a bool for each."""
         return replace(

@@ -1,10 +1,12 @@
 """The volume: a sparse truncated signed distance field that depth images are fused into."""
 
 from pathlib import Path
+from threading import RLock
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.compute.spare import Spare
 from fusion.compute.start import start
 from fusion.errors import VolumeError
 from fusion.geometry.camera import Camera
@@ -14,11 +16,11 @@ from fusion.volume import store
 from fusion.volume.blocks import Blocks
 from fusion.volume.dense import Box, DenseField, dense
 from fusion.volume.extraction.surface import surface
-from fusion.volume.integration.frame import FrameImages
+from fusion.volume.integration.frame import FrameImages, work
 from fusion.volume.integration.integrate import integrate
+from fusion.volume.raycasting.image_pool import ImagePool
 from fusion.volume.raycasting.raycast import Raycast, raycast
 from fusion.volume.sample import sample
-from fusion.volume.scratch import Scratch
 from fusion.volume.settings import VolumeSettings
 
 __all__ = ["Raycast", "Volume", "VolumeSettings"]
@@ -186,3 +188,22 @@ def _check_shape(name: str, image: NDArray, shape: tuple[int, ...]) -> None:
 def _check_pose(T: Array) -> None:
     if not is_rigid(np.asarray(T, float)):
         raise VolumeError("the camera pose is not a rigid motion", found=np.asarray(T).tolist(), expected="a 4x4 pose")
+
+
+class Scratch:
+    """A volume's scratch images, and whose turn it is.
+
+    Attributes:
+        turn: held by the thread that works on the volume; others wait.
+        frames: images that frames are worked on in, by camera.
+        canvases: images that raycasts are written to.
+    """
+
+    def __init__(self) -> None:
+        self.turn = RLock()
+        self.frames = Spare(work, most=2)  # a depth camera, and one of another size
+        self.pool = ImagePool()
+
+    def __reduce__(self) -> tuple[type, tuple[()]]:
+        """A copy of a volume has scratch of its own."""
+        return Scratch, ()

@@ -14,11 +14,10 @@ from fusion.batch import cluster
 from fusion.batch.fingerprint import fingerprint, key_of
 from fusion.batch.job import Job, JobLimits, JobRow, filled, plain_name
 from fusion.batch.listing import items_in
-from fusion.batch.numbers import light_of, numbers_in, unread_in
 from fusion.batch.page import write_index
 from fusion.batch.table import columns_of
 from fusion.batch.warm import Warm
-from fusion.batch.work import keep, kept
+from fusion.batch.work import keep, kept, light_of, numbers_in, unread_in
 from fusion.commands.main import main
 from fusion.errors import FusionError
 from fusion.files.output.claim import MARK

@@ -10,8 +10,7 @@ from fusion.calibration.depth.walls.lamp import WHITE, with_lamp
 from fusion.calibration.depth.walls.plane import WallPlane
 from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.correction import corrected_image
-from fusion.sensor.correction.usual_light import USUAL
+from fusion.sensor.correction.correction import USUAL, corrected_image
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset

@@ -83,21 +83,21 @@ def test_the_mesh_has_the_colours_of_the_room(room, depths, truth):
     colored = replace(recording, load=lambda i: replace(recording.load(i), color=pictures[i]))
     result = reconstruct(colored, replace(CHEAP, color=True, poses=Trajectory(recording.timestamps, truth)))
     seen = result.mesh.scalars["color_views"] > 0
-    assert result.settings["color"] and result.settings["uncolored_share"] == pytest.approx(1 - seen.mean())
+    assert result.settings.color and result.settings.uncolored_share == pytest.approx(1 - seen.mean())
     # things of one colour each: pixels of 13 mm at the far wall mix none but at their rims, which are kept away from
     known = np.array([(90, 90, 90), (150, 150, 150), (200, 200, 200), (200, 80, 80)])
     apart = np.abs(result.mesh.colors[seen].astype(int)[:, None] - known).max(axis=2).min(axis=1)
     assert seen.mean() > 0.8 and (apart < 5).mean() > 0.98
     assert not (result.mesh.colors == 0).all(axis=1).any()
     without = reconstruct(colored, replace(CHEAP, poses=Trajectory(recording.timestamps, truth)))
-    assert without.mesh.colors is None and not without.settings["color"]
+    assert without.mesh.colors is None and not without.settings.color
 
 
 def test_given_poses_are_kept_as_they_are(depths, truth):
     poses = Trajectory(10.0 + np.arange(FRAMES) / 30, truth)
     result = reconstruct(recording_of(depths), replace(CHEAP, poses=poses))
     assert np.array_equal(result.trajectory.poses, truth)
-    assert result.settings["poses"] == "given"
+    assert result.settings.poses == "given"
     assert np.isnan(result.residual).all()
     assert np.median(np.abs(signed_distances(result.mesh.vertices, room_mesh()))) < 0.002
 
@@ -170,8 +170,8 @@ def test_an_object_that_turns_is_refused(room, truth):
 
 def test_the_voxel_is_chosen_for_an_object_or_a_room(depths):
     chosen = reconstruct(recording_of(depths[:1]), ReconstructSettings(room=True)).settings
-    assert 0.005 <= chosen["voxel_m"] <= 0.02
-    assert chosen["truncation_m"] >= 4 * chosen["voxel_m"]
+    assert 0.005 <= chosen.voxel_m <= 0.02
+    assert chosen.truncation_m >= 4 * chosen.voxel_m
 
 
 def test_what_does_not_fit_is_told_before_the_start(depths):

@@ -222,7 +222,7 @@ def test_masks_keep_the_plate_out(left, scan, tmp_path, monkeypatch):
     d = distances(found.mesh, found.trajectory.poses[0], left[0])
     # the plate of 30 cm would be some 9 cm off the owl; a pixel of 4 mm in the mask's border may see it
     assert (np.abs(d) < 0.012).mean() > 0.995
-    assert found.settings["mask"] == str(tmp_path)
+    assert found.settings.mask == tmp_path
 
 
 def test_an_interruption_leaves_nothing(left, tmp_path, monkeypatch):

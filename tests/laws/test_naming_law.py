@@ -11,7 +11,6 @@ from scipy.special import digamma
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
-from fusion.sensor.expectation import Expectation, expectation
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
@@ -35,6 +34,29 @@ class Seen:
     sigma: np.ndarray
     dropout: np.ndarray
     count: np.ndarray
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What repeated frames of one view show.
+
+    Attributes:
+        mean: (h, w) of the depth [m].
+        sigma: (h, w) its standard deviation [m].
+        dropout: (h, w) missing share [1].
+    """
+
+    mean: np.ndarray
+    sigma: np.ndarray
+    dropout: np.ndarray
+
+
+def expectation(sensor: Sensor, view: View) -> Expectation:
+    """Mean, spread and missing share that a sensor gives of a view (its depth is the truth)."""
+    if view.depth is None:
+        raise ValueError("the view has no depth")
+    depth = np.asarray(view.depth)
+    return Expectation(*sensor.repeated(depth, view), sensor.dropout(depth, view))
 
 
 def sensor_with(*effects: Effect) -> Sensor:

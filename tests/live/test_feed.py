@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from fusion.devices.source import Description, SourceFrame
 from fusion.geometry.camera import Camera
 from fusion.live.feed import FEW, PATIENCE, WAITING, Feed
+from fusion.live.grow import Turned
+from fusion.live.session import strike
 from fusion.live.state import SECTORS, LiveState
-from fusion.live.struck import strike
-from fusion.live.turned import Turned
 
 CAMERA = Camera(32, 24, fx=30.0, fy=30.0, cx=15.5, cy=11.5)
 

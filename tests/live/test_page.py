@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.errors import DeviceError
-from fusion.live.page import SURE, UNSURE, LivePage, _motor, colors_of
-from fusion.live.panel import panel
+from fusion.live.page import SURE, UNSURE, LivePage, _motor, colors_of, panel
 from fusion.live.state import LiveState
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.live.grow import Grower
-from fusion.live.ready import get_ready
+from fusion.live.session import get_ready
 
 
 @pytest.mark.parametrize("camera", [Camera(160, 120, 144.0, 144.0, 79.5, 59.5), Camera(32, 24, 30.0, 30.0, 15.5, 11.5)])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from fusion.mesh.alignment.align import scale_interval
 from fusion.mesh.alignment.fit import SurfaceFit
-from fusion.mesh.alignment.scale_interval import scale_interval
 from fusion.mesh.alignment.similarity import IDENTITY
 from fusion.mesh.comparison.distances import surface_of
 from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface, smooth_normals, vertex_normals

@@ -13,7 +13,7 @@ from fusion.passes.poses.arranged import as_good, fits
 from fusion.passes.poses.joint import loose, refined
 from fusion.passes.poses.lying import Lying, judged, laid
 from fusion.passes.poses.outlook import Outlook
-from fusion.passes.poses.rotations import even_rotations
+from fusion.passes.poses.search import even_rotations
 from fusion.passes.poses.sides import PassSide
 
 NOISE = 0.002

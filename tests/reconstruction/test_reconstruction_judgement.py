@@ -10,12 +10,19 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.geometry.trajectory_error import trajectory_error
 from fusion.mesh.mesh import Mesh
 from fusion.reconstruction.result import Reconstruction
+from fusion.results.choices import LensUsed, ReconstructionChoices
 from fusion.results.light import Light
 from fusion.results.off_course import OffCourse
+from fusion.sensor.correction.summary import CorrectionFigures
 from fusion.volume.volume import Volume, VolumeSettings
 
 COUNT = 20
-SETTINGS = {"truncation_m": 0.03, "tracked_band_m": 0.03, "kind": "room"}
+SETTINGS = ReconstructionChoices(
+    sensor="none", correction=CorrectionFigures("nothing", {}, (), ()), camera=LensUsed(500.0, 500.0, 320.0, 240.0, ()),
+    voxel_m=0.01, truncation_m=0.03, volume_bytes=1, color=False, color_images=0, color_images_lost=0,
+    uncolored_share=None, neutral_share=None, tracked_band_m=0.03, room=True, kind="room", kind_reason="as told",
+    max_depth_m=None, box_m=None, poses="tracked",
+)  # fmt: skip
 
 
 def crumbled(parts: int) -> Mesh:
@@ -73,7 +80,7 @@ def test_a_planted_fault_turns_on_its_own_light(subject, level, plant):
 
 @pytest.mark.parametrize("kind", ["room", "object"])
 def test_a_room_is_not_told_to_be_taken_for_a_room(kind):
-    first = replace(good(), mesh=crumbled(12), settings=SETTINGS | {"kind": kind}).judgement.lights[0]
+    first = replace(good(), mesh=crumbled(12), settings=replace(SETTINGS, kind=kind)).judgement.lights[0]
     assert ("--room" in first.do) == (kind == "object")
 
 
@@ -85,5 +92,5 @@ def test_what_the_doctor_said_stands_among_them():
 
 def test_frames_are_judged_by_the_model_that_they_were_held_against():
     """An object may be fused in a band that is narrower than that of the room in which it was tracked."""
-    known = replace(good(), settings=SETTINGS | {"truncation_m": 0.004})
+    known = replace(good(), settings=replace(SETTINGS, truncation_m=0.004))
     assert next(x for x in known.judgement.lights if x.subject == "Fit").level == "ok"

@@ -5,7 +5,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
-from fusion.reconstruction.loops.relief import by_relief
+from fusion.reconstruction.loops.edges import by_relief
 from fusion.tracking.equations import lay_out
 from fusion.tracking.icp import IcpSettings, align_points
 

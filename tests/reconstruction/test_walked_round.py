@@ -168,11 +168,11 @@ def test_nothing_seen_is_nothing_gone_round(caster):
 def test_a_thing_on_a_table_is_scanned_as_an_object(caster):
     recording, _ = recording_of(caster, round_it(90, 0.8, count=46))
     result = reconstruct(recording, FREE)
-    assert result.settings["kind"] == "object" and "went round" in result.settings["kind_reason"]
-    assert result.settings["voxel_m"] <= 0.002 and not result.rejected
+    assert result.settings.kind == "object" and "went round" in result.settings.kind_reason
+    assert result.settings.voxel_m <= 0.002 and not result.rejected
     # the room around is left out: the box reaches twice the size to both sides, and blocks stick out
     assert np.ptp(result.mesh.vertices, axis=0).max() < 4 * 0.9 + 0.1
-    assert reconstruct(recording, replace(FREE, room=True)).settings["kind"] == "room"
+    assert reconstruct(recording, replace(FREE, room=True)).settings.kind == "room"
 
 
 def test_stated_poses_say_it_before_the_start(caster):
@@ -196,5 +196,5 @@ def test_an_object_that_does_not_fit_after_all_stays_a_room(caster, monkeypatch)
     recording, _ = recording_of(caster, round_it(90, 0.8, count=46))
     monkeypatch.setattr("fusion.reconstruction.planning._taken", lambda *_: 0)  # a forecast may be wrong
     result = reconstruct(recording, replace(FREE, max_bytes=24 << 20))
-    assert result.settings["kind"] == "room" and "does not fit into its memory" in result.settings["kind_reason"]
+    assert result.settings.kind == "room" and "does not fit into its memory" in result.settings.kind_reason
     assert len(result.mesh.faces)

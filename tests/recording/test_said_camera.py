@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import synthetic
@@ -52,6 +53,23 @@ def test_the_matrix_beside_the_images_of_a_data_set_is_its_camera(tmp_path, wher
 @pytest.mark.parametrize("place", ["", "depth"])
 def test_images_of_a_kind_that_is_not_read_are_named(tmp_path, place):
     (tmp_path / place).mkdir(exist_ok=True)
-    (tmp_path / place / "1.pgm").write_bytes(b"P5 1 1 65535 12")
-    with pytest.raises(RecordingError, match=r"\.pgm images as 16-bit PNG"):
+    (tmp_path / place / "1.exr").write_bytes(b"v/1\1")
+    with pytest.raises(RecordingError, match=r"\.exr images as 16-bit PNG"):
         open_recording(tmp_path)
+
+
+@pytest.mark.parametrize("size", [(320, 240), (160, 120)])
+def test_a_preset_is_resized_to_images_in_its_proportion(tmp_path, size):
+    width, height = size
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((height, width), 900, np.uint16))
+    found = open_recording(tmp_path, "primesense")
+    share = width / 640
+    assert found.camera.fx == 525 * share and found.camera.cx == pytest.approx(320 * share - 0.5)
+    assert any("resized from 640 x 480" in text for text in found.warnings)
+    assert np.nanmax(found[0].depth) == pytest.approx(0.9)
+
+
+def test_a_preset_of_another_shape_is_refused(tmp_path):
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((240, 424), 900, np.uint16))
+    with pytest.raises(RecordingError, match="another size"):
+        open_recording(tmp_path, "primesense")[0]

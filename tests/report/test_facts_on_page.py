@@ -11,7 +11,7 @@ from fusion.commands.scan import turntable
 from fusion.mesh.shape import shape_of
 from fusion.report.scans.facts import fact_numbers
 from fusion.results.facts import Gap, ScanFacts, TableFacts
-from fusion.results.worth import Worth
+from fusion.results.judgement import Worth
 
 TABLE = TableFacts(
     float(np.radians(6.054)), float(np.radians(0.1149)), (), Gap(0.0162, 0.00249, 1.0), Gap(0.007, 0.0031, 2.0)
@@ -20,7 +20,7 @@ FACTS = ScanFacts(shape_of(bumpy_sphere(3), UP), 25, 23, 0.00123, 0.9, TABLE)
 
 
 def test_terminal_and_page_print_the_same_numbers():
-    settings = {"voxel_m": 0.002, "correction": {"text": "none"}}
+    settings = SimpleNamespace(voxel_m=0.002, correction=SimpleNamespace(text="none"))
     scan = SimpleNamespace(facts=FACTS, settings=settings, judgement=SimpleNamespace(lines=list, worth=Worth("good")))
     said = "\n".join(turntable.lines(scan))
     tiles = {number.name: number for number in fact_numbers(FACTS)}

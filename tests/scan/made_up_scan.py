@@ -10,10 +10,12 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.results.choices import LensUsed, RegionFound, ScanChoices
 from fusion.results.facts import Gap
 from fusion.scan.judging.agreement import Agreement
 from fusion.scan.judging.evidence import Evidence
 from fusion.scan.result import Scan
+from fusion.sensor.correction.summary import CorrectionFigures
 from fusion.turntable.axis import Axis
 from fusion.turntable.circle import Circle
 from fusion.turntable.focal import FocalCheck
@@ -23,6 +25,13 @@ from fusion.turntable.steps import judge_steps
 
 CAMERA = Camera(640, 480, 580.0, 580.0, 319.5, 239.5)
 COUNT = 36
+CHOICES = ScanChoices(
+    box=None, mask=None, step=None, use_log=True, strength="axis", refine_camera=None, keep_plate=False, force=False,
+    fill_holes=0.03, sensor="none", sensor_assumed=True, correction=CorrectionFigures("nothing", {}, (), ()),
+    camera=LensUsed.of(CAMERA), region=RegionFound((-0.1, -0.1, 0.6), (0.1, 0.1, 0.9)), voxel_m=0.001,
+    truncation_m=0.004, volume_bytes=1, color=False, color_images=0, color_images_lost=0, uncolored_share=None,
+    neutral_share=None,
+)  # fmt: skip
 AGREEING = Agreement(np.arange(4), np.zeros(4), np.zeros(4), np.zeros(4), 0.0005)
 
 
@@ -44,7 +53,7 @@ def good_scan() -> Scan:
         steps=judge_steps(angles, small), circle=Circle(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.8, 0.001, 0.001),
         closure=Gap(0.001, 0.0005, 0.5), closure_raw=Gap(0.004, 0.002, 2.0), residual=small,
         inlier_share=np.full(COUNT, 0.9), wobble=0.001, camera=CAMERA,
-        settings={"voxel_m": 0.001, "correction": {"text": "nothing"}},
+        settings=CHOICES,
         evidence=Evidence(CAMERA, FocalCheck(0.002, 0.003, 6.0, COUNT), False, None, 0.001, 1.0, AGREEING),
     )  # fmt: skip
 

@@ -143,7 +143,9 @@ def test_a_frame_without_any_agreeing_pair_is_loose():
 @pytest.mark.parametrize("step", [None, 0.17])
 def test_with_told_angles_only_print_that_differs_counts(step):
     """What a log or a step says holds views together too."""
-    told = replace(good_scan(), told=np.deg2rad(10.0) * np.arange(36), settings=good_scan().settings | {"step": step})
+    told = replace(
+        good_scan(), told=np.deg2rad(10.0) * np.arange(36), settings=replace(good_scan().settings, step=step)
+    )
     edges = np.array([(i, j) for half in (range(6), range(6, 12)) for i in half for j in half if i < j])
     ones = np.ones(len(edges))
     loose = PrintAgreement(edges, 0.8 * ones, 0.9 * ones, 0.1 * ones, 12)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.correction import corrected, corrected_image, true_camera
+from fusion.sensor.correction.correction import corrected_image, true_camera
 from fusion.sensor.correction.summary import tell
 from fusion.sensor.effects.light.subsurface_scattering import SubsurfaceScattering
 from fusion.sensor.effects.optics.focal_length import FocalLength
@@ -24,7 +24,7 @@ from fusion.sensor.effects.triangulation.edge_fattening import EdgeFattening
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View, stretch
-from fusion.sensor.weights.rating import DOUBT, weight_of
+from fusion.sensor.weights.rating import DOUBT, sigma_of, weight_of
 from fusion.sensor.window import of_window
 
 STATED = Camera(64, 48, 57.0, 57.0, 31.5, 23.5, principle="itof")
@@ -64,18 +64,17 @@ def test_time_of_flight_is_undone_with_camera_amplitude_and_temperature(camera_e
     moment = Moment(temperature=33.0)
     measured, truth = recorded(sensor, STATED, ir=DARK, moment=moment)
     assert np.abs(measured - truth).max() > 0.005
-    found = corrected(sensor, measured, STATED, DARK, moment)
+    found = corrected_image(sensor, measured, STATED, DARK, moment)
     # 10 micrometres: what `correct` promises
-    assert np.abs(found.depth - truth).max() < 1e-5
-    assert found.camera == sensor.true_camera(STATED)
+    assert np.abs(found - truth).max() < 1e-5
+    assert true_camera(sensor, STATED) == sensor.true_camera(STATED)
 
 
 def test_triangulation_is_undone_with_the_camera():
     sensor = Sensor(principle="structured_light", effects=(*CAMERA_ERRORS, DisparityOffset(0.05), DepthOffset(0.002)))
     measured, truth = recorded(sensor, SL)
-    found = corrected(sensor, measured, SL)
-    assert np.abs(found.depth - truth).max() < 1e-5  # as above
-    assert found.camera.fx == pytest.approx(57.0 / 1.02)
+    assert np.abs(corrected_image(sensor, measured, SL) - truth).max() < 1e-5  # as above
+    assert true_camera(sensor, SL).fx == pytest.approx(57.0 / 1.02)
 
 
 def test_a_sensor_without_effects_changes_nothing():
@@ -130,9 +129,11 @@ def test_a_correction_known_worse_than_the_noise_is_named():
 
 def test_a_frame_without_depth_tells_and_corrects_nothing():
     nothing = np.full(STATED.shape, np.nan, np.float32)
-    found = corrected(Sensor(principle="itof", effects=TOF), nothing, STATED)
-    assert np.isnan(found.depth).all() and np.isnan(found.sigma).all() and not found.weight.any()
-    assert tell(Sensor(principle="itof", effects=TOF), View(STATED, nothing)).corrected == {}
+    sensor = Sensor(principle="itof", effects=TOF)
+    found = corrected_image(sensor, nothing, STATED)
+    assert np.isnan(found).all() and np.isnan(sigma_of(sensor, View(STATED, found))).all()
+    assert not weight_of(sensor, View(STATED, found)).any()
+    assert tell(sensor, View(STATED, nothing)).corrected == {}
 
 
 def test_weight_is_that_of_the_sensor_away_from_edges():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
+from fusion.sensor.effects.rig.motion_blur import speed_of_edges
 from fusion.sensor.view import Edges, View
-from fusion.sensor.weights.edge_motion import speed_of_edges
 
 CAMERA = Camera(65, 49, 60.0, 50.0, 32.0, 24.0)
 NEAR, FAR, AT = 1.0, 1.4, 40.3  # depths [m] left and right of a column [px]

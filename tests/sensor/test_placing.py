@@ -11,7 +11,7 @@ from fusion.geometry.pose import exp, inverse, transform
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.optics.focal_length import FocalLength
 from fusion.sensor.effects.optics.principal_point import PrincipalPoint
-from fusion.sensor.laws.placing import found_again
+from fusion.sensor.laws.moving import found_again
 from fusion.sensor.view import View
 from fusion.simulation.rendering.render import Channels, RayCaster
 

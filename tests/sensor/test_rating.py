@@ -15,8 +15,7 @@ from fusion.sensor.effects.readout.temporal_filtering import TemporalFiltering
 from fusion.sensor.presets import PRESETS, default_sensor, preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
-from fusion.sensor.weights.edge_trust import doubtful
-from fusion.sensor.weights.rating import DOUBT, sigma_of, weight_of
+from fusion.sensor.weights.rating import DOUBT, doubtful, sigma_of, weight_of
 
 CAMERA = Camera(48, 36, 45.0, 45.0, 23.5, 17.5)
 

@@ -11,7 +11,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.simulation.rendering.casting import Body
 from fusion.simulation.rendering.indirect import Bounce
 from fusion.simulation.rendering.motion import twist_between
-from fusion.simulation.rendering.render import Channels, RayCaster, nearest, render, view_of
+from fusion.simulation.rendering.render import Channels, RayCaster, render, view_of
 from fusion.simulation.scene.shapes import box, joined, sheet
 
 CAMERA = Camera(80, 60, 75.0, 76.0, 38.7, 30.2, distortion=(0.08, -0.1, 0.001, -0.002, 0.02))
@@ -91,17 +91,6 @@ def test_a_twist_leads_from_one_pose_to_the_other(angle):
         point = point + dt * (np.cross(w, half) + v)
     expected = transform(T_after @ inverse(T_before), np.array([0.3, -0.2, 0.8]))
     assert np.allclose(point, expected, atol=1e-5)
-
-
-def test_nearest_takes_every_channel_from_the_nearer_surface():
-    front = view_of((Body(RayCaster(block()), twist=np.ones(6), turning=True),), CAMERA, np.eye(4), ALL)
-    back = render(wall(), CAMERA, np.eye(4), ALL)
-    near = np.isfinite(front.depth)
-    for merged in (nearest(front, back), nearest(back, front)):
-        for name, image in images(merged).items():
-            assert np.array_equal(image[near], images(front)[name][near]), name
-            assert np.array_equal(image[~near], images(back)[name][~near]), name
-    assert len(images(merged)) == 14
 
 
 def test_no_body_is_an_empty_picture():

@@ -12,7 +12,7 @@ from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.ideal.frame import checked
-from fusion.simulation.ideal.rendered import ideal_of
+from fusion.simulation.ideal.passes import ideal_of
 from fusion.simulation.ideal.sense import sense, stated_by
 from fusion.simulation.ideal.view import unknown_to, view_of_ideal
 from fusion.simulation.rendering.exposure import Exposures

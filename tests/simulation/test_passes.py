@@ -9,7 +9,7 @@ from fusion.commands.main import main
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
-from fusion.simulation.ideal.rendered import ideal_of
+from fusion.simulation.ideal.passes import ideal_of
 from fusion.simulation.ideal.sense import sense_all
 from fusion.simulation.scenes import built_in
 from fusion.simulation.simulate import simulate

@@ -19,8 +19,7 @@ from fusion.texture.atlas import laid_flat
 from fusion.texture.lighting.exposure import SampledView
 from fusion.texture.lighting.levels import levels_of
 from fusion.texture.lighting.light import Facings
-from fusion.texture.texels import texels_of
-from fusion.texture.textured import texture_mesh
+from fusion.texture.textured import texels_of, texture_mesh
 
 GREEN_SHARE = 20 + 0.2 * 235  # of the paint's 20 and the room's 255
 

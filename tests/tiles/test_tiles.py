@@ -13,8 +13,7 @@ from fusion.mesh.files import read_mesh
 from fusion.mesh.ply import write_ply
 from fusion.recording.recording import Frame
 from fusion.sensor.presets import default_sensor
-from fusion.tiles.fusing import one_by_one, pieces, reached
-from fusion.tiles.reach import changed
+from fusion.tiles.fusing import changed, one_by_one, pieces, reached
 from fusion.tiles.stream import stream
 from fusion.tiles.tile import Tile, tiles_of
 from fusion.volume.prepared import fuse, prepare

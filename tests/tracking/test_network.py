@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fusion.geometry.pose import inverse, pose, rotation
+from fusion.reconstruction.loops.held import spread_of
 from fusion.tracking.graph import Edge, settle
-from fusion.tracking.network import spread_of
 
 SIGMA = np.repeat([1e-3, 2e-3], 3)  # [rad], [m] of an edge
 COUNT = 14

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion.compute.start import start
-from fusion.tracking.pairs import tukey
+from fusion.geometry.robust import tukey
 from fusion.turntable.model.cells import CUT, normal_equations, settle
 from fusion.turntable.model.meeting import ANGLE, AXIS, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.turntable.model.rough import HALF, shared_errors
+from fusion.turntable.model.rays import HALF, shared_errors
 
 SHAPE = (60, 80)
 SIGMA = 0.001

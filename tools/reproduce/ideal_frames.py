@@ -27,7 +27,7 @@ from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.simulation.ideal.frame import IdealFrame
-from fusion.simulation.ideal.rendered import FINER, ideal_of
+from fusion.simulation.ideal.passes import FINER, ideal_of
 from fusion.simulation.ideal.sense import sense
 from fusion.simulation.ideal.slopes import facing_of
 from fusion.simulation.scenes import built_in

@@ -43,7 +43,7 @@ def check(options: argparse.Namespace) -> None:
     """What OUT cannot be, before anything is read: a recording becomes a folder or an MCAP file, a mesh a file."""
     from fusion.files.output.publish import place_of
     from fusion.mesh.files import FORMATS, WRITTEN, check_written
-    from fusion.recording.formats.known import refusal
+    from fusion.recording.formats.not_read import refusal
     from fusion.recording.open import recognised
 
     if not options.input.exists():

@@ -12,7 +12,7 @@ from fusion.commands.options.numbers import number, whole_number
 from fusion.commands.options.results import made
 from fusion.commands.options.shown import FIRST_CAMERA, add_common, shown_box, shown_name, shown_sensor
 from fusion.commands.terminal.screen import took
-from fusion.files.json_values import json_text
+from fusion.files.json_values import json_text, json_values
 from fusion.progress import seconds, stage
 from fusion.quantity import MAX_DEPTH, MEMORY, WORKERS
 
@@ -136,7 +136,7 @@ def fill(
     if page:
         with stage("report"):
             scan_report(folder / "report.html", _report(recording, result))
-    content = result.settings | {
+    content = json_values(result.settings) | {
         "recording": str(recording.path),
         "frames": len(recording),
         "result": result.facts.values(),
@@ -174,7 +174,7 @@ def _report(recording: "Recording", result: "Reconstruction") -> Any:
         inlier_share=result.inlier_share if tracked else None,
         rejected=result.rejected,
         times_seen=step * times_seen(result.mesh, seen, recording.camera),
-        settings=result.settings,
+        settings=json_values(result.settings),
         summary=result.judgement.lights,
         warnings=[("ok", text) for text in result.judgement.footnotes],
         fingerprint=fingerprint(recording),
@@ -186,12 +186,12 @@ def summary(result: "Reconstruction") -> dict[str, Any]:
     """The numbers that a caller wants first."""
     return result.facts.values() | {
         "rejected": {str(frame): reason for frame, reason in result.rejected.items()},
-        "correction": result.settings["correction"],
-        "voxel_m": result.settings["voxel_m"],
-        "uncolored_share": result.settings["uncolored_share"],
-        "truncation_m": result.settings["truncation_m"],
-        "kind": result.settings["kind"],
-        "kind_reason": result.settings["kind_reason"],
+        "correction": result.settings.correction,
+        "voxel_m": result.settings.voxel_m,
+        "uncolored_share": result.settings.uncolored_share,
+        "truncation_m": result.settings.truncation_m,
+        "kind": result.settings.kind,
+        "kind_reason": result.settings.kind_reason,
         "judgement": result.judgement.lights,
         "warnings": result.judgement.warnings,
     }
@@ -219,9 +219,9 @@ def _large_lines(large: "Large | None") -> list[str]:
 def _kind(result: "Reconstruction") -> str:
     """What it was taken for, and why."""
     told = result.settings
-    other = "--object for voxels of 1 to 2 mm" if told["room"] else "--room for voxels of 5 mm and more"
-    hint = "" if told["kind_reason"] == "as told" else f"; pass {other}"
-    return f"{told['kind']:<9} {told['kind_reason']}{hint}"
+    other = "--object for voxels of 1 to 2 mm" if told.room else "--room for voxels of 5 mm and more"
+    hint = "" if told.kind_reason == "as told" else f"; pass {other}"
+    return f"{told.kind:<9} {told.kind_reason}{hint}"
 
 
 def _lines(result: "Reconstruction") -> list[str]:
@@ -238,6 +238,6 @@ def _lines(result: "Reconstruction") -> list[str]:
         "residual  " + ("poses as given" if rms is None else f"{rms * 1e3:.2f} mm rms to the model") + sure,
         *([] if facts.off_course is None else [f"error     {facts.off_course.words()}"]),
         _kind(result),
-        f"mesh      {mesh_words(facts.shape)}, voxel {result.settings['voxel_m'] * 1e3:g} mm",
-        f"corrected {result.settings['correction']['text']}",
+        f"mesh      {mesh_words(facts.shape)}, voxel {result.settings.voxel_m * 1e3:g} mm",
+        f"corrected {result.settings.correction.text}",
     ]

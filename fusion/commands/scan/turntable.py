@@ -90,7 +90,7 @@ def failure(scan: "Scan", where: Path) -> TrackingError | None:
     if worth.word != "failed":
         return None
     worst = worth.reasons[0]
-    log = scan.told is not None and scan.settings.get("step") is None and worst.subject != "Log"
+    log = scan.told is not None and scan.settings.step is None and worst.subject != "Log"
     suspect = "Or its log is wrong (turntable_deg in degrees?): --ignore-log does without. " if log else ""
     do = f"{worst.do} {suspect}--keep-failed writes what there is"
     return TrackingError("the scan failed", where, worst.reason.rstrip("."), do=do)
@@ -120,7 +120,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
 
 def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None, page: bool = True) -> None:
     """All files of the command (CONTRACT) into a folder; report.html if `page`."""
-    from fusion.files.json_values import json_text
+    from fusion.files.json_values import json_text, json_values
     from fusion.mesh.files import write_mesh
     from fusion.recording.native.camera_file import write_camera
     from fusion.recording.native.trajectory_file import write_trajectory
@@ -135,7 +135,7 @@ def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = N
     if page:
         with stage("report"):
             scan_report(folder / "report.html", report(recording, scan, comparison))
-    content = scan.settings | {
+    content = json_values(scan.settings) | {
         "recording": str(recording.path),
         "frames": len(recording),
         "result": scan.facts.values(),
@@ -155,6 +155,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
 
     import numpy as np
 
+    from fusion.files.json_values import json_values
     from fusion.geometry.trajectory import Trajectory
     from fusion.recording.looking.inspect import fingerprint
     from fusion.report.scans.scan import ScanReport
@@ -178,7 +179,7 @@ def report(recording: "Recording", scan: "Scan", comparison: Any = None) -> "Sca
         times_seen=times_seen(scan.mesh, seen, scan.camera),
         mesh_raw=scan.mesh_raw,
         up=np.array([0.0, 0.0, 1.0]),
-        settings=scan.settings,
+        settings=json_values(scan.settings),
         verdict=scan.judgement.worth.line(),
         summary=scan.judgement.lights,
         warnings=[("ok", text) for text in scan.judgement.footnotes],
@@ -196,9 +197,9 @@ def summary(scan: "Scan") -> dict[str, Any]:
         "reasons": table.reasons,
         "rejected": table.rejected_reasons,
         "slips": table.slips,
-        "correction": scan.settings["correction"],
-        "voxel_m": scan.settings["voxel_m"],
-        "uncolored_share": scan.settings["uncolored_share"],
+        "correction": scan.settings.correction,
+        "voxel_m": scan.settings.voxel_m,
+        "uncolored_share": scan.settings.uncolored_share,
         "focal_length_check": table.focal_length_check,
         "judgement": scan.judgement.lights,
         "warnings": scan.judgement.warnings,
@@ -218,8 +219,8 @@ def lines(scan: "Scan") -> list[str]:
         f"frames    {facts.placed} of {facts.frames} placed",
         f"table     {table_words(table)}; {closing_words(table)}",
         *([f"plate     {PLATE_TURNS}"] if table.slab_cut else []),
-        f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings['voxel_m'] * 1e3:g} mm",
+        f"mesh      {mesh_words(facts.shape)}, voxel {scan.settings.voxel_m * 1e3:g} mm",
         *([f"foot      {hidden_words(table)}"] if table.hidden > 0 else []),
         *([] if facts.sure is None else [f"sigma     {sure_words(facts.sure)}"]),
-        f"corrected {scan.settings['correction']['text']}",
+        f"corrected {scan.settings.correction.text}",
     ]

@@ -1,8 +1,10 @@
 """A Kinect v1 as a source: depth from the device's own calibration, raw values, colours or infrared."""
 
+import errno
 import queue
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from threading import Event
 from types import TracebackType
@@ -12,13 +14,12 @@ import numpy as np
 
 from fusion.devices.kinect_v1.clock import RATE, DeviceClock
 from fusion.devices.kinect_v1.commands import Commands
-from fusion.devices.kinect_v1.find import find_kinect
+from fusion.devices.kinect_v1.find import find_kinect, usb_module
 from fusion.devices.kinect_v1.motor import Motor
 from fusion.devices.kinect_v1.pixels import color, infrared, raw_depth
 from fusion.devices.kinect_v1.registration import color_camera
 from fusion.devices.kinect_v1.streaming import Arrived, Streaming
 from fusion.devices.kinect_v1.tables import read_tables, read_zero_plane
-from fusion.devices.kinect_v1.usb_errors import told_usb
 from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
 from fusion.files.json_values import json_values
@@ -30,6 +31,17 @@ SILENCE = 2.0  # [s] without a frame after which the streams are started anew: a
 RETURN = 15.0  # [s] for a camera that was unplugged to come back (guess: a person's hands)
 CENTRE = "the depth camera's centre is nominal, its focal length follows from the device's reference plane"
 STARTS = 3  # in a row that bring no frame, before it is given up
+SENTENCES = {
+    errno.ENODEV: ("the camera was unplugged", "plug it in again"),
+    errno.ENOENT: ("the camera was unplugged", "plug it in again"),
+    errno.EACCES: (
+        "the Kinect may not be opened by you",
+        "fusion doctor --udev prints the rule that allows it, and where to put it",
+    ),
+    errno.EBUSY: ("the Kinect is in use by another program", "close that program"),
+    errno.ETIMEDOUT: ("the camera does not answer", "unplug it and plug it in again"),
+    errno.EPIPE: ("the camera refused a command", "unplug it and plug it in again"),
+}
 
 
 class Kinect:
@@ -184,3 +196,13 @@ class Kinect:
         if picture is None:
             return frame
         return replace(frame, ir=infrared(picture)) if self._infrared else replace(frame, color_apart=color(picture))
+
+
+@contextmanager
+def told_usb() -> Iterator[None]:
+    """Errors of pyusb in the block become DeviceErrors."""
+    try:
+        yield
+    except usb_module().USBError as error:
+        what, do = SENTENCES.get(error.errno or 0, ("USB failed", "unplug it and plug it in again"))
+        raise DeviceError(what, "Kinect v1", error.strerror or str(error), do=do) from error

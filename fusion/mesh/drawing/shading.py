@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,20 +38,19 @@ def lit(sight: Sight, normals: NDArray) -> Lit:
     return Lit(sight, (light * _edges(sight)[sight.hit]).astype(np.float32), inside)
 
 
-def picture(seen: Lit, colors: NDArray) -> NDArray[np.uint8]:
-    """An RGBA picture (h // 2, w // 2, 4) in the vertices' colours (n, 3), 0 to 1; every pixel the mean of 2 x 2
-    looked-at ones."""
+def picture(seen: Lit, colors: NDArray | None = None) -> NDArray[np.uint8]:
+    """An RGBA picture (h // 2, w // 2, 4) in the vertices' colours (n, 3), 0 to 1, or clay; every pixel the mean of
+    2 x 2 looked-at ones."""
     hit = seen.sight.hit
     rgba = np.zeros((*hit.shape, 4), np.float32)
-    base = seen.sight.values(colors)
+    base = np.full((len(seen.light), 3), CLAY, np.float32) if colors is None else seen.sight.values(colors)
     base[seen.inside] = 0.35 * base[seen.inside] + 0.1  # seen from behind, through a hole: dark
     rgba[hit, :3] = np.clip(base * seen.light[:, None], 0, 1)
     rgba[hit, 3] = 1
-    h, w = (n // 2 * 2 for n in hit.shape)
-    total = rgba[0:h:2, 0:w:2] + rgba[1:h:2, 0:w:2] + rgba[0:h:2, 1:w:2] + rgba[1:h:2, 1:w:2]
-    total[..., :3] /= np.maximum(total[..., 3:], 1)
-    total[..., 3] /= 4
-    return (total * 255 + 0.5).astype(np.uint8)
+    h, w = (n // 2 for n in hit.shape)
+    mean = np.asarray(cv2.resize(rgba[: 2 * h, : 2 * w], (w, h), interpolation=cv2.INTER_AREA), np.float32)
+    mean[..., :3] /= np.maximum(mean[..., 3:], 0.25)
+    return (mean * 255 + 0.5).astype(np.uint8)
 
 
 def vertex_normals(mesh: Mesh) -> NDArray[np.float32]:
@@ -69,12 +69,13 @@ def vertex_normals(mesh: Mesh) -> NDArray[np.float32]:
 def _light(sight: Sight, normals: NDArray) -> tuple[NDArray, NDArray]:
     """Brightness (k,) of the pixels that were hit, and which of them (k,) show the surface from inside."""
     n = sight.values(normals)
-    n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-9)
+    length = np.sqrt(np.einsum("ij,ij->i", n, n))
+    n /= np.maximum(length, 1e-9)[:, None]
     inside = _backside(sight, n)
     n[inside] *= -1
     side = sight.side
     key = 0.45 * side.up - 0.45 * side.right + 0.77 * side.towards
-    bare = np.linalg.norm(n, axis=1) < 0.5  # a cloud without normals: as if it faced the eye
+    bare = length < 0.5  # a cloud without normals: as if it faced the eye
     lit = 0.34 + 0.56 * np.clip(n @ key, 0, 1) + 0.14 * np.clip(n @ side.towards, 0, 1) + 0.08 * (n @ side.up)
     return np.where(bare, 0.95, lit), inside
 

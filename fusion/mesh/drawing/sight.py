@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,35 +37,26 @@ class Sight:
 
     Attributes:
         side: where it was looked from.
-        corners: (h, w, 3) int, vertices of the triangle that was hit; -1 where nothing was.
-        weights: (h, w, 3) how much each of them counts.
+        hit: (h, w) pixels that show the object, k of them.
+        corners: (3, k) int, vertices of the triangle that was hit.
+        weights: (3, k) how much each of them counts.
         depth: (h, w) [m] along the view, infinite where nothing was hit.
         pixel: [m] edge of a pixel.
     """
 
     side: SightSide
-    corners: NDArray[np.int64]
+    hit: NDArray[np.bool_]
+    corners: NDArray[np.integer]
     weights: NDArray[np.float32]
     depth: NDArray[np.float32]
     pixel: float
 
-    @cached_property
-    def hit(self) -> NDArray[np.bool_]:
-        """(h, w) pixels that show the object."""
-        return np.asarray(self.corners[..., 0] >= 0)
-
-    @cached_property
-    def _around(self) -> list[tuple[NDArray[np.int64], NDArray[np.float32]]]:
-        """Of the k pixels that were hit each of the three corners (k,), and how much it counts (k, 1)."""
-        corners, weights = self.corners[self.hit], self.weights[self.hit]
-        return [(np.ascontiguousarray(corners[:, m]), weights[:, m, None]) for m in range(3)]
-
     def values(self, per_vertex: NDArray) -> NDArray[np.float32]:
         """Values (k, c) of the k pixels that were hit, between those at the vertices (n, c)."""
         values = np.ascontiguousarray(per_vertex, np.float32)
-        total = np.zeros((int(self.hit.sum()), values.shape[1]), np.float32)
-        for corner, weight in self._around:
-            total += weight * np.take(values, corner, axis=0)
+        total = np.zeros((self.corners.shape[1], values.shape[1]), np.float32)
+        for corner, weight in zip(self.corners, self.weights, strict=True):
+            total += weight[:, None] * np.take(values, corner, axis=0)
         return total
 
 
@@ -96,7 +86,8 @@ def look_around(mesh: Mesh, sides: Sequence[SightSide], pixel: float) -> list[Si
 
 def _look(mesh: Mesh, body: "_Body | None", side: SightSide, points: Array, pixel: float) -> Sight:
     frame = np.stack([side.right, side.up, side.towards])
-    low, high = (points @ frame.T).min(axis=0), (points @ frame.T).max(axis=0)
+    turned = frame @ points.T
+    low, high = turned.min(axis=1), turned.max(axis=1)
     pixel = max(pixel, 1e-9)
     width, height = (np.ceil((high - low)[:2] / pixel).astype(int) + 4).tolist()
     corner = np.array([low[0] - 1.5 * pixel, high[1] + 1.5 * pixel, high[2]])
@@ -128,16 +119,16 @@ def _rays(body: _Body, side: SightSide, corner: Array, shape: tuple[int, int], p
     right, up = side.right * pixel, side.up * pixel
     # a pixel before the nearest point
     first = corner @ np.stack([side.right, side.up, side.towards]) + pixel * side.towards - body.middle
-    v, u = np.mgrid[0 : shape[0], 0 : shape[1]][..., None]
+    v, u = np.arange(shape[0])[:, None], np.arange(shape[1])
     rays = np.empty((*shape, 6), np.float32)
-    rays[..., :3], rays[..., 3:] = first + u * right - v * up, -side.towards
+    for k in range(3):  # one after the other: three values side by side cost numpy many times as much
+        rays[..., k], rays[..., 3 + k] = first[k] + u * right[k] - v * up[k], -side.towards[k]
     answer = body.cast(rays)
     depth, triangle, uv = (answer[k].numpy() for k in ("t_hit", "primitive_ids", "primitive_uvs"))
     hit = np.isfinite(depth)
-    corners = np.full((*shape, 3), -1, np.int64)
-    corners[hit] = body.faces[triangle[hit]]
-    weights = np.concatenate([1 - uv.sum(axis=-1, keepdims=True), uv], axis=-1)
-    return Sight(side, corners, weights, depth, pixel)
+    corners = np.ascontiguousarray(np.take(body.faces, triangle[hit], axis=0).T)
+    second, third = np.ascontiguousarray(uv[hit].T)
+    return Sight(side, hit, corners, np.stack([1 - (second + third), second, third]), depth, pixel)
 
 
 def _splats(mesh: Mesh, side: SightSide, corner: Array, shape: tuple[int, int], pixel: float) -> Sight:
@@ -147,7 +138,7 @@ def _splats(mesh: Mesh, side: SightSide, corner: Array, shape: tuple[int, int], 
     order = np.argsort(local[:, 2], kind="stable")  # far first, near drawn over it
     index, local = known[order], local[order]
     reach = int(np.clip(round(0.5 * np.sqrt(shape[0] * shape[1] / max(len(index), 1))), 1, 6))
-    sight = _nothing(side, pixel, shape)
+    depth = np.full(shape, np.inf, np.float32)
     u, v = (np.round(x / pixel).astype(int) for x in (local[:, 0], -local[:, 1]))
     nearest = np.full(shape, -1)  # place in the order from far to near
     for dv in range(-reach, reach + 1):
@@ -158,15 +149,16 @@ def _splats(mesh: Mesh, side: SightSide, corner: Array, shape: tuple[int, int], 
             shifted[row[inside], column[inside]] = np.flatnonzero(inside)  # of several, the last: the nearest
             np.maximum(nearest, shifted, out=nearest)
     hit = nearest >= 0
-    sight.corners[hit] = index[nearest[hit], None]
-    sight.depth[hit] = -local[nearest[hit], 2]
-    sight.weights[..., 0] = 1
-    return sight
+    shown = nearest[hit]
+    depth[hit] = -local[shown, 2]
+    weights = np.zeros((3, len(shown)), np.float32)
+    weights[0] = 1
+    return Sight(side, hit, np.tile(index[shown], (3, 1)), weights, depth, pixel)
 
 
-def _nothing(side: SightSide, pixel: float, shape: tuple[int, int] = (8, 8)) -> Sight:
-    zeros = np.zeros((*shape, 3), np.float32)
-    return Sight(side, np.full((*shape, 3), -1, np.int64), zeros, np.full(shape, np.inf, np.float32), pixel)
+def _nothing(side: SightSide, pixel: float) -> Sight:
+    shape, none = (8, 8), np.zeros((3, 0), np.int64)
+    return Sight(side, np.zeros(shape, bool), none, none.astype(np.float32), np.full(shape, np.inf, np.float32), pixel)
 
 
 def _unit(vector: Array, otherwise: Array) -> Array:

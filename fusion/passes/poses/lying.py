@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.robust import tukey
 from fusion.mesh.comparison.surface_samples import SurfaceSamples
 from fusion.passes.poses.sides import REACHED, PassSide
-from fusion.tracking.pairs import tukey
 
 Array = NDArray[np.float64]
 CHARGE = 5.0  # of surface that the other pass looked through, against 1 for surface that lies on the other (guess)

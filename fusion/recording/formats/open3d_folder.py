@@ -1,4 +1,4 @@
-"""Open3D's and Redwood's folders: `depth/*.png`, `color/*.jpg`, camera and trajectory optional."""
+"""Open3D's and Redwood's folders: `depth/*.png` (PGM, TIFF), `color/*.jpg`, camera and trajectory optional."""
 
 import re
 from functools import partial
@@ -26,7 +26,7 @@ from fusion.recording.recording import Recording
 
 COLOR_FOLDERS = ("color", "rgb", "image")
 CAMERA_FILES = ("intrinsic.json", "camera_intrinsic.json")
-IMAGES = {".png", ".jpg", ".jpeg"}
+IMAGES = {".png", ".jpg", ".jpeg", ".pgm", ".ppm", ".tif", ".tiff"}
 # Redwood: frame number - microseconds
 REDWOOD = re.compile(r"\d+-(\d{6,})$")
 

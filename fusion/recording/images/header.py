@@ -7,9 +7,13 @@ import zlib
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+from numpy.typing import NDArray
+
 PNG_START = b"\x89PNG\r\n\x1a\n"
 JPEG_START = b"\xff\xd8\xff"
-OTHERS = {b"BM": "BMP", b"II*\0": "TIFF", b"MM\0*": "TIFF"}  # pictures of boards
+OTHERS = {b"BM": "BMP", b"II*\0": "TIFF", b"MM\0*": "TIFF"}
+MODES = {"I;16": (1, 2), "I;16B": (1, 2), "F": (1, 4), "L": (1, 1)}  # Pillow's names: channels, bytes
 PNM = re.compile(rb"P([56])\s+(?:#[^\n]*\n\s*)*([0-9]{1,5})\s+([0-9]{1,5})\s+([0-9]{1,5})\s")  # PGM and PPM
 # colour type: (channels, bits that a channel may have)
 _PNG_KINDS = {0: (1, (1, 2, 4, 8, 16)), 2: (3, (8, 16)), 3: (3, (1, 2, 4, 8)), 4: (2, (8, 16)), 6: (4, (8, 16))}
@@ -145,9 +149,25 @@ def _other(data: bytes, kind: str) -> ImageHeader:
 
     try:
         with Image.open(io.BytesIO(data), formats=(kind,)) as image:
-            width, height = image.size
+            (width, height), (channels, depth) = image.size, MODES.get(image.mode, (4, 2))  # no more than this
     except Image.DecompressionBombError as error:
         raise ValueError(str(error)) from error
     except Exception as error:  # whatever it meets in a broken header
         raise ValueError(f"a {kind} header that cannot be read") from error
-    return ImageHeader(width, height, 4, 2)  # no more than this: of such pictures there are few
+    return ImageHeader(width, height, channels, depth)
+
+
+def tiff_values(data: bytes) -> NDArray:
+    """(height, width) or (height, width, channels) values of a TIFF as they are stored.
+
+    Raises:
+        ValueError: they cannot be read.
+    """
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(data), formats=("TIFF",)) as image:
+            values = np.asarray(image)
+            return values.astype(values.dtype.newbyteorder("="))
+    except Exception as error:  # whatever it meets in a broken file
+        raise ValueError("a TIFF that cannot be read") from error

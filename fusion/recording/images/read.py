@@ -11,11 +11,13 @@ from fusion.files.limits import check_size
 from fusion.files.reading import read_bytes as read_regular
 from fusion.recording.images.header import (
     JPEG_START,
+    OTHERS,
     PNG_START,
     ImageHeader,
     exif_turn,
     plain_png,
     read_header,
+    tiff_values,
     whole_pnm,
 )
 
@@ -41,10 +43,32 @@ def counts_in(data: bytes, path: Path, shape: tuple[int, int] | None = None) -> 
     if (header.channels, header.depth) != (1, 2):
         found = f"{8 * header.depth} bit, {header.channels} channel(s)"
         raise RecordingError("the image is not a 16-bit grey image", path, found, "16-bit PNG with one channel")
-    image = _decoded(data, header, cv2.IMREAD_UNCHANGED, path)
+    image = _tiff(data, path) if is_tiff(data) else _decoded(data, header, cv2.IMREAD_UNCHANGED, path)
     if image.dtype != np.uint16 or image.ndim != 2:
         raise RecordingError("the image is not a 16-bit grey image", path, "8 bit", "16-bit PNG with one channel")
     return image
+
+
+def read_real(path: Path, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """(height, width) values of a TIFF of real numbers; of another shape it is not decoded. Raises RecordingError."""
+    data = read_bytes(path)
+    header = _header(data, path)
+    check_shape((header.height, header.width), shape, path)
+    if not is_tiff(data) or (header.channels, header.depth) != (1, 4):
+        raise RecordingError("the image is not of real numbers", path, f"{8 * header.depth} bit", "a float32 TIFF")
+    return _tiff(data, path).astype(np.float32)
+
+
+def is_tiff(data: bytes) -> bool:
+    """True where this is how a TIFF begins."""
+    return OTHERS.get(data[:4]) == "TIFF"
+
+
+def _tiff(data: bytes, path: Path) -> NDArray:
+    try:
+        return tiff_values(data)
+    except ValueError as error:
+        raise _damaged(path, error) from error
 
 
 def read_color(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
@@ -177,4 +201,4 @@ def _decoded(data: bytes, header: ImageHeader, flags: int, path: Path) -> NDArra
 
 
 def _damaged(path: Path, found: object) -> RecordingError:
-    return RecordingError("an image is damaged", path, found, "a whole PNG or JPEG file", DO)
+    return RecordingError("an image is damaged", path, found, "a whole image file", DO)

@@ -8,7 +8,7 @@ from fusion.errors import RecordingError
 from fusion.recording.checks.depth_values import check_depth_values
 from fusion.recording.checks.intrinsics import check_intrinsics
 from fusion.recording.checks.range_or_z import check_range_or_z
-from fusion.recording.checks.resolution import check_resolution
+from fusion.recording.checks.resolution import check_neighbours, check_resolution
 from fusion.recording.checks.table_log import check_table_log
 from fusion.recording.looking.finding import SEVERITIES, Finding
 from fusion.recording.looking.inspect import Check
@@ -18,6 +18,7 @@ from fusion.recording.recording import Recording
 FRAMES = 12  # a frame of 640 x 480 takes 25 ms; a turn shows itself every 30 degrees
 QUICK: tuple[Check, ...] = (
     check_resolution,
+    check_neighbours,
     check_depth_values,
     check_intrinsics,
     check_range_or_z,

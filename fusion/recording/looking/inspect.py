@@ -13,7 +13,7 @@ from fusion.recording.checks.intrinsics import check_intrinsics
 from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.processed import check_processed
 from fusion.recording.checks.range_or_z import check_range_or_z
-from fusion.recording.checks.resolution import note_resolution
+from fusion.recording.checks.resolution import check_neighbours, note_resolution
 from fusion.recording.checks.stamps import check_stamps, frames_per_second
 from fusion.recording.checks.table_log import check_table_log
 from fusion.recording.images.read import read_bytes
@@ -31,6 +31,7 @@ CHECKS: tuple[Check, ...] = (
     check_processed,
     check_intrinsics,
     note_resolution,
+    check_neighbours,
     check_range_or_z,
     check_poses,
     check_table_log,

@@ -24,6 +24,7 @@ PLAUSIBLE = {
 
 # seconds since any moment: written to a microsecond
 CLOCKS = ("timestamp", "device_s", "host_s")
+RECORDED = (*CLOCKS, "missed")  # columns that `fusion record` writes, before what the device tells
 
 
 def read_telemetry(path: Path, notes: list[str] | None = None) -> dict[str, NDArray[np.float64]]:

@@ -6,6 +6,7 @@ The SVG is written here: pictures, words and a bar need no plotting library, whi
 import base64
 import io
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from html import escape
 
@@ -22,6 +23,7 @@ PIXELS = 420  # of the mesh's longest edge in a view; looked at with twice as ma
 WIDE, TALL = 792.0, 864.0  # of the figure, and at most of its pictures; as all below in 1/72 inch
 BETWEEN, NAME, BAR, SCALE = 8.0, 20.0, 26.0, 44.0  # gap between views, room for names, scale bar and colour scale
 FONT = 9.5
+DRAWING = 2  # threads: NumPy and WebP leave Python's lock alone, and memory feeds no more of them
 
 
 @dataclass(frozen=True)
@@ -45,27 +47,37 @@ class ViewRow:
     sights: Sequence[Lit] | None = None
 
 
+@dataclass(frozen=True)
+class _Picture:
+    """Width and height [px], and the WebP file in base64; "" where nothing is seen."""
+
+    width: int
+    height: int
+    data: str = ""
+
+
 def mesh_views(rows: Sequence[ViewRow], sides: list[SightSide], text: Figure, scale: Scale | None = None) -> Figure:
     """Rows of views, all at the same scale.
 
     Args:
-        rows: what to show; a row with an empty mesh says so.
+        rows: what to show, at the scale of what `seen_alone` gave for one of them; a row with an empty mesh says so.
         sides: from where, one column each.
         text: title, alt and caption; its svg is "name" for the ids inside the picture.
         scale: adds a colour bar.
     """
-    pixel = _pixel([row.mesh for row in rows])
+    looked = next((row.sights for row in rows if row.sights), None)
+    pixel = looked[0].sight.pixel if looked else _pixel([row.mesh for row in rows])
     pictures = _pictures(rows, sides, pixel)
-    widths = [max(p.shape[1] for p in column) for column in zip(*pictures, strict=True)]
-    heights = [max(p.shape[0] for p in line) for line in pictures]
+    widths = [max(p.width for p in column) for column in zip(*pictures, strict=True)]
+    heights = [max(p.height for p in line) for line in pictures]
     unit = min((WIDE - BETWEEN * (len(sides) - 1)) / sum(widths), TALL / sum(heights))  # edge of a picture's pixel
     parts, top = [], 0.0
     for row, line, room in zip(rows, pictures, heights, strict=True):
         left = (WIDE - BETWEEN * (len(sides) - 1) - unit * sum(widths)) / 2
-        for place, (side, rgba, width) in enumerate(zip(sides, line, widths, strict=True)):
+        for place, (side, shown, width) in enumerate(zip(sides, line, widths, strict=True)):
             label = f"{row.name}, {side.name}" if row.name and place == 0 else side.name
             parts.append(_words(left + unit * width / 2, top + 14, label, SOFT))
-            parts.append(_image(rgba, (left, top + NAME, unit * width, unit * room), unit))
+            parts.append(_image(shown, (left, top + NAME, unit * width, unit * room), unit))
             left += unit * width + BETWEEN
         top += NAME + unit * room
     left = (WIDE - BETWEEN * (len(sides) - 1) - unit * sum(widths)) / 2
@@ -80,7 +92,7 @@ def mesh_views(rows: Sequence[ViewRow], sides: list[SightSide], text: Figure, sc
 
 
 def seen_alone(mesh: Mesh, sides: list[SightSide]) -> list[Lit]:
-    """What `mesh_views` looks at for this mesh alone: several figures of it share the work."""
+    """What `mesh_views` looks at for this mesh: several figures of it share the work, and its scale."""
     return _lit(mesh, sides, _pixel([mesh]))
 
 
@@ -112,13 +124,15 @@ def _pixel(meshes: list[Mesh]) -> float:
     return longest / (2 * PIXELS) if longest > 0 else 1e-3
 
 
-def _pictures(rows: Sequence[ViewRow], sides: list[SightSide], pixel: float) -> list[list[NDArray[np.uint8]]]:
+def _pictures(rows: Sequence[ViewRow], sides: list[SightSide], pixel: float) -> list[list[_Picture]]:
     """A line of pictures for each row; what several rows show in different colours is looked at once."""
     sights: dict[int, Sequence[Lit]] = {}
     for row in rows:
         if id(row.mesh) not in sights:
             sights[id(row.mesh)] = row.sights or _lit(row.mesh, sides, pixel)
-    return [[_picture(row, seen) for seen in sights[id(row.mesh)]] for row in rows]
+    with ThreadPoolExecutor(DRAWING) as pool:
+        lines = [[pool.submit(_picture, row, seen) for seen in sights[id(row.mesh)]] for row in rows]
+        return [[drawn.result() for drawn in line] for line in lines]
 
 
 def _lit(mesh: Mesh, sides: list[SightSide], pixel: float) -> list[Lit]:
@@ -126,24 +140,28 @@ def _lit(mesh: Mesh, sides: list[SightSide], pixel: float) -> list[Lit]:
     return [lit(sight, normals) for sight in look_around(mesh, sides, pixel)]
 
 
-def _picture(row: ViewRow, seen: Lit) -> NDArray[np.uint8]:
-    return picture(seen, np.broadcast_to(CLAY, (len(row.mesh.vertices), 3)) if row.colors is None else row.colors)
-
-
-def _image(rgba: NDArray[np.uint8], box: tuple[float, float, float, float], unit: float) -> str:
-    """A picture that stands on the bottom of its box (left, top, width, height), in the middle."""
+def _picture(row: ViewRow, seen: Lit) -> _Picture:
     from PIL import Image  # comes with matplotlib
 
-    left, top, wide, tall = box
+    rgba = picture(seen, row.colors)
+    height, width = rgba.shape[:2]
     if not rgba[..., 3].any():
-        return _words(left + wide / 2, top + tall / 2, "empty", SOFT)
-    height, width = (unit * n for n in rgba.shape[:2])
+        return _Picture(width, height)
     buffer = io.BytesIO()
     webp(Image.fromarray(rgba), buffer)
+    return _Picture(width, height, base64.b64encode(buffer.getvalue()).decode())
+
+
+def _image(shown: _Picture, box: tuple[float, float, float, float], unit: float) -> str:
+    """A picture that stands on the bottom of its box (left, top, width, height), in the middle."""
+    left, top, wide, tall = box
+    if not shown.data:
+        return _words(left + wide / 2, top + tall / 2, "empty", SOFT)
+    width, height = unit * shown.width, unit * shown.height
     place = (
         f'x="{left + (wide - width) / 2:.2f}" y="{top + tall - height:.2f}" width="{width:.2f}" height="{height:.2f}"'
     )
-    return f'<image {place} href="data:image/webp;base64,{base64.b64encode(buffer.getvalue()).decode()}"/>'
+    return f'<image {place} href="data:image/webp;base64,{shown.data}"/>'
 
 
 def _words(x: float, y: float, text: str, color: str) -> str:

@@ -98,7 +98,7 @@ def scan_report(path: Path, report: ScanReport) -> None:
             _mesh_section(report, facts, sights),
             _viewer_section(report, up, front),
             _sure_section(report.mesh, sights),
-            _turntable_section(report, facts, around),
+            _turntable_section(report, facts, sights),
             _frames_section(report),
             _coverage_section(report, sights),
             *_comparison_sections(report, around),
@@ -167,7 +167,7 @@ def _sure_section(mesh: Mesh, sights: Sequence[Lit]) -> Section:
     return Section("How sure", figures=() if sigma is None else (sigma_figure(mesh, sigma, sights),))
 
 
-def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[SightSide]) -> Section:
+def _turntable_section(report: ScanReport, facts: ScanFacts, sights: Sequence[Lit]) -> Section:
     """What the table did; folded, what the correction changed."""
     figures, folded = [], []
     table = report.turntable
@@ -181,8 +181,9 @@ def _turntable_section(report: ScanReport, facts: ScanFacts, around: list[SightS
             folded.append(wobble_figure(report.trajectory_raw, table))
     if report.mesh_raw is not None:
         text = Figure("The mesh before and after the turntable correction", "beforeaftermesh", "Two rows of views.")
-        rows = [ViewRow(report.mesh_raw, name="before"), ViewRow(report.mesh, name="after")]
-        folded.append(mesh_views(rows, [around[0], around[1], around[4]], text))
+        some = [sights[k] for k in (0, 1, 4)]
+        rows = [ViewRow(report.mesh_raw, name="before"), ViewRow(report.mesh, name="after", sights=some)]
+        folded.append(mesh_views(rows, [sight.side for sight in some], text))
     return Section("Turntable", figures=tuple(figures), folded=tuple(folded))
 
 

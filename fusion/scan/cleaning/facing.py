@@ -1,10 +1,11 @@
-"""Which points of a surface face the camera of a frame, and where in its image they lie."""
+"""Which points of a surface face a camera, and where in its image they lie."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry import pose
-from fusion.volume.prepared import Prepared
+from fusion.compute.start import start
+from fusion.geometry.camera import Camera
+from fusion.geometry.lens import beyond
 
 Array = NDArray[np.float64]
 
@@ -12,13 +13,21 @@ FACING = 0.1  # least cosine between normal and line of sight
 
 
 def facing(
-    points: NDArray[np.floating], normals: NDArray[np.floating], frame: Prepared, T: Array
-) -> tuple[NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], Array]:
-    """Which points (n, 3) with normals, of the object's frame, face the camera at T (4, 4) and lie in its image: (m,),
-    their pixels (v, u), and their depths (m,) [m]."""
-    camera, towards = frame.surface.camera, T[:3, 3] - points
-    which = np.flatnonzero(np.einsum("ij,ij->i", normals, towards) > FACING * np.linalg.norm(towards, axis=1))
-    here = pose.transform(pose.inverse(T), points[which].astype(float))
-    u, v = np.rint(np.clip(camera.project(here), -9, 99999)).astype(int).T
-    inside = (here[:, 2] > 0.05) & (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
-    return which[inside], (v[inside], u[inside]), here[inside, 2]
+    points: NDArray[np.floating], normals: NDArray[np.floating], camera: Camera, poses: Array
+) -> tuple[NDArray[np.int32], Array, Array]:
+    """Which points (n, 3) with normals, of the object's frame, face a camera at poses (k, 4, 4) and lie in its image:
+    their pixels (k, n) counted along the rows, -1 for other points; depths (k, n) [m] and cosines (k, n), 0 there."""
+    from fusion.scan.cleaning.facing_kernel import COSINE, DEPTH, TANGENT, place_points  # starts Taichi
+
+    start()
+    stands = np.ascontiguousarray(np.concatenate([poses[:, :3, :3].swapaxes(1, 2), poses[:, None, :3, 3]], axis=1))
+    place = np.empty((len(poses), len(points)), np.int32)
+    seen = np.empty((*place.shape, 3))
+    place_points(
+        np.ascontiguousarray(points, float), np.ascontiguousarray(normals, np.float32),
+        stands, camera.parameters.astype(float), np.array(camera.shape, np.int32), FACING, place, seen,
+    )  # fmt: skip
+    if any(camera.distortion):
+        tangent = seen[..., TANGENT]
+        place[beyond(tangent, np.zeros_like(tangent), camera.distortion)] = -1
+    return place, seen[..., DEPTH], seen[..., COSINE]

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fusion.geometry.robust import tukey
 from fusion.mesh.cleanup import border_edges, large_parts
 from fusion.mesh.clipping import clipped
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import CRUMB
-from fusion.tracking.pairs import tukey
 from fusion.turntable.table.plate import NEAR_PLATE
 from fusion.turntable.table.slab import HALFWAY
 

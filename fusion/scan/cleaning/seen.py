@@ -66,9 +66,11 @@ def without_rims(marked: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArr
 
 def _facing(
     mesh: Mesh, frames: Sequence[Prepared | None], poses: Array
-) -> Iterator[tuple[Prepared, NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], Array]]:
+) -> Iterator[tuple[Prepared, NDArray[np.intp], tuple[NDArray[np.intp], ...], Array]]:
     """Of each placed frame: the vertices (m,) in its image that face it, their pixels (v, u) and their depths (m,)."""
     assert mesh.normals is not None
     for frame, T in zip(frames, poses, strict=True):
         if frame is not None and np.isfinite(T).all():
-            yield frame, *facing(mesh.vertices, mesh.normals, frame, T)
+            place, z, _ = (of_one[0] for of_one in facing(mesh.vertices, mesh.normals, frame.surface.camera, T[None]))
+            which = np.flatnonzero(place >= 0)
+            yield frame, which, np.unravel_index(place[which], frame.depth.shape), z[which]

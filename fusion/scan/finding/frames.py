@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.geometry.camera import crop
 from fusion.progress import each
+from fusion.recording.ahead import ahead
 from fusion.recording.images.masks import Masks
 from fusion.recording.native.telemetry_file import PLAUSIBLE
 from fusion.recording.recording import Recording
@@ -44,9 +45,9 @@ def load(
     shown = Colors.of(recording) if color else None
     frames: list[Prepared | None] = []
     broken = {}
-    for index in each(range(len(recording)), "reading"):
+    for index, read in enumerate(each(ahead(recording.__getitem__, range(len(recording))), "reading", len(recording))):
         try:
-            frame = recording[index]
+            frame = read()
             mask = None if masks is None else masks[index][window]
         except RecordingError as error:
             frames.append(None)

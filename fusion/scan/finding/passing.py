@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
+from fusion.geometry.camera import Camera
 from fusion.geometry.robust import MAD_TO_STD
 from fusion.progress import each
 from fusion.scan.cleaning.facing import facing
@@ -48,6 +49,15 @@ class _Asked:
     beside: float
 
 
+@dataclass(frozen=True)
+class _Others:
+    """Frames that are asked: poses (k, 4, 4), and which rows (k,) of `depths` (all, h * w) [m] are theirs."""
+
+    poses: Array
+    depths: NDArray[np.float32]
+    which: NDArray[np.intp]
+
+
 def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> list[Prepared | None]:
     """The frames without the pixels that more of the other frames look through than show.
 
@@ -59,13 +69,16 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
     placed = np.array([k for k, f in enumerate(frames) if f is not None and np.isfinite(poses[k]).all()], int)
     others = placed[np.unique(np.linspace(0, max(len(placed) - 1, 0), min(ASKED, len(placed))).round().astype(int))]
     found = list(frames)
+    depths = np.array([f.surface.points[..., 2].ravel() for m in others if (f := frames[m]) is not None])
     for k in each(placed.tolist(), "passing"):
         frame = frames[k]
         assert frame is not None
         shown = usable(frame.surface, region) & np.isfinite(frame.depth)
         step = max(1, round(np.sqrt(shown.sum() / SOME)))
         asked = _asked(frame, shown, poses[k], step)
-        passing = _passing(asked, [(frames[m], poses[m]) for m in others if m != k])
+        some = np.flatnonzero(others != k)
+        beyond = _beyond(asked, frame.surface.camera, _Others(poses[others[some]], depths, some))
+        passing = _passing(beyond, asked.beside)
         image = _image(asked, passing, frame.depth.shape, step)
         if (image & shown).any():
             found[k] = masked(frame, ~image)
@@ -83,35 +96,33 @@ def _asked(frame: Prepared, shown: NDArray[np.bool_], T: Array, step: int) -> _A
     return _Asked((v // step, u // step), shape, pose.transform(T, seen), normals, beside)
 
 
-def _passing(asked: _Asked, others: list[tuple[Prepared | None, Array]]) -> NDArray[np.bool_]:
-    """(m,) bool: pixels that more frames look through than show, their own included."""
-    beyond = np.array([_beyond(asked, *other) for other in others]).reshape(-1, len(asked.points))
+def _passing(beyond: NDArray[np.float32], beside: float) -> NDArray[np.bool_]:
+    """(m,) bool: pixels that more frames look through than show, their own included; `beyond` (k, m) by k others."""
     known = np.abs(beyond[np.isfinite(beyond)])
     if not len(known):
-        return np.zeros(len(asked.points), bool)
-    near = max(NOISES * MAD_TO_STD * float(np.median(known)), asked.beside)
+        return np.zeros(beyond.shape[1], bool)
+    near = max(NOISES * MAD_TO_STD * float(np.median(known)), beside)
     with np.errstate(invalid="ignore"):
         shown, through = (np.abs(beyond) <= near).sum(axis=0), (beyond > near).sum(axis=0)
     return np.asarray(through > shown + 1)
 
 
-def _beyond(asked: _Asked, frame: Prepared | None, T: Array) -> NDArray[np.float32]:
-    """(m,) how far along the normal a frame at T (4, 4) shows something behind what is asked, median of its neighbours
+def _beyond(asked: _Asked, camera: Camera, others: _Others) -> NDArray[np.float32]:
+    """(k, m) how far along the normal each other frame shows something behind what is asked, median of its neighbours
     [m]; NaN where it says nothing.
 
     In depth a slant would count noise and errors of the motion many times.
     """
-    assert frame is not None
-    which, (v, u), z = facing(asked.points, asked.normals, frame, T)
-    towards = T[:3, 3] - asked.points[which]
-    slant = np.einsum("ij,ij->i", asked.normals[which], towards) / np.linalg.norm(towards, axis=1)
-    grid = np.full((asked.shape[0] + 2, asked.shape[1] + 2), np.nan, np.float32)
-    rows, columns = (axis[which] + 1 for axis in asked.at)
-    grid[rows, columns] = (frame.surface.points[v, u, 2] - z) * slant
-    around = grid[rows[:, None] + np.repeat((-1, 0, 1), 3), columns[:, None] + np.tile((-1, 0, 1), 3)]
-    found = np.full(len(asked.points), np.nan, np.float32)
-    told = np.isfinite(around[:, 4])  # its own place, the middle of nine
-    found[which[told]] = _medians(around[told])
+    place, z, slant = facing(asked.points, asked.normals, camera, others.poses)
+    faces = place >= 0
+    off = (others.depths[others.which[:, None], place] - z) * slant
+    grids = np.full((len(place), asked.shape[0] + 2, asked.shape[1] + 2), np.nan, np.float32)
+    rows, columns = (axis + 1 for axis in asked.at)
+    grids[:, rows, columns] = np.where(faces, off, np.nan)
+    found = np.full(place.shape, np.nan, np.float32)
+    frame, point = np.nonzero(np.isfinite(grids[:, rows, columns]))
+    v, u = rows[point, None] + np.repeat((-1, 0, 1), 3), columns[point, None] + np.tile((-1, 0, 1), 3)
+    found[frame, point] = _medians(grids[frame[:, None], v, u])
     return found
 
 

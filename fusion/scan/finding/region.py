@@ -7,6 +7,7 @@ from scipy import ndimage
 from fusion.errors import RecordingError, TrackingError
 from fusion.geometry.camera import Camera
 from fusion.progress import each
+from fusion.recording.ahead import ahead
 from fusion.recording.images.masks import Masks
 from fusion.recording.recording import Recording
 from fusion.scan.finding.colors import Colors
@@ -30,12 +31,13 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
     depths, colors, lost = [], [], ""
     shown = Colors.of(recording) if settings.color and masks is None else None
     everywhere = slice(None), slice(None)
-    for index in each(np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)), "reading"):
+    some = np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)).tolist()
+    for index, read in zip(some, each(ahead(recording.__getitem__, some), "reading", len(some)), strict=True):
         try:
-            frame = recording[int(index)]
-            depth = frame.depth if masks is None else np.where(masks[int(index)], frame.depth, np.float32(np.nan))
+            frame = read()
+            depth = frame.depth if masks is None else np.where(masks[index], frame.depth, np.float32(np.nan))
             depths.append(depth)
-            colors.append(None if shown is None else shown.seen_at(int(index), frame, everywhere))
+            colors.append(None if shown is None else shown.seen_at(index, frame, everywhere))
         except RecordingError as error:  # told when all frames are loaded
             lost = lost or f"frame {index}: {error}"
             continue

@@ -27,7 +27,7 @@ def camera_light(scan: "Scan") -> Light:
     if off > SURE:
         so = f"so its size is wrong by about {abs(focal.relative):.0%}"
         do = f"{CALIBRATE}{' again' if stated.std else ''}, or take the scan's correction with --refine-camera."
-        if "fx" in stated.std and scan.settings.get("correction", {}).get("undone_m"):
+        if "fx" in stated.std and scan.settings.correction.undone_m:
             said += ", or with another depth law: one that is wrong over distance bends it just so"
             do = f"{CALIBRATE} again, and the depth with more walls near the object (fusion calibrate depth)."
         return Light("bad", "Camera", f"{said}: {so}.", do)

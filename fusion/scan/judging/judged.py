@@ -1,9 +1,7 @@
 """The last stage of a scan: what speaks for and against it, and the result."""
 
-from dataclasses import asdict
-from typing import Any
-
 from fusion.progress import stage
+from fusion.results.choices import LensUsed, RegionFound, ScanChoices
 from fusion.results.color_light import color_lights
 from fusion.scan.finding.object import typical_noise
 from fusion.scan.judging.agreement import agreement
@@ -43,7 +41,7 @@ def judged(made: MadeObject) -> Scan:
         inlier_share=free.inlier_share,
         wobble=placed.wobble,
         camera=camera,
-        settings=chosen | made.colored.values(),
+        settings=chosen,
         told=seen.told,
         sure=made.sure,
         evidence=Evidence(
@@ -70,19 +68,26 @@ def judged(made: MadeObject) -> Scan:
     )
 
 
-def _chosen(made: MadeObject) -> dict[str, Any]:
-    """What was asked for and what was chosen, as plain values."""
+def _chosen(made: MadeObject) -> ScanChoices:
     opened, seen = made.placed.found.opened, made.placed.found.attempt
-    settings, camera, region = opened.settings, seen.recording.camera, seen.region
-    asked = {k: v for k, v in asdict(settings).items() if k not in ("sensor", "voxel", "truncation")}
-    return asked | {
-        "sensor": opened.sensor.name,
-        "sensor_assumed": settings.sensor is None,
-        "correction": opened.correction.values(),
-        "mask": None if settings.mask is None else str(settings.mask),
-        "voxel_m": made.volume.settings.voxel,
-        "truncation_m": made.volume.settings.truncation,
-        "camera": {k: getattr(camera, k) for k in ("fx", "fy", "cx", "cy", "distortion")},
-        "region": {"low": region.low.tolist(), "high": region.high.tolist()},
-        "volume_bytes": made.volume.bytes,
-    }
+    asked, region = opened.settings, seen.region
+    return ScanChoices(
+        **vars(made.colored.figures()),
+        box=asked.box,
+        mask=asked.mask,
+        step=asked.step,
+        use_log=asked.use_log,
+        strength=asked.strength,
+        refine_camera=asked.refine_camera,
+        keep_plate=asked.keep_plate,
+        force=asked.force,
+        fill_holes=asked.fill_holes,
+        sensor=opened.sensor.name,
+        sensor_assumed=asked.sensor is None,
+        correction=opened.correction.figures(),
+        voxel_m=made.volume.settings.voxel,
+        truncation_m=made.volume.settings.truncation,
+        camera=LensUsed.of(seen.recording.camera),
+        region=RegionFound(region.low.tolist(), region.high.tolist()),
+        volume_bytes=made.volume.bytes,
+    )

@@ -83,9 +83,9 @@ def printed(frame: Prepared, region: Region, T: Array) -> PrintedFrame | None:
 
 def compared(one: PrintedFrame, other: PrintedFrame) -> PrintPair:
     """What two frames say where their motion puts them."""
-    which, (v, u), z = facing(one.points, one.normals, other.frame, other.T)
-    same = np.abs(other.frame.depth[v, u] - z) < one.near[which]  # of NaN it is not true
-    which, there = which[same], (v[same], u[same])
+    place, z, _ = (of_one[0] for of_one in facing(one.points, one.normals, other.frame.surface.camera, other.T[None]))
+    same = (place >= 0) & (np.abs(other.frame.depth.ravel()[place] - z) < one.near)  # of NaN it is not true
+    which, there = np.flatnonzero(same), np.unravel_index(place[same], other.frame.depth.shape)
     here = one.rows[which], one.columns[which]
     mine, its = _at(one.print, here), _at(other.print, there)
     alike = _correlation(mine, its)
@@ -97,7 +97,7 @@ def compared(one: PrintedFrame, other: PrintedFrame) -> PrintPair:
     return PrintPair(alike, min(own), chance)
 
 
-def _at(image: Image, at: tuple[NDArray, NDArray], by: tuple[int, int] = (0, 0)) -> Array:
+def _at(image: Image, at: tuple[NDArray, ...], by: tuple[int, int] = (0, 0)) -> Array:
     """(m,) of an image (h, w) at pixels (rows, columns) that are moved by some; NaN beside it."""
     v, u = at[0] + by[0], at[1] + by[1]
     h, w = image.shape

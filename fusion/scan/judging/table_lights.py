@@ -64,7 +64,7 @@ def _log(scan: "Scan") -> Light | None:
     judged = level(abs(np.log(max(seen, 1e-9) / max(told, 1e-9))), LOG_RATIO)
     said = f"The images turn by {np.rad2deg(seen):.0f} deg in all, as told: {np.rad2deg(told):.0f} deg."
     left, allowed = departure(scan.motion.angles, scan.told, [slip.frame for slip in scan.steps.slips])
-    if judged == "ok" and scan.settings.get("step") is None and _against(scan.motion.angles, scan.told):
+    if judged == "ok" and scan.settings.step is None and _against(scan.motion.angles, scan.told):
         return Light("warning", "Log", f"{said} But they turn the other way than the log says.", MIRRORED)
     if judged == "ok" and left > max(allowed, OFF_LOG):
         said += f" In between they leave it smoothly by {np.rad2deg(left):.1f} deg"
@@ -98,7 +98,7 @@ def _print(scan: "Scan") -> Light | None:
         said += f", and {loose:.0%} of the views are not held together with the rest by print: "
         said += "some may be turned to a side that looks alike in shape."
     else:
-        source = "log" if scan.settings.get("step") is None else "step"
+        source = "log" if scan.settings.step is None else "step"
         return Light(judged, "Print", f"{said}.", f"What the {source} says of the turns may be wrong.")
     return Light(judged, "Print", said, "Record in smaller steps, in even light, or give --step.")
 

@@ -1,44 +1,29 @@
 """Correction: the inverse of a sensor model, from what a recording holds to the depth of the true camera."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.sensor.correction.estimate import edges_of, normals_of, reflectance_of
-from fusion.sensor.correction.usual_light import usual_light
+from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.laws.moving import CameraEffect
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View, incidence_of, stretch
-from fusion.sensor.weights.rating import sigma_of, weight_of
+
+USUAL = 0.5  # reflectance: guess; from 0.25 to 1 an error that goes with 1 / IR is halved or more
+STEEPEST = np.radians(84.0)  # beyond, the normals of a noisy depth image say nothing
 
 
-@dataclass(frozen=True)
-class CorrectedDepth:
-    """A depth image without what the sensor did to it, as far as that can be undone.
-
-    Attributes:
-        depth: (h, w) [m], NaN where missing or where the model has no solution.
-        sigma: (h, w) standard deviation [m]; NaN where the depth is missing.
-        weight: (h, w) [1/m^2]; 0 where the depth is missing or of no use.
-        camera: the true camera, to which the depth belongs.
-    """
-
-    depth: Image
-    sigma: Image
-    weight: Image
-    camera: Camera
-
-
-def corrected(
-    sensor: Sensor, depth: Image, camera: Camera, ir: NDArray | None = None, moment: Moment | None = None
-) -> CorrectedDepth:
-    """Undo a sensor's errors of a measured depth image (h, w) [m], and say how good each pixel is.
+def corrected_image(
+    sensor: Sensor, depth: Image, stated: Camera, ir: NDArray | None = None, moment: Moment | None = None
+) -> Image:
+    """The depth (h, w) [m] along the rays of `true_camera`, NaN where missing or where the model has no solution.
 
     Args:
-        camera: as stated with the image.
+        stated: camera, as stated with the image.
         ir: (h, w) amplitude [count]; without, surfaces are taken to be of usual brightness where the model knows its
             lamp, else effects that depend on it change nothing.
         moment: time, temperature and the like, as far as known.
@@ -46,17 +31,6 @@ def corrected(
     Raises:
         SensorError: the model holds maps of another image size.
     """
-    found = corrected_image(sensor, depth, camera, ir, moment)
-    true = true_camera(sensor, camera)
-    view = View(true, found, incidence_of(normals_of(found, true), true), ir=ir, moment=moment or Moment())
-    sigma = sigma_of(sensor, view)
-    return CorrectedDepth(found, sigma, weight_of(sensor, view, sigma), true)
-
-
-def corrected_image(
-    sensor: Sensor, depth: Image, stated: Camera, ir: NDArray | None = None, moment: Moment | None = None
-) -> Image:
-    """The depth (h, w) [m] along the rays of `true_camera`; arguments as in `corrected`."""
     view = view_of(sensor, depth, stated, ir, moment)
     found = np.asarray(sensor.correct(depth, view), np.float32)
     true = true_camera(sensor, stated)
@@ -94,3 +68,21 @@ def view_of(
         if "edge" in asked:
             view = replace(view, edges=edges_of(view))
     return view
+
+
+def usual_light(sensor: Sensor, view: View) -> Image | None:
+    """Amplitude (h, w) [count] by distance and incidence; None where the model does not know its lamp.
+
+    Where a neighbour is missing, and with it the incidence, the surface counts as frontal; 0 where there is no depth.
+    """
+    lamp = sensor.effect("illumination_vignetting")
+    if view.depth is None or not isinstance(lamp, IlluminationVignetting) or not np.any(lamp.ir_at_1m):
+        return None
+    with np.errstate(all="ignore"):
+        incidence = view.incidence
+        if incidence is None:
+            incidence = incidence_of(normals_of(view.depth, view.camera), view.camera)
+        incidence = np.minimum(np.nan_to_num(incidence), STEEPEST)
+        usual = np.full(view.depth.shape, USUAL, np.float32)
+        light = sensor.amplitude(replace(view, incidence=incidence, reflectance=usual))
+        return None if light is None else np.nan_to_num(light)

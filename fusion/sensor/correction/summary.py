@@ -18,6 +18,16 @@ IR, HOT = 1000.0, 60.0  # stand-ins for an amplitude [count] and a temperature [
 
 
 @dataclass(frozen=True)
+class CorrectionFigures:
+    """A correction in short: one line, effect to size [m], errors of the camera taken out, what is left."""
+
+    text: str
+    undone_m: dict[str, float]
+    true_camera: tuple[str, ...]
+    left: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class CorrectionSummary:
     """The correction of a recording in numbers and words.
 
@@ -47,10 +57,9 @@ class CorrectionSummary:
         done = [("ok", f"depth corrected: {self.line}")] if self.corrected or self.camera else []
         return done + [("warning", text) for text in (*self.left, *self.doubtful)]
 
-    def values(self) -> dict[str, str | dict[str, float] | list[str]]:
+    def figures(self) -> CorrectionFigures:
         """As `settings.json` holds it."""
-        left = [*self.left, *self.doubtful]
-        return {"text": self.line, "undone_m": self.corrected, "true_camera": list(self.camera), "left": left}
+        return CorrectionFigures(self.line, self.corrected, self.camera, (*self.left, *self.doubtful))
 
 
 def tell(sensor: Sensor, view: View) -> CorrectionSummary:

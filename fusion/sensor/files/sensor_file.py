@@ -1,22 +1,25 @@
 """`sensor.json`: a sensor model as a file."""
 
+import io
 import json
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.errors import SensorError
 from fusion.files.content import Content
 from fusion.files.json_file import read_json, shown
 from fusion.files.json_values import json_values
 from fusion.files.output.publish import atomic_file
+from fusion.files.reading import read_bytes
 from fusion.files.schema import one_of
 from fusion.geometry.principle import Principle
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects
-from fusion.sensor.files.map_files import store_map
 from fusion.sensor.files.sensor_fields import FORMAT, RangeFields, SensorFields
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
@@ -153,3 +156,22 @@ def _baseline(fields: SensorFields, given: list[GivenEffect], content: Content) 
         must = "0.001 to 10 metres, negative to the left"
         raise content.wrong(SensorFields, "baseline_m", found=shown(value), expected=must)
     return value
+
+
+def store_map(folder: Path, name: str, value: NDArray) -> str:
+    """Write a map under a name that nothing else has yet, so that every file that names an older one stays right.
+
+    Returns:
+        The name: `NAME.npy`, or `NAME_2.npy` and so on where another map has that.
+    """
+    memory = io.BytesIO()  # np.save itself would not tell why it could not write
+    np.save(memory, value)
+    for number in count(1):
+        path = folder / (f"{name}.npy" if number == 1 else f"{name}_{number}.npy")
+        if not path.exists():
+            with atomic_file(path) as partial:
+                partial.write_bytes(memory.getvalue())
+        elif not path.is_file() or read_bytes(path) != memory.getvalue():
+            continue
+        return path.name
+    raise AssertionError("numbers end")

@@ -11,8 +11,7 @@ Things that move against each other are bodies, and one picture:
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -131,26 +130,3 @@ def _spread(values: Floats, seen: np.ndarray, every: bool) -> Floats:
     spread = np.full((len(seen), *values.shape[1:]), np.nan, np.float32)
     spread[seen] = values
     return spread
-
-
-def nearest(first: View, second: View) -> View:
-    """Both views of one camera as one: the nearer surface of every pixel, with all that is known of it.
-
-    Edges, shadows and indirect light between the two are not in it: `view_of` renders bodies together.
-    """
-    if first.depth is None or second.depth is None:
-        raise ValueError("both views need a depth")
-    return _merged(first, second, (first.depth <= second.depth) | np.isnan(second.depth))
-
-
-def _merged(first: Any, second: Any, take: np.ndarray) -> Any:
-    """Every image of two equal dataclasses: of the first where `take` (h, w), else of the second."""
-    merged = {}
-    for entry in fields(first):
-        a, b = getattr(first, entry.name), getattr(second, entry.name)
-        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.shape[:2] == take.shape:
-            a = np.where(take if a.ndim == 2 else take[..., None], a, b)
-        elif type(a) is type(b) and is_dataclass(a) and not isinstance(a, Camera):
-            a = _merged(a, b, take)
-        merged[entry.name] = a
-    return replace(first, **merged)

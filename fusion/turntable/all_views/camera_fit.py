@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.tracking.pairs import EFFECTIVE
+from fusion.geometry.robust import EFFECTIVE
 from fusion.turntable.all_views.loop import Loop, LoopSettings, close_loop
 from fusion.turntable.axis import Turns
 from fusion.turntable.pairs.edges import ViewStack

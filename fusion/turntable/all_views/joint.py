@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
-from fusion.tracking.pairs import EFFECTIVE
+from fusion.geometry.robust import EFFECTIVE
 from fusion.turntable.axis import Axis
 from fusion.turntable.pairs.edges import Edges, ViewStack
 from fusion.turntable.pairs.pairwise import Twists, ViewPairLimits, twists

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.robust import robust_std
-from fusion.tracking.pairs import tukey
+from fusion.geometry.robust import robust_std, tukey
 
 Array = NDArray[np.float64]
 FEWEST = 24  # steps from which their scatter can be told

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve
 
-from fusion.tracking.pairs import EFFECTIVE
+from fusion.geometry.robust import EFFECTIVE
 from fusion.turntable.all_views.log import log_equations
 from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.pairs.edges import AskedErrors, Sums, ViewStack, edge_sums, stack

@@ -7,7 +7,7 @@ from fusion.compute.arrays import F32, F32_2, F32_3, F64, F64_2, F64_3, I32, I32
 from fusion.compute.language import func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.geometry.lanes import project
-from fusion.tracking.pairs import CUT
+from fusion.geometry.robust import CUT
 from fusion.turntable.selfcheck import DEPTH
 
 F32_4 = ti.types.ndarray(ti.f32, 4)
@@ -40,7 +40,7 @@ class CameraErrors(NamedTuple):
     """A camera and what is wrong with it.
 
     Attributes:
-        lens: (12,) the corrected camera, see `association`.
+        lens: (12,) the corrected camera, see `geometry/lanes.py`.
         stated: (2,) fx, fy as stated.
         check: (13,) errors of camera and depth.
         span: (4,) near, far [m], 1 for triangulation, 0 without depth errors.

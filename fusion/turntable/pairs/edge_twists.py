@@ -90,7 +90,7 @@ def twist_sums(
     views: PairedViews,
     tones: F32,  # (all,) brightness of the points, NaN where unknown
     images: F32_3,  # (n, h, w) that of the maps; (0, 0, 0) without colour
-    lens: F32,  # (12,) the camera, see `association`
+    lens: F32,  # (12,) the camera, see `geometry/lanes.py`
     centre: F32,  # (3,) about which the motion turns, in the model's frame
     limits: F32,  # (7,) reach [m], least cosine, stride of the maps, scale of sigma, tone (see `Limits`), most points,
     # stated over true focal length

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.tracking.pairs import tukey
+from fusion.geometry.robust import tukey
 from fusion.turntable.axis import Axis
 from fusion.turntable.views import ObjectView
 

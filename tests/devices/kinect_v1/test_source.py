@@ -12,7 +12,7 @@ pytest.importorskip("usb.core", reason="pyusb, of the extra kinect, is not insta
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from fake_usb import SERIAL, FakeDevice, FakePort, USBError
 
-from fusion.devices.kinect_v1 import find, kinect, port, usb_errors
+from fusion.devices.kinect_v1 import find, kinect, port
 from fusion.devices.open import open_source
 from fusion.devices.record import RecordSettings, record_source
 from fusion.errors import DeviceError
@@ -30,7 +30,7 @@ def device(monkeypatch):
     monkeypatch.setattr(FakePort, "opened", 0)
     monkeypatch.setattr(FakePort, "script", ["run"])
     core = type("core", (), {"USBError": USBError, "NoBackendError": RuntimeError})
-    monkeypatch.setattr(usb_errors, "usb_module", lambda: core)
+    monkeypatch.setattr(kinect, "usb_module", lambda: core)
     monkeypatch.setattr(kinect, "SILENCE", 0.3)
     monkeypatch.setattr(kinect, "RETURN", 1.0)
     return camera

@@ -129,7 +129,7 @@ def _mesh_at(recording: Recording, settings: ScanSettings, scan: Scan, T_object_
     """The object from the same frames and volume as a scan, but with other poses (n, 4, 4) in its object frame."""
     sensor = settings.sensor or default_sensor(recording.camera)
     recording = replace(corrected_recording(recording, sensor)[0], camera=scan.camera)
-    region = Region(np.array(scan.settings["region"]["low"]), np.array(scan.settings["region"]["high"]))
+    region = Region(np.array(scan.settings.region.low), np.array(scan.settings.region.high))
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
     frames = relieved(load(recording, sensor, region, masks)[0], scan.motion.taken_out)
     volume = fused(choose_volume(settings, scan.camera, frames, region, scan.motion), frames, T_object_camera)
@@ -157,7 +157,7 @@ def with_own_poses(
     fx = float(recording.camera.fx * np.exp(0 if options.refine_camera else scan.motion.focal_check.values[0]))
     fx = scan.camera.fx if options.refine_camera else fx
     return {
-        "corrected": scan.settings["correction"]["text"],
+        "corrected": scan.settings.correction.text,
         "frames placed": f"{int(scan.trajectory.valid.sum())} of {len(recording)}",
         "angle error largest / rms": f"{np.nanmax(np.abs(error)):.3f} / {np.nanstd(error):.3f} deg",
         "slip true": f"frame {truth['slip']['frame']}, {np.rad2deg(truth['slip']['angle_rad']):+.2f} deg",

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import exp, inverse, pose, transform
+from fusion.geometry.robust import robust_std, tukey
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.files import read_mesh
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.open import open_recording
-from fusion.tracking.pairs import robust_scale, tukey
 
 Array = NDArray[np.float64]
 CLOSE = 0.003  # [m]
@@ -80,7 +80,7 @@ def aligned(points: Array, thing: Annotated, passes: int = 30) -> Array:
     for _ in range(passes):
         closest = thing.surface.closest(moved)
         residual = np.einsum("ij,ij->i", moved - closest.points, closest.normals)
-        scale = robust_scale(residual, np.full(len(residual), 1e-4)) * 1e-4
+        scale = max(robust_std(residual), 1e-4)
         weight = tukey(residual / scale)
         centre = moved.mean(axis=0)
         J = np.hstack([np.cross(moved - centre, closest.normals), closest.normals])

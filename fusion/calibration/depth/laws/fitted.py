@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import chdtrc
 
 from fusion.calibration.depth.laws.information import Information, WallEvidence, evidence_of, information_of
 from fusion.calibration.depth.laws.law_sensor import LawNumbers, with_law
-from fusion.calibration.depth.laws.scatter import excess
 from fusion.calibration.depth.laws.selection import FittedLaw, Problem
 from fusion.calibration.depth.laws.terms import LawTerm, length, wave_terms
 from fusion.calibration.depth.walls.samples import WallSamples
@@ -17,6 +18,9 @@ from fusion.sensor.sensor import Sensor
 
 ROUNDS = 5  # a law without waves is nearly linear: its second round changes a hundredth of the first
 LONGEST = 0.01  # share by which a period moves in a round: half a step of the grid it was found on
+UNLIKELY = 0.05
+MOST = 1.0  # [m]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -174,3 +178,28 @@ def _stepped(value: dict[str, float], terms: list[LawTerm], step: NDArray) -> di
         for wave in ("sin ", "cos "):
             new[f"{wave}{period:.6f}"] = new.pop(wave + old_name)
     return new
+
+
+def excess(evidence: list[WallEvidence], rests: list[Array], numbers: int) -> float:
+    """Standard deviation [m] that every wall's distance has beyond the stated one; 0 when there may be none.
+
+    It is added to the stated ones in squares: what spoils distances (a board of another size or bent, a phase that is
+    off) knows nothing of how well a laser or a camera could have told them.
+
+    Args:
+        evidence: of the walls, with the deviations as stated.
+        rests: per wall (t,) [m] what a law leaves over.
+        numbers: how many numbers of the law the distances alone can tell.
+    """
+    off, variance = [], []
+    for e, rest in zip(evidence, rests, strict=True):
+        if np.isfinite(e.distance_std):
+            w = 1 / np.sqrt(e.variance)
+            G = e.nuisances * w[:, None]
+            off.append(float(np.linalg.lstsq(G, rest * w, rcond=None)[0][2]))
+            variance.append(e.wall.distance_std**2 + float(np.linalg.inv(G.T @ G)[2, 2]))
+    freedom = len(off) - numbers
+    squares, known = np.square(off), np.array(variance)
+    if freedom < 2 or chdtrc(freedom, float((squares / known).sum())) > UNLIKELY:
+        return 0.0
+    return float(brentq(lambda s: float((squares / (known + s * s)).sum()) - freedom, 0.0, MOST))

@@ -25,7 +25,7 @@ from fusion.geometry.pose import Array, inverse, is_rigid, other_axes
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.cameras.laid import in_proportion, out_of_proportion
 from fusion.recording.cameras.own_cameras import common_camera
-from fusion.recording.formats.folders.plain import natural, npy_metres
+from fusion.recording.formats.folders.plain import metres, natural
 from fusion.recording.formats.recorded.parts import FRAMES_PER_SECOND
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import counts_to_metres, load_frame, stored_shape, with_color_turned
@@ -148,7 +148,7 @@ def read(path: Path, camera: Camera | None) -> Recording:
 
 def _depth(folder: Path, names: list[str], camera: Camera, factor: float, index: int) -> NDArray[np.float32]:
     if names[index].endswith(".npy"):
-        return npy_metres(folder, names, camera.shape, index) * np.float32(factor)
+        return metres(folder, names, camera.shape, index) * np.float32(factor)
     return counts_to_metres(read_counts(folder / names[index], camera.shape), 1 / factor)
 
 

@@ -1,4 +1,4 @@
-"""Depth images in a folder and nothing beside them: 16-bit PNG, or NPY of counts or metres; the camera is said."""
+"""Depth images in a folder and nothing beside them: of 16 bit (PNG, PGM, TIFF), NPY, or TIFF of metres."""
 
 import re
 from collections import Counter
@@ -20,18 +20,18 @@ from fusion.recording.formats.recorded.parts import no_stamps
 from fusion.recording.images.frame_files import INVALID_COUNT, FrameFiles
 from fusion.recording.images.header import read_header
 from fusion.recording.images.load_frame import load_frame
-from fusion.recording.images.read import check_shape, image_size
+from fusion.recording.images.read import HEAD, check_shape, image_size, read_real
 from fusion.recording.recording import Recording
 from fusion.recording.streamed import REAL_SCALE, ImageSource
 
 PLACES = ("", "depth", "depths")
-ENDINGS = (".png", ".npy")
+ENDINGS = (".png", ".npy", ".pgm", ".tif", ".tiff")
 STAMP = re.compile(r"\d{9,11}\.\d+")  # seconds since 1970, as recorders name their images
 FARTHEST = 50.0  # [m] in the middle of an image: no depth camera sees as far, and millimetres begin there
 
 
 def recognises(folder: Path) -> bool:
-    """True for a folder with 16-bit PNG or two-dimensional NPY images, in it or in its `depth/`."""
+    """True for a folder with 16-bit or real images, or two-dimensional NPY arrays, in it or in its `depth/`."""
     return any(_depth_names(folder, place) for place in PLACES)
 
 
@@ -52,14 +52,14 @@ def read(folder: Path, camera: Camera | None) -> Recording:
             "a camera",
             say_camera("primesense"),
         )
-    real = first.suffix == ".npy" and npy_header(first, RecordingError, "a depth image")[1].kind == "f"
+    real = _is_real(first)
     if not camera.width:
         camera = replace(camera, width=width, height=height)
     if real:
         camera = replace(camera, depth_scale=REAL_SCALE)
     stamps, warnings = _stamps(names)
     if real:
-        source = ImageSource(folder, camera, stamps, depth=partial(npy_metres, folder, names, camera.shape))
+        source = ImageSource(folder, camera, stamps, depth=partial(metres, folder, names, camera.shape))
         return source.recording("plain", None, [*warnings, *_too_far(source)])
     unit = f"the images do not say their unit: a count is taken for {1000 / camera.depth_scale:g} mm"
     files = (
@@ -82,9 +82,10 @@ def read_npy_counts(path: Path, shape: tuple[int, int]) -> NDArray[np.uint16]:
     return np.where((values > 0) & (values < INVALID_COUNT), values, 0).astype(np.uint16)
 
 
-def npy_metres(folder: Path, names: list[str], shape: tuple[int, int], index: int) -> NDArray[np.float32]:
-    """(height, width) [m] of an array of real numbers; what is no length is missing."""
-    values = _plane(folder / names[index], shape)
+def metres(folder: Path, names: list[str], shape: tuple[int, int], index: int) -> NDArray[np.float32]:
+    """(height, width) [m] of an array or image of real numbers; what is no length is missing."""
+    path = folder / names[index]
+    values = _plane(path, shape) if path.suffix == ".npy" else read_real(path, shape)
     return np.where(np.isfinite(values) & (values > 0), values, np.nan).astype(np.float32)
 
 
@@ -130,10 +131,17 @@ def _is_depth(path: Path) -> bool:
         # 2: what is smaller is a table of something else, such as poses; no depth camera has fewer pixels
         return len(sides) == 2 and min(sides) > 4 and (kind.kind == "f" or (kind.kind in "iu" and kind.itemsize > 1))
     try:
-        header = read_header(beginning(path))
+        header = read_header(beginning(path, HEAD))
     except ValueError:
         return False
-    return (header.channels, header.depth) == (1, 2)
+    return header.channels == 1 and header.depth > 1
+
+
+def _is_real(path: Path) -> bool:
+    """True for metres, and not counts."""
+    if path.suffix == ".npy":
+        return npy_header(path, RecordingError, "a depth image")[1].kind == "f"
+    return read_header(beginning(path, HEAD)).depth == 4
 
 
 def _size(path: Path) -> tuple[int, int]:

@@ -45,5 +45,10 @@ class AmplitudeError(Effect):
         known = ir > 0
         reference = np.asarray(self.ir_reference, depth.dtype)
         dark = np.minimum(reference / np.where(known, ir, reference), MOST)
-        change = self.coefficient * dark ** np.asarray(self.exponent, depth.dtype) / view.stretch
+        power = dark if np.all(self.exponent == 1) else dark ** np.asarray(self.exponent, depth.dtype)
+        change = self.coefficient * power / view.stretch
         return np.where(known, change, 0.0).astype(depth.dtype)
+
+    def corrected(self, measured: Image, view: View) -> Image | None:
+        """By the amplitude alone, whatever the depth; one that holds in a region asks where the true depth lies."""
+        return None if self.where else (measured - self.change(measured, view)).astype(measured.dtype)

@@ -1,11 +1,12 @@
 """Mixed pixels: a pixel that straddles a depth edge collects light of both sides, and shows neither of the ranges."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from fusion.sensor.effect import Effect
+from fusion.sensor.effect import Effect, over_modulations
 from fusion.sensor.laws.phasor import two_paths
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -35,19 +36,28 @@ class MixedPixels(Effect):
     )
 
     def bias(self, depth: Image, view: View) -> Image:
-        changed = np.zeros(depth.shape, depth.dtype)
-        where = self._where(depth, view)
-        if len(where):
-            changed.flat[where] = self._both(where, depth, view)[0] / view.stretch.ravel()[where]
-        return changed
+        return self._changed(depth, view, lambda law: law(view))
 
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         where = self._where(depth, view)
         if not len(where):
             return amplitude
         mixed = np.array(amplitude)
-        mixed.flat[where] *= self._both(where, depth, view)[1]
+        mixed.flat[where] *= two_paths(*self._paths(where, depth, view), view)[1]
         return mixed
+
+    def _everywhere(self, depth: Image, view: View) -> Image:
+        return self._changed(depth, view, lambda law: over_modulations(law, view))
+
+    def _changed(self, depth: Image, view: View, mean: Callable[[Callable[[View], Image]], Image]) -> Image:
+        """Pixels beside edges are few: the mean over modulations is theirs alone."""
+        where = self._where(depth, view)
+        if not len(where):
+            return np.zeros((), depth.dtype)
+        paths = self._paths(where, depth, view)
+        changed = np.zeros(depth.shape, depth.dtype)
+        changed.flat[where] = mean(lambda one: two_paths(*paths, one)[0]) / view.stretch.ravel()[where]
+        return changed
 
     def _where(self, depth: Image, view: View) -> np.ndarray:
         """Flat indices of the pixels whose aperture an edge may cut: nearer than half its diagonal."""
@@ -55,8 +65,8 @@ class MixedPixels(Effect):
             return np.zeros(0, np.intp)
         return np.flatnonzero(view.edges.distance < np.sqrt(0.5 * np.max(self.fill)))
 
-    def _both(self, where: np.ndarray, depth: Image, view: View) -> tuple[Image, Image]:
-        """Change of the range (n,) [m] and growth of the amplitude (n,) [1] of these pixels."""
+    def _paths(self, where: np.ndarray, depth: Image, view: View) -> tuple[Image, Image, Image]:
+        """Of these pixels: share of the own light, of that across the edge (n,) [1], and how much farther it is [m]."""
         edges = view.edges
         assert edges is not None
         distance, direction, jump, ratio = (
@@ -65,7 +75,7 @@ class MixedPixels(Effect):
         )
         width = np.sqrt(np.broadcast_to(np.asarray(self.fill, depth.dtype), depth.shape).ravel()[where])
         beyond = share_beyond(distance, direction, width)
-        return two_paths(1.0 - beyond, beyond * ratio, jump * view.stretch.ravel()[where], view)
+        return 1.0 - beyond, beyond * ratio, jump * view.stretch.ravel()[where]
 
 
 def share_beyond(distance: Image, direction: Image, width: Image) -> Image:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.sensor.edges.neighbours import steps_along, stride_along
-from fusion.sensor.effect import Effect, normal
+from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Edges, Image, View
 
@@ -56,7 +56,7 @@ class LateralNoise(Effect):
 
     def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         near = self._near(depth, view)
-        return _spread_out(near, (_flipped(near, normal(rng, depth)) - near.share) * near.jump, depth)
+        return _spread_out(near, (_flipped(near, rng) - near.share) * near.jump, depth)
 
     def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         if self.where:
@@ -64,7 +64,7 @@ class LateralNoise(Effect):
         near = self._near(depth, view)
         # the share of the frames that a pixel flips in is in the mean and, as much less, in the draw
         out = depth.copy()
-        flat, flipped = out.reshape(-1), _flipped(near, normal(rng, depth))
+        flat, flipped = out.reshape(-1), _flipped(near, rng)
         flat[near.where[flipped]] += near.jump[flipped]
         return out
 
@@ -124,11 +124,23 @@ def _normal_shares() -> tuple[Image, Image]:
     return distance, beyond
 
 
-def _flipped(near: _Near, jitter: Image) -> NDArray[np.bool_]:
-    """(n,) the pixels that show the other side when edges are displaced by a jitter (h, w) [standard deviations]."""
+def _flipped(near: _Near, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """(n,) the pixels that show the other side when every edge point is displaced by a jitter of its own."""
     # positive moves the edge towards the background, so that its pixels show the foreground
-    shared = jitter.ravel()[near.edge_pixel]
+    shared = _jitter(near.edge_pixel, rng).astype(near.jump.dtype)
     return np.asarray(np.where(near.jump < 0, shared, -shared) * near.spread > near.distance)
+
+
+def _jitter(pixels: NDArray[np.intp], rng: np.random.Generator) -> NDArray[np.float64]:
+    """Standard normal numbers (n,), each by its pixel, whatever others are asked for: edges are few, and a number for
+    each pixel of the image would be most of the work (SplitMix64: Steele, Lea, Flood 2014; Box, Muller 1958).
+    """
+    bits = (pixels.astype(np.uint64) + rng.integers(2**63, dtype=np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        bits = (bits ^ (bits >> np.uint64(shift))) * np.uint64(factor)
+    bits ^= bits >> np.uint64(31)
+    radius = np.sqrt(-2 * np.log(((bits >> np.uint64(32)) + 0.5) / 2**32))
+    return np.asarray(radius * np.cos(2 * np.pi / 2**32 * (bits & np.uint64(2**32 - 1))))
 
 
 def _edge_pixel(where: NDArray[np.intp], distance: Image, edges: Edges) -> NDArray[np.intp]:

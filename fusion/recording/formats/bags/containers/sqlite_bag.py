@@ -16,7 +16,7 @@ from fusion.files.limits import check_size
 from fusion.files.reading import beginning
 from fusion.recording.formats.bags.containers.packed import ZSTD, unpack_message
 from fusion.recording.formats.bags.containers.store import MOST_MESSAGES, Store, Topic, cut, falls, short_type
-from fusion.recording.formats.known import SQLITE, tables
+from fusion.recording.formats.not_read import SQLITE, tables
 
 SERIALIZED = ("", "cdr")
 

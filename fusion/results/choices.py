@@ -1,0 +1,97 @@
+"""What was asked for and what was chosen, as `settings.json` holds it: the fields are its keys."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from fusion.coloring.color_mesh import ColorFigures
+from fusion.geometry.camera import Camera
+from fusion.sensor.correction.summary import CorrectionFigures
+
+Corner = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class LensUsed:
+    """The camera of a result [px]; `distortion` in OpenCV's order."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...]
+
+    @classmethod
+    def of(cls, camera: Camera) -> "LensUsed":
+        return cls(camera.fx, camera.fy, camera.cx, camera.cy, tuple(camera.distortion))
+
+
+@dataclass(frozen=True)
+class RegionFound:
+    """Two corners (3,) [m] around the turning object, in the first camera's frame."""
+
+    low: Corner
+    high: Corner
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices(ColorFigures):
+    """What every mesh was made with.
+
+    Attributes:
+        sensor: name of the model.
+        correction: of the depth.
+        camera: that was used.
+        voxel_m, truncation_m: of the volume.
+        volume_bytes: its memory.
+    """
+
+    sensor: str
+    correction: CorrectionFigures
+    camera: LensUsed
+    voxel_m: float
+    truncation_m: float
+    volume_bytes: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScanChoices(Choices):
+    """Of a turntable scan.
+
+    Attributes:
+        box, mask, step, use_log, strength, refine_camera, keep_plate, force, fill_holes: as asked, see `ScanSettings`.
+        sensor_assumed: nobody named a sensor.
+        region: where the object was found.
+    """
+
+    box: tuple[Corner, Corner] | None
+    mask: Path | None
+    step: float | None
+    use_log: bool
+    strength: str
+    refine_camera: bool | None
+    keep_plate: bool
+    force: bool
+    fill_holes: float
+    sensor_assumed: bool
+    region: RegionFound
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReconstructionChoices(Choices):
+    """Of a reconstruction.
+
+    Attributes:
+        tracked_band_m: truncation of the volume that frames were placed against.
+        room: voxels for a room, not for an object.
+        kind, kind_reason: the same in words, and why.
+        max_depth_m, box_m: as asked, or as the volume has them.
+        poses: "tracked" or "given".
+    """
+
+    tracked_band_m: float
+    room: bool
+    kind: str
+    kind_reason: str
+    max_depth_m: float | None
+    box_m: tuple[Corner, Corner] | None
+    poses: str
