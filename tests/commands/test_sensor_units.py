@@ -40,6 +40,17 @@ def test_a_folder_of_results_without_dates(lab, capsys):
     assert "6 units, 6 models" in said
 
 
+def test_a_folder_tells_units_by_their_serial_numbers_and_dates_by_its_names(lab, capsys):
+    for folder in sorted((lab / "lab").iterdir()):
+        model = json.loads((folder / "sensor.json").read_text())
+        unit, year = folder.name.split("_")
+        (folder / "sensor.json").write_text(json.dumps(model | {"serial": unit}))
+        folder.rename(folder.with_name(f"{unit}_{year}-06-01-1f"))
+    assert not main(["sensor", "units", str(lab / "lab"), "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert told["units"] == ["a", "b", "c"] and 0.8e-3 < told["drift"]["value"][0] < 1e-3
+
+
 @pytest.mark.parametrize(
     "text, said",
     [

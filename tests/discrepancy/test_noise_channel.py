@@ -122,3 +122,14 @@ def test_no_finding_denies_how_frames_scatter(size):
     for sensor in (given, noise_steps(observations)[0]):
         scatter = scatter_of(observations.under(sensor).patches)
         assert np.abs(np.median(scatter.excess)) < 0.3  # of the logarithm of a variance: 15 % of the noise
+
+
+@pytest.mark.parametrize("step_px", [0.03, 0.0625])
+def test_noise_that_no_model_holds_is_sized_behind_its_rounding(step_px):
+    rounding = DepthQuantization(step_px=step_px)
+    given = Sensor("given", "structured_light", (rounding,))
+    hidden = replace(given, effects=(AxialNoise(sigma_px=0.03), rounding))
+    _, (step, *more) = noise_steps(observe(given, looks_at(hidden, 1)))
+    assert isinstance(step.effect, AxialNoise) and not more
+    # a fifth: without noise the rounding itself scatters nothing, with it by a step over the root of twelve
+    assert step.effect.sigma_px == pytest.approx(0.03, rel=0.2)

@@ -7,13 +7,17 @@ import pytest
 from made_up_walls import WALLS, look_at, looks_at
 
 from fusion.discrepancy.inference.rounding import _products, rounding_covariance
-from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, covariance_of
+from fusion.discrepancy.naming.search.bounds import tweaked
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.naming.search.space import Aim, Space
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.speckle_noise import SpeckleNoise
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.where import Bound
 
 COARSE = [
     Sensor("coarse", "structured_light", (AxialNoise(sigma_px=0.02), DepthQuantization(step_px=0.125))),
@@ -73,3 +77,14 @@ def test_a_tile_amid_one_step_tells_nothing_of_a_law():
     offset = DisparityOffset(offset=0.02)
     assert np.mean(np.abs(tilted.column(offset))) == pytest.approx(0.02, rel=0.1)
     assert np.max(np.abs(frontal.column(offset))) < 0.001
+
+
+def test_a_law_is_the_same_behind_a_rounding_whether_a_region_ends_or_not():
+    sensor = Sensor("calm", "structured_light", (AxialNoise(sigma_px=0.002), DepthQuantization(step_px=0.25)))
+    observations = observe(sensor, looks_at(sensor, 1, [(0.8, 30, 17), (3.65, 0, 0)]))
+    covariance = covariance_of(observations)
+    whole = next(c for c in candidates_of(observations, covariance) if c.name == "disparity_offset")
+    aim = Aim(Space(np.zeros((len(observations.residual), 0)), np.zeros(0)), whole.white[:, 0])
+    depth = np.linspace(0.5, 4.0, len(observations.residual))
+    everywhere = tweaked(whole, Bound("depth", -np.inf, np.inf), depth, MeasuredTiles(observations, covariance), aim)
+    assert everywhere.columns == pytest.approx(whole.columns)

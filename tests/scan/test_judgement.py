@@ -196,3 +196,11 @@ def test_where_a_scan_with_a_log_fails_the_log_is_a_suspect():
     failed = with_evidence(good_scan(), agreement=contradicted(0.5))
     assert "--ignore-log" in failure(replace(failed, told=told), "scan").do
     assert "--ignore-log" not in failure(failed, "scan").do
+
+
+def test_a_failed_scan_of_nothing_that_turns_says_so():
+    failed = with_evidence(good_scan(), agreement=contradicted(0.5))
+    assert "Nothing turns" not in light(failed, "Agreement").do
+    still = with_motion(failed, angles=np.deg2rad(0.1) * np.arange(COUNT))
+    assert light(still, "Agreement").do.startswith("Nothing turns: all views lie within")
+    assert "fusion reconstruct" in light(still, "Agreement").do

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("action", choices=("show", "list", "export", "compare", "check", "page", "units"), help=actions)
     units = (
         "units: a CSV file with columns sensor, unit, date (2026-11-26), or a folder with a sensor.json (camera.json, "
-        "evaluation.json) in each folder"
+        "evaluation.json) in each folder, dates in their names"
     )
     add("sensor", nargs="?", metavar="S", help=f"sensor.json or a preset's name; {units}")
     add("other", nargs="?", metavar="B", help="compare: another sensor, or a recording in which nothing moves")

@@ -3,6 +3,7 @@
 import argparse
 import csv
 import io
+import re
 import sys
 from collections.abc import Iterator
 from datetime import date
@@ -20,6 +21,7 @@ COLUMNS = ("sensor", "unit", "date")
 KINDS = ("sensor.json", "camera.json", "evaluation.json")
 LIST = f"a CSV file with a column sensor (and unit, date), or a folder of folders with a {KINDS[0]} each"
 FORMAT = "fusion-evaluation/"
+DAY = re.compile(r"(?<!\d)\d{4}-\d{2}-\d{2}(?!\d)")  # in a folder's name
 YEAR = 365.2425  # days, of the Gregorian calendar
 
 
@@ -70,7 +72,10 @@ def listed(place: Path) -> list[tuple[Path, str, float]]:
     """
     if place.is_dir():
         found = {kind: sorted(place.glob(f"*/{kind}")) for kind in KINDS}
-        rows = [(path, path.parent.name, "") for path in next((some for some in found.values() if some), [])]
+        paths = next((some for some in found.values() if some), [])
+        days = [DAY.search(path.parent.name) for path in paths]
+        # a file's serial number tells the unit, and where there is none its folder's name
+        rows = [(path, "", day[0] if day else "") for path, day in zip(paths, days, strict=True)]
     elif place.is_file():
         rows = list(_rows(place))
     else:

@@ -25,6 +25,7 @@ Vector = NDArray[np.float64]
 BEYOND = 0.005  # chance that a stated value, within its own standard deviation, is as far off as it seems
 LEAST_CHANGE = 3 * COMMON  # of a variance, in the tiles that change most: below, it is a matter of the noise model
 EXPLAINED = 0.5  # of what is too much, by one effect: two of a size may be there
+FAR = 6.0  # standard deviations, of a tile that would decide alone
 SIMPLER = 6.0  # of the chi2: a value that is wrong needs no new physics
 
 
@@ -93,10 +94,21 @@ def replicated(best: Tried, before: TunedParameters, scatter: Scatter, whitener:
         values = turn(scatter.only(rest), whitener, few, best.turned.values).values
         fits = [(before.params, before.values), (best.turned.params, values)]
         own = scatter.only(part)
-        whites = [_white(own, whitener, [param.only(part) for param in params], values) for params, values in fits]
-        gains.append(float((np.clip(whites[0], -6, 6) ** 2).sum() - (np.clip(whites[1], -6, 6) ** 2).sum()))
-    total = float(np.sum(gains))
-    return total > REPLICATED * best.gain and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
+        cut = [([param.only(part) for param in params], values) for params, values in fits]
+        gains.append(_bounded_gain(own, whitener, *cut))
+    full = _bounded_gain(scatter, whitener, (before.params, before.values), (best.turned.params, best.turned.values))
+    return float(np.sum(gains)) > REPLICATED * full and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
+
+
+def _bounded_gain(
+    scatter: Scatter,
+    whitener: Whitener,
+    before: tuple[Sequence[NoiseParameter], Sequence[float] | Vector],
+    after: tuple[Sequence[NoiseParameter], Sequence[float] | Vector],
+) -> float:
+    """Drop of the chi2 from parameters at some values to others, where no tile counts for more than `FAR`."""
+    first, last = (np.clip(_white(scatter, whitener, *way), -FAR, FAR) for way in (before, after))
+    return float(first @ first - last @ last)
 
 
 def confirmed(

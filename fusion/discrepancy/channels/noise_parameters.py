@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.scatter import LEAST_VARIANCE, Scatter
+from fusion.discrepancy.channels.scatter import Scatter, predicted_variance
 from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observe.observations import Patch
 from fusion.sensor.effect import Effect
@@ -198,12 +198,7 @@ def _filtered(effects: list[Effect], own: Effect, patch: Patch) -> tuple[Vector,
 def _grown(effects: list[Effect], own: Effect, patch: Patch) -> Vector:
     """(k, n) change of the variance of each tile as a share of it."""
     with np.errstate(all="ignore"):
-        before, scale = own.noise(patch.depth, patch.view) ** 2, np.square(patch.native)
-        sound = np.isfinite(patch.block.std) & np.isfinite(patch.sigma)
-        whole = np.maximum(patch.tiles.mean(np.where(sound, np.square(patch.sigma) * scale, 0.0)), LEAST_VARIANCE)
-        out = np.zeros((len(effects), len(patch.tiles)))
-        for k, effect in enumerate(effects):
-            change = effect.noise(patch.depth, patch.view) ** 2 - before
-            if np.any(change):
-                out[k] = patch.tiles.mean(np.where(sound, change * scale, 0.0)) / whole
-    return out
+        whole, before = predicted_variance(patch, patch.sigma), own.noise(patch.depth, patch.view) ** 2
+        changes = [effect.noise(patch.depth, patch.view) ** 2 - before for effect in effects]
+        spreads = [np.sqrt(np.maximum(patch.sigma**2 + change, 0.0)) for change in changes]
+        return np.stack([predicted_variance(patch, spread) / whole - 1.0 for spread in spreads])

@@ -61,22 +61,26 @@ def variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
     return patch.tiles.mean(squares) / np.maximum(patch.tiles.mean(sound.astype(float)), 1e-9)
 
 
+def predicted_variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
+    """(n,) variance in native units by a predicted spread (h, w) [m], no smaller than frames can show."""
+    # where all frames round to one step nobody knows how near the next one is
+    return np.maximum(variance(patch, spread), max(np.exp(-WANDERS) * _step(patch) ** 2 / 12, LEAST_VARIANCE))
+
+
 def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     n, block = len(patch.block.frames), patch.block
-    measured, predicted = variance(patch, block.std), variance(patch, patch.sigma)
+    measured, predicted = np.maximum(variance(patch, block.std), LEAST_VARIANCE), predicted_variance(patch, patch.sigma)
     pixels = patch.tiles.pixels / _sharing(patch)
     floor = FLOOR**2 + _undithered(patch) ** 2
-    # where all frames round to one step nobody knows how near the next one is
-    predicted = np.maximum(predicted, np.exp(-WANDERS) * _step(patch) ** 2 / 12)
     memory = max((effect.follows() for effect in patch.sensor.effects), default=0.0)
     whole, renewed = succession_of(memory, n, started=block.frames[0] == 0)
     settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
-    excess = np.log(np.maximum(measured, LEAST_VARIANCE) / np.maximum(predicted, LEAST_VARIANCE)) - (whole - settled)
+    excess = np.log(measured / predicted) - (whole - settled)
     excess_sigma = np.sqrt(2.0 / ((n - 1) * pixels) + floor)
     if n < 3 or block.succession is None:
         return excess, excess_sigma, np.zeros(len(excess)), np.full(len(excess), np.inf)
     new = variance(patch, np.sqrt(block.succession))
-    renewal = np.log(np.maximum(new, LEAST_VARIANCE) / np.maximum(measured, LEAST_VARIANCE)) - renewed
+    renewal = np.log(np.maximum(new, LEAST_VARIANCE) / measured) - renewed
     # von Neumann's ratio of normal noise, of which each pixel weighs with its own variance
     ratio = (n - 2) / ((n + 1) * (n - 1)) * (1 + 2 / (n - 1))
     return excess, excess_sigma, renewal, np.sqrt(ratio / pixels + floor)

@@ -61,8 +61,12 @@ class Patch:
 
     def column(self, effect: Effect) -> NDArray[np.float64]:
         """(n,) by how much an effect changes the tiles, to first order, in native units."""
+        return self.tiles.mean(self.change(effect))
+
+    def change(self, effect: Effect) -> Image:
+        """By how much (h, w) an effect changes what is seen behind the rounding, to first order, in native units."""
         with np.errstate(all="ignore"):
-            return self.tiles.mean(effect.change(self.depth, self.view) * self.native * self._passed)
+            return np.asarray(effect.change(self.depth, self.view) * self.native * self._passed)
 
     @cached_property
     def unrounded(self) -> Unrounded | None:

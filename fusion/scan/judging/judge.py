@@ -23,6 +23,7 @@ GAP_DEG = (45.0, 120.0)
 OPEN_SHARE = (0.05, 0.2)
 DROPPED_SHARE = (0.05, 0.25)
 AGAINST = (0.02, 0.08)
+STILL = 30.0  # [deg] views that all lie within this and contradict each other are of nothing that turns: guess
 WRONG = 0.2  # share of contradicting pixels from which the surface is not that of the object
 
 
@@ -67,6 +68,9 @@ def _agreement(scan: "Scan") -> Light:
     )
     do = "Look for surfaces that are doubled: give --step or --box where the turns or the object were not found, and "
     do += "record in steps below 20 degrees with nothing else moving."
+    if (span := 360 - _gap(scan)) < STILL:
+        do = f"Nothing turns: all views lie within {span:.0f} deg. fusion reconstruct follows a camera that moves, and "
+        do += "with --box a thing that a hand moves."
     return Light(judged, "Agreement", f"{said}.", do, fails=not found.against < WRONG)
 
 
@@ -85,9 +89,14 @@ def _depth(scan: "Scan") -> Light:
     return Light(judged, "Depth", said, "Calibrate it (fusion calibrate depth), pass the result with --sensor.")
 
 
-def _coverage(scan: "Scan") -> Light:
+def _gap(scan: "Scan") -> float:
+    """The largest angle between neighbouring views [deg]."""
     around = np.sort(scan.motion.angles[np.isfinite(scan.motion.angles)] % (2 * np.pi))
-    gap = float(np.degrees(np.diff(np.append(around, around[0] + 2 * np.pi)).max()))
+    return float(np.degrees(np.diff(np.append(around, around[0] + 2 * np.pi)).max()))
+
+
+def _coverage(scan: "Scan") -> Light:
+    gap = _gap(scan)
     judged = level(gap, GAP_DEG)
     do = "Record a full turn, in steps of 5 to 20 degrees." if judged != "ok" else ""
     return Light(judged, "Coverage", f"The largest gap between neighbouring views is {gap:.0f} deg.", do)

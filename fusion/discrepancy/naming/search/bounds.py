@@ -86,7 +86,7 @@ def _cutter(
     for patch in observations.patches:
         used = patch.tiles.label >= 0
         with np.errstate(all="ignore"):
-            changes = [e.change(patch.depth, patch.view) * patch.native for e in candidate.form.instances()]
+            changes = [patch.change(effect) for effect in candidate.form.instances()]
             value = VARIABLES[variable](patch.depth, patch.view)
         seen = np.nan_to_num(np.stack([np.broadcast_to(c, used.shape)[used] for c in changes]), posinf=0, neginf=0)
         parts.append((patch.tiles, patch.tiles.label[used], np.broadcast_to(value, used.shape)[used], seen))
