@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.decisions import DETECTED, FALSE_ALARM, REPLICATED
+from fusion.discrepancy.decisions import DETECTED, FALSE_ALARM, REPLICATED, SURE
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.effect_part import EffectPart, is_field
 from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
@@ -23,7 +23,6 @@ Matrix = NDArray[np.float64]
 
 SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
-REGION_LEAST = 12.0
 OF_TIME = ("time", "temperature")
 WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
 LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
@@ -130,7 +129,7 @@ def _regional(
 
 def _beats(regional: Regional, whole: Scored) -> bool:
     more = 0.0 if whole.size else REGION_GAIN * whole.gain  # a field has paid for its freedom already
-    return regional.scored.score > whole.score + max(REGION_LEAST, more)
+    return regional.scored.score > whole.score + max(SURE, more)
 
 
 def _own_to_region(
