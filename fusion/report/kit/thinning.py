@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 
-TRIANGLES = 60_000  # more makes turning slow on small computers (guess)
+TRIANGLES = 140_000  # more makes turning slow on small computers (guess); thinning takes 0.7 s to save 0.7 MB
 POINTS = 60_000
 
 
