@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fusion.errors import FusionError
-from fusion.quantity import HOLES, STEP, check_volume
+from fusion.quantity import HOLES, REFLECTANCE, STEP, check_volume
 from fusion.sensor.sensor import Sensor
 
 
@@ -25,6 +25,8 @@ class ScanSettings:
         refine_camera: take out the error of the focal length that the scan itself shows; None does it where the camera
             is only nominal (it has no std) and the scan contradicts it.
         keep_plate: leave the plate in the mesh.
+        plate_reflectance: share of the light that the plate reflects: what that light does to time of flight is taken
+            out of the surface; None only says how much it may be.
         voxel, truncation: [m]; None chooses them from distance, focal length and noise.
         color: colour the mesh where the recording has colour images.
         force: go on where the recording's doctor is certain that the result will be wrong.
@@ -39,6 +41,7 @@ class ScanSettings:
     strength: str = "axis"
     refine_camera: bool | None = None
     keep_plate: bool = False
+    plate_reflectance: float | None = None
     voxel: float | None = None
     truncation: float | None = None
     color: bool = True
@@ -48,6 +51,7 @@ class ScanSettings:
     def __post_init__(self) -> None:
         check_volume(self.voxel, self.truncation, self.box)
         HOLES.check(self.fill_holes)
+        REFLECTANCE.check(self.plate_reflectance)
         STEP.check(None if self.step is None else float(np.rad2deg(self.step)))
         if self.strength not in ("axis", "circle"):
             raise FusionError("unknown strength of the post-pass", "--strength", self.strength, "axis or circle")

@@ -8,6 +8,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.recording.checks.bumped import check_camera_bumped
+from fusion.recording.checks.drift import check_depth_drifts
 from fusion.recording.looking.sample import draw
 from fusion.recording.recording import Frame, Recording
 
@@ -57,3 +58,26 @@ def test_what_turns_or_sways_is_no_bump(depth_of, noise):
 def test_few_frames_say_nothing():
     few = sample(lambda i: wall(0.05 if i >= AT else 0.0))
     assert check_camera_bumped(type(few)(**{**vars(few), "depths": dict(list(few.depths.items())[:5])})) == []
+
+
+FLIGHT = Camera(80, 60, 70.0, 70.0, 39.5, 29.5, depth_scale=1000.0, principle="itof")
+
+
+@pytest.mark.parametrize(
+    ("camera", "crept"),
+    [
+        (FLIGHT, lambda z, share: z - 0.008 * (1 - np.exp(-3 * share))),
+        (CAMERA, lambda z, share: z + 0.02 * share * z**2),
+    ],
+)
+def test_a_sensor_that_warms_up_is_told_and_is_no_camera_that_was_moved(camera, crept):
+    drawn = sample(lambda i: crept(turning(i), i / COUNT), camera=camera)
+    (finding,) = check_depth_drifts(drawn)
+    assert finding.severity == "warning" and "warming up" in finding.do
+    assert ("nearer" if camera is FLIGHT else "farther") in finding.seen
+    assert check_camera_bumped(drawn) == []
+
+
+@pytest.mark.parametrize("depth_of", [turning, lambda i: wall(0.035 if i >= AT else 0.0), lambda i: wall(0.002 * i)])
+def test_what_turns_and_a_camera_that_moves_are_no_drift(depth_of):
+    assert check_depth_drifts(sample(depth_of)) == []

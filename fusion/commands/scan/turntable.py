@@ -11,7 +11,7 @@ from fusion.commands.options.shown import add_common, shown_box, shown_name, sho
 from fusion.commands.terminal.screen import took
 from fusion.errors import TrackingError
 from fusion.progress import seconds, stage
-from fusion.quantity import STEP
+from fusion.quantity import REFLECTANCE, STEP
 
 if TYPE_CHECKING:
     from fusion.recording.recording import Recording
@@ -51,6 +51,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--keep-failed", action="store_true", help="write the result of a scan that failed, as evidence")
     add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh, cut round about the axis")
+    add(
+        "--plate-reflectance",
+        type=number(REFLECTANCE),
+        metavar="R",
+        help="share of the light that the plate reflects (black 0.05, wood 0.5, white 0.8): takes out of a "
+        "time-of-flight scan what that light does to the sides",
+    )
 
 
 def run(options: argparse.Namespace) -> None:
@@ -103,6 +110,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
         strength=options.strength,
         refine_camera=options.refine_camera,
         keep_plate=options.keep_plate,
+        plate_reflectance=options.plate_reflectance,
         voxel=options.voxel,
         truncation=options.truncation,
         color=not options.no_color,

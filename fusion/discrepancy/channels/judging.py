@@ -92,19 +92,19 @@ def replicated(best: Tried, before: TunedParameters, scatter: Scatter, whitener:
         rest, part = scatter.place != g, scatter.place == g
         few = [param.only(rest) for param in best.turned.params]
         values = turn(scatter.only(rest), whitener, few, best.turned.values).values
-        fits = [(before.params, before.values), (best.turned.params, values)]
-        own = scatter.only(part)
-        cut = [([param.only(part) for param in params], values) for params, values in fits]
-        gains.append(_bounded(own, whitener, *cut[0]) - _bounded(own, whitener, *cut[1]))
-    full = _bounded(scatter, whitener, before.params, before.values)
-    full -= _bounded(scatter, whitener, best.turned.params, best.turned.values)
-    return float(np.sum(gains)) > REPLICATED * full and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
+        gain = 0.0
+        for sign, params, at in ((1, before.params, before.values), (-1, best.turned.params, values)):
+            gain += sign * _bounded_chi2(scatter.only(part), whitener, [param.only(part) for param in params], at)
+        gains.append(gain)
+    whole = [_bounded_chi2(scatter, whitener, turned.params, turned.values) for turned in (before, best.turned)]
+    enough = REPLICATED * (whole[0] - whole[1])
+    return float(np.sum(gains)) > enough and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
 
 
-def _bounded(
+def _bounded_chi2(
     scatter: Scatter, whitener: Whitener, params: Sequence[NoiseParameter], values: Sequence[float] | Vector
 ) -> float:
-    """chi2 with parameters at some values, where no tile counts for more than `FAR`."""
+    """What parameters at some values leave, where no tile counts for more than `FAR`."""
     white = np.clip(_white(scatter, whitener, params, values), -FAR, FAR)
     return float(white @ white)
 

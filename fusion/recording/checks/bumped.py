@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.recording.checks.drift import creep_of
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
 
@@ -19,6 +20,8 @@ def check_camera_bumped(sample: Sample) -> list[Finding]:
     if len(indices) < 2 * SIDE:
         return []
     depths = np.stack([sample.depths[i] for i in indices])
+    creep = creep_of(sample)
+    depths = depths if creep is None else depths - creep  # a sensor that warms up was not moved
     shares = {k: _elsewhere(depths[:k], depths[k:]) for k in range(SIDE, len(indices) - SIDE + 1)}
     at = max(shares, key=lambda k: shares[k])
     if shares[at] < SHARE:

@@ -1,6 +1,7 @@
 """What the recording's doctor says before a scan, and what readers and the correction add."""
 
 from fusion.recording.checks.bumped import check_camera_bumped
+from fusion.recording.checks.drift import check_depth_drifts
 from fusion.recording.checks.stillness import check_object_turns
 from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
@@ -17,6 +18,7 @@ def ask_doctor(recording: Recording, settings: ScanSettings) -> list[Light]:
     """
     # in a box, or behind masks, only what they hold has to turn
     free = settings.box is None and settings.mask is None
-    checks = (voxel_check(settings.voxel), *((check_object_turns,) if free else ()), check_camera_bumped)
+    still = (check_camera_bumped, check_depth_drifts)
+    checks = (voxel_check(settings.voxel), *((check_object_turns,) if free else ()), *still)
     said = refuse_if_certain(quick_look(recording, checks), recording, settings.force)
     return [note("Recording", level, text) for level, text in said]

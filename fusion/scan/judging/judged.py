@@ -59,7 +59,11 @@ def judged(made: MadeObject) -> Scan:
                 *notes_of(seen.recording, opened.correction, motion, free.course),
                 *color_lights(made.colored),
             ),
-            footnotes=(*opened.sensor.warnings, *opened.correction.left),
+            footnotes=(
+                *opened.sensor.warnings,
+                *opened.correction.left,
+                *(() if made.light is None else (str(made.light),)),
+            ),
         ),
     )
 

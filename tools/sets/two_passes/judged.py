@@ -72,13 +72,13 @@ def judged(folder: Path) -> Judged:
     _write_transforms(folder / "truth" / "transforms.json", T_true)
     ran = fusion("merge", *scans, "-o", folder / "merged", "--overwrite", "--no-report")
     found = content(folder / "merged" / "merge.json") if ran.status == 0 else {}
-    outer = _outer(folder)
-    rms, covered = _measured(folder, "merged", outer) if found else (float("nan"), float("nan"))
+    outer = outer_points(folder)
+    rms, covered = measured(folder, "merged", outer) if found else (float("nan"), float("nan"))
     rms_true = covered_true = float("nan")
     if not truth["refused"]:
         known = ["--transforms", folder / "truth" / "transforms.json", "--overwrite", "--no-report"]
         if fusion("merge", *scans, "-o", folder / "true", *known).status == 0:
-            rms_true, covered_true = _measured(folder, "true", outer)
+            rms_true, covered_true = measured(folder, "true", outer)
     miss = float("nan")
     if found:
         T = np.array(found["passes"][1]["T_merged_pass"], float)
@@ -125,7 +125,7 @@ def _write_transforms(file: Path, T: Array) -> None:
     file.write_text(json.dumps({"passes": rows}, indent=1), encoding="utf-8")
 
 
-def _outer(folder: Path) -> Array:
+def outer_points(folder: Path) -> Array:
     """Points (n, 3) of the true surface that can be seen from somewhere outside."""
     import open3d as o3d
 
@@ -143,7 +143,7 @@ def _outer(folder: Path) -> Array:
     return np.asarray(points, float)[seen]
 
 
-def _measured(folder: Path, name: str, outer: Array) -> tuple[float, float]:
+def measured(folder: Path, name: str, outer: Array) -> tuple[float, float]:
     """Rms of the mesh to the truth after a rigid fit [m], and the share of the outer surface that it covers."""
     mesh: Any = trimesh.load(folder / name / "mesh.ply", process=False)
     true: Any = trimesh.load(folder / "truth" / "object.ply", process=False)

@@ -50,14 +50,14 @@ def make(case: Case, folder: Path, rng: Rng, frames: int) -> None:
     other = made(case.second, rng, rng.uniform(0.14, 0.24)) if case.second else item
     printed = paint(rng, BRIGHT, 0.06)
     passes = [
-        _pass(rng, case, (item, printed), _stood(rng), frames),
-        _pass(rng, case, (other, printed), _turned_over(rng, other), frames),
+        pass_of(rng, case, (item, printed), _stood(rng), frames),
+        pass_of(rng, case, (other, printed), _turned_over(rng, other), frames),
     ]
     stated = device.camera.f * (1 + STD * float(np.clip(rng.standard_normal(), -2, 2)))
     truth = folder / "truth"
     truth.mkdir(parents=True, exist_ok=True)
     for number, one in enumerate(passes, 1):
-        recording = Recording(folder / f"pass_{number}", _camera(case, device, stated))
+        recording = Recording(folder / f"pass_{number}", camera_of(case, device, stated))
         _record(recording, (one, device, case.color), rng)
         poses = [np.linalg.inv(turned(a) @ one.T_plate_object) @ one.stage.T_world_camera for a in one.angles]
         trajectory(truth / f"poses_{number}.txt", 100 + EVERY * np.arange(frames), np.array(poses))
@@ -69,7 +69,7 @@ def make(case: Case, folder: Path, rng: Rng, frames: int) -> None:
     (truth / "truth.json").write_text(text, encoding="utf-8")
 
 
-def _pass(rng: Rng, case: Case, thing: tuple[trimesh.Trimesh, Paint], T: Array, frames: int) -> Pass:
+def pass_of(rng: Rng, case: Case, thing: tuple[trimesh.Trimesh, Paint], T: Array, frames: int) -> Pass:
     """Another camera place, wall and table each time; the object lies at T on the plate."""
     item, printed = thing
     T = T.copy()
@@ -111,7 +111,7 @@ def _record(recording: Recording, what: tuple[Pass, Device | Stereo, bool], rng:
     recording.done(turntable_deg=np.abs(one.angles))
 
 
-def _camera(case: Case, device: Device | Stereo, f: float) -> dict[str, Any]:
+def camera_of(case: Case, device: Device | Stereo, f: float) -> dict[str, Any]:
     """camera.json of a calibrated camera."""
     true = device.camera
     lens: dict[str, Any] = {"width": true.width, "height": true.height, "fx": f, "fy": f, "cx": true.cx, "cy": true.cy}
