@@ -50,7 +50,14 @@ def make(placed: PlacedFrames) -> MadeObject:
         surface = _of_the_object(volume.surface(), placed)
         both = surface, placed.free.volume.surface()
         cleaned, rough = (clean(one, settings, motion, placed.volume.voxel) for one in both)
-        light = _plate_light(cleaned.mesh, placed)
+        recording, light = seen.recording, None
+        flies = recording.camera.principle == Principle.TIME_OF_FLIGHT
+        if flies and motion.plate is not None and not settings.keep_plate and cleaned.mesh.normals is not None:
+            first = int(np.flatnonzero(placed.course.valid)[0])
+            object_reach = float(np.hypot(*cleaned.mesh.vertices[:, :2].T).max())
+            poses = placed.course.poses
+            radius = plate_reach(recording[first].depth, recording.camera, poses[first], object_reach)
+            light = plate_light(cleaned.mesh, seen.frames, poses, radius, settings.plate_reflectance)
         if light is not None and light.taken_out:
             cleaned = replace(cleaned, mesh=without(cleaned.mesh, light))
     with stage("sigma"):
@@ -59,18 +66,6 @@ def make(placed: PlacedFrames) -> MadeObject:
     mesh = sure.onto(cleaned.mesh)
     colored = color_mesh(mesh, seen.recording, placed.course) if settings.color else Colored(mesh)
     return MadeObject(placed, volume, cleaned, rough, colored, sure, light)
-
-
-def _plate_light(mesh: Mesh, placed: PlacedFrames) -> PlateLight | None:
-    """What light by way of the plate does; None where no plate was seen, or the sensor does not measure time."""
-    seen, settings = placed.found.attempt, placed.found.opened.settings
-    flies = seen.recording.camera.principle == Principle.TIME_OF_FLIGHT
-    if not flies or seen.motion.plate is None or settings.keep_plate or mesh.normals is None:
-        return None
-    first = int(np.flatnonzero(placed.course.valid)[0])
-    recording, object_reach = seen.recording, float(np.hypot(*mesh.vertices[:, :2].T).max())
-    radius = plate_reach(recording[first].depth, recording.camera, placed.course.poses[first], object_reach)
-    return plate_light(mesh, seen.frames, placed.course.poses, radius, settings.plate_reflectance)
 
 
 def _of_the_object(surface: Mesh, placed: PlacedFrames) -> Mesh:
