@@ -48,7 +48,7 @@ class _Run:
     listener: Listener | None
     seconds: dict[str, float] = field(default_factory=dict)
     open: list[_Stage] = field(default_factory=list)
-    since: float = field(default_factory=time.perf_counter)
+    since: float = field(default_factory=lambda: time.perf_counter())
 
     def enter(self, stage: _Stage) -> None:
         self.count()

@@ -1,6 +1,7 @@
 """What every test may use."""
 
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -22,3 +23,13 @@ def shared() -> Path:
     if not (folder / "data").is_dir():
         pytest.skip(f"no recordings at {folder}/data: set FUSION_SHARED")
     return folder
+
+
+@pytest.fixture
+def trusting() -> Iterator[Callable[[float, bool], None]]:
+    """Sets how far the process trusts what it reads, until the test is over."""
+    from fusion.files.limits import USUAL_GB
+    from fusion.files.trust import trust
+
+    yield trust
+    trust(USUAL_GB, False)

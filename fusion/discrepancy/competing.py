@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from fusion.discrepancy.decisions import CONFIDENCE
-from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean
+from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
 from fusion.discrepancy.setting import Explained, posterior, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
@@ -21,29 +21,42 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
         stated: the recordings with errors as stated: sizes that were found beside laws are none without them.
         sensor: the given model.
     """
+    free = without_laws(stated.observations, stated.covariance)
+    if mean.claims and _may_pose_as_laws(free, mean):
+        mean = likeliest([mean, _again(mean, stated, free, sensor)])
     if not mean.foresees:
         mean = mean.unconfirmed
     laws = with_laws(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0)
-    setting = min(_settings(mean, stated), key=lambda one: one.cost)
+    setting = min((free, *_beside_parts(mean, stated)), key=lambda one: one.cost)
     sure = posterior(laws, setting)
     if sure >= CONFIDENCE:
         return replace(mean, posterior=sure) if mean.claims else mean
     if sure > 1.0 - CONFIDENCE:
         return replace(mean.unconfirmed, posterior=sure)
-    before = replace(stated.observations, loose=setting.observations.loose)
-    before = before.seen_again(at_likely_poses(mean.seen.blocks, before, setting.covariance))
-    again = explained_mean(
-        MeasuredForms.of([patch.block for patch in before.patches], before, setting.covariance), sensor
-    )
+    again = _again(mean, stated, setting, sensor)
     if not again.claims or not again.foresees:
         return replace(again.unconfirmed, posterior=sure)
-    both = posterior(with_laws(before, setting.covariance, again.gain), with_laws(before, setting.covariance, 0.0))
+    seen = again.seen.observations, again.seen.covariance
+    both = posterior(with_laws(*seen, again.gain), with_laws(*seen, 0.0))
     return replace(again if both >= CONFIDENCE else again.unconfirmed, posterior=both)
 
 
-def _settings(mean: MeanFindings, stated: MeasuredForms) -> Iterator[Explained]:
-    """The likeliest setting with every part of the laws that were found, from none on, at the price of that part."""
-    yield without_laws(stated.observations, stated.covariance)
+def _may_pose_as_laws(setting: Explained, mean: MeanFindings) -> bool:
+    """True where a mesh or camera file is likely wrong, or a law has no name: its errors look like laws."""
+    loose = setting.observations.loose
+    return bool(loose.mesh or loose.camera) or (mean.beyond is not None and mean.beyond.law.replicated)
+
+
+def _again(mean: MeanFindings, stated: MeasuredForms, setting: Explained, sensor: Sensor) -> MeanFindings:
+    """What the recordings say in the units of another setting."""
+    before = replace(stated.observations, loose=setting.observations.loose)
+    before = before.seen_again(at_likely_poses(mean.seen.blocks, before, setting.covariance))
+    blocks = [patch.block for patch in before.patches]
+    return explained_mean(MeasuredForms.of(blocks, before, setting.covariance), sensor)
+
+
+def _beside_parts(mean: MeanFindings, stated: MeasuredForms) -> Iterator[Explained]:
+    """The likeliest setting with every part of the laws that were found, at the price of that part."""
     names = sorted({step.effect.name for step in mean.named.steps})
     beyond = mean.beyond.law.score if mean.beyond is not None and mean.beyond.law.replicated else 0.0
     for kept in (set(some) for size in range(1, len(names) + bool(beyond)) for some in combinations(names, size)):

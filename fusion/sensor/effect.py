@@ -7,7 +7,7 @@ Neighbours, edges and history are arguments (the whole image, `View`), never hid
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -47,15 +47,14 @@ class Effect:
     principles: ClassVar[tuple[Principle, ...]] = ()  # sensors that can have it; empty = all
     not_corrected: ClassVar[str] = ""  # why `correct` leaves it; empty when it is undone
     per_frequency: ClassVar[bool] = False  # from the phase at one modulation: `change` is the mean over all of them
-    frozen: ClassVar[bool] = False  # noise is the spread of its own bias: never drawn a second time
+    # what holds its bias ("unit", "scene" that stands still, "depth") where noise is the spread of that, and not drawn
+    frozen: ClassVar[str] = ""
 
     # how far apart the only depths lie that it leaves: law of the distance ("constant", "z^2"), and its parameter
     lattice: ClassVar[dict[str, str]] = {}
 
     grain: ClassVar[tuple[str, ...]] = ()  # parameters of what frozen pixels have each for themselves: size, window
-    anew: ClassVar[bool] = False  # frozen for as long as the scene stands still, drawn anew for the next one
     own: ClassVar[bool] = False  # noise that every sensor has: a model without any is not finished
-    shakes: ClassVar[bool] = False  # all pixels of a frame share the motion of a camera, of sigma_m and sigma_rad
 
     where: tuple[Bound, ...] = field(default=(), kw_only=True)
 
@@ -90,6 +89,7 @@ class Effect:
         """Change of the mean depth [m]."""
         return np.zeros((), depth.dtype)
 
+    @final
     def change(self, depth: Image, view: View) -> Image:
         """The bias [m] as the sensor gives it: the mean over its modulations, where the phase of each has its own.
 
@@ -131,10 +131,6 @@ class Effect:
             return sigma
         return independent(sigma, self.noise(depth, view))
 
-    def follows(self) -> float:
-        """Share of the frame before that is in each frame behind this effect [1]: its noise comes again."""
-        return 0.0
-
     def repeated(self, mean: Image, sigma: Image, view: View) -> tuple[Image, Image]:
         """Mean and standard deviation (h, w) [m] of repeated frames behind this effect, from those in front of it.
 
@@ -143,17 +139,15 @@ class Effect:
         behind = sigma if self.frozen else self.spread(sigma, mean, view)
         return mean + self.change(mean, view), behind
 
-    def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        """One draw (h, w) [m] with mean 0 and the standard deviation `noise`; normal unless overridden."""
-        if self.frozen or not self.changes("noise"):
-            return np.zeros((), depth.dtype)
-        return self.noise(depth, view) * normal(rng, depth)
-
     def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        """The depth (h, w) [m] behind this effect in one frame: its change of the mean, and one draw of its noise."""
-        for part in (self.change(depth, view), self.draw(depth, view, rng)):
-            depth = depth + part if part.ndim or part else depth
-        return depth
+        """The depth (h, w) [m] behind this effect in one frame: its change of the mean, and one draw with the standard
+        deviation `noise`, normal and independent unless overridden.
+        """
+        change = self.change(depth, view)
+        behind = depth + change if change.ndim or change else depth
+        if self.frozen or not self.changes("noise"):
+            return behind
+        return behind + self.noise(depth, view) * normal(rng, depth)
 
     def window(self, view: View) -> float:
         """Side [px] of the square over which neighbours share this noise; 1 where pixels are independent."""
@@ -171,6 +165,7 @@ class Effect:
         """Why `correct` leaves this effect; empty when it is undone."""
         return self.not_corrected if self.changes("bias") else ""
 
+    @final
     @classmethod
     def changes(cls, channel: str) -> bool:
         """True when the effect has its own "bias", "noise", "dropout", "light" or "spread"."""

@@ -13,6 +13,16 @@ from fusion.commands.terminal.failed_import import failed_import
 NO_FILE = "cannot open shared object file: No such file or directory"
 
 
+def lacking(*libraries: str):
+    """A loader of libraries that does not find some."""
+
+    def load(name: str):
+        if name in libraries:
+            raise OSError(f"{name}: cannot open shared object file")
+
+    return load
+
+
 @pytest.fixture
 def told(monkeypatch, capsys, tmp_path):
     """What `fusion try` says whose run imports the module `broken` of the given source."""
@@ -46,7 +56,7 @@ def test_a_missing_system_library_names_its_package(told, library, kind):
 
 
 def test_every_missing_library_is_named_at_once(told, monkeypatch):
-    monkeypatch.setattr(system_libraries, "_loads", lambda name: name not in ("libGL.so.1", "libEGL.so.1"))
+    monkeypatch.setattr(system_libraries.ctypes, "CDLL", lacking("libGL.so.1", "libEGL.so.1"))
     line = told(f"raise ImportError('libusb-1.0.so.0: {NO_FILE}')")
     for part in ("libGL.so.1", "libEGL.so.1", "libusb-1.0.so.0", "libegl1 libgl1 libusb-1.0-0"):
         assert part in line

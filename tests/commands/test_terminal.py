@@ -65,13 +65,18 @@ def test_long_messages_are_cut_and_still_say_what_to_do(place):
     assert len(told) < LONGEST + 60
 
 
-def test_options_say_how_far_to_trust(tmp_path, monkeypatch):
-    monkeypatch.setattr(limits, "_allowed", 2.0)
-    monkeypatch.setattr(inside, "_follow", False)
+def test_options_say_how_far_to_trust(tmp_path, trusting):
+    trusting(2.0, False)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "link").symlink_to(tmp_path)
     assert main(["info", str(tmp_path / "no"), "--allow-gb", "5", "--follow-links"]) == 1
-    assert (limits._allowed, inside._follow) == (5.0, True)
+    limits.check_size(4.9e9, "x")
+    assert inside.inside(tmp_path / "in", "link") == tmp_path / "in" / "link"
     assert main(["info", str(tmp_path / "no")]) == 1
-    assert (limits._allowed, inside._follow) == (2.0, False)
+    with pytest.raises(FusionError, match="2 GB"):
+        limits.check_size(4.9e9, "x")
+    with pytest.raises(FusionError, match="--follow-links"):
+        inside.inside(tmp_path / "in", "link")
     assert main(["info", str(tmp_path / "no"), "--allow-gb", "nan"]) == 1
 
 

@@ -17,6 +17,7 @@ from fusion.discrepancy.naming.naming import _of_one_region, name_effects
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.search.bounds import _beside_best
 from fusion.discrepancy.naming.search.candidates import candidate_of, candidates_of
+from fusion.discrepancy.naming.search.region import confined
 from fusion.discrepancy.naming.search.space import Space
 from fusion.discrepancy.naming.search.step import _prior, best_part
 from fusion.discrepancy.observe.observations import observe
@@ -276,3 +277,18 @@ def test_an_edge_between_two_peaks_is_put_at_the_higher():
 
     low, high = _beside_best(loss, values, (1.0, 1.4))
     assert 1.3 < low < 1.33 < high < 1.36
+
+
+@pytest.mark.parametrize(("outside", "told"), [(2, False), (60, True)])
+def test_a_region_is_told_by_what_lies_outside_it(outside, told):
+    observations = observe(sensor_of(LIGHT), looks_at(sensor_of(LIGHT), 1))
+    covariance = covariance_of(observations)
+    whole = next(c for c in candidates_of(observations, covariance) if c.name == "pixel_locking")
+    n = len(observations.residual)
+    inside = np.arange(n) >= outside
+    # two standard deviations a tile: two tiles without the law may be chance, sixty are not
+    row = np.full((n, 1), 2.0)
+    regional = replace(whole, columns=row * inside[:, None], white=row * inside[:, None], where=(Bound("depth", 1.0),))
+    target = regional.white[:, 0] + np.random.default_rng(1).standard_normal(n) * inside
+    nothing = Space(np.zeros((n, 0)), np.zeros(0))
+    assert confined(regional, replace(whole, columns=row, white=row), nothing, target) == told

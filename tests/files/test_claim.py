@@ -167,6 +167,7 @@ def test_an_input_is_never_written_into_nor_replaced(tmp_path, given, out, how, 
 def test_beside_an_input_is_no_input(tmp_path):
     (tmp_path / "rec").mkdir()
     make(tmp_path / "rec_out", "mesh.ply", inputs=[tmp_path / "rec"])
+    assert (tmp_path / "rec_out" / "mesh.ply").is_file() and not any((tmp_path / "rec").iterdir())
 
 
 def test_an_input_that_a_link_leads_to_is_known(tmp_path):

@@ -5,7 +5,6 @@ import json
 import pytest
 
 from fusion.errors import FusionError, RecordingError
-from fusion.files import limits
 from fusion.files.json_file import read_json
 
 BROKEN = [
@@ -55,8 +54,8 @@ def test_a_file_that_is_not_there_is_told(tmp_path):
         read_json(tmp_path / "gone.json", what="the board file")
 
 
-def test_a_text_whose_values_would_fill_the_memory_is_refused_before(tmp_path, monkeypatch):
-    monkeypatch.setattr(limits, "_allowed", 1e-4)  # 100 kB
+def test_a_text_whose_values_would_fill_the_memory_is_refused_before(tmp_path, trusting):
+    trusting(1e-4, False)  # 100 kB
     (tmp_path / "x.json").write_text('{"a": [' + "{}," * 1000 + "0]}")
     with pytest.raises(FusionError, match=r"with all its values is too large.*--allow-gb"):
         read_json(tmp_path / "x.json")

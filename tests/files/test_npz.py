@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fusion.errors import MeshError, VolumeError
-from fusion.files import limits
 from fusion.files.npy import read_npz
 from fusion.mesh.comparison.seen import read_seen
 from fusion.volume.settings import VolumeSettings
@@ -27,10 +26,10 @@ def archive(path, **parts: bytes):
     return path
 
 
-def test_zeros_are_not_unpacked_beyond_what_is_allowed(tmp_path, monkeypatch):
+def test_zeros_are_not_unpacked_beyond_what_is_allowed(tmp_path, trusting):
     path = archive(tmp_path / "a.npz", points=header((200_000, 3)) + bytes(4_800_000))
     assert path.stat().st_size < 10_000
-    monkeypatch.setattr(limits, "_allowed", 0.001)
+    trusting(0.001, False)
     with pytest.raises(MeshError, match=r"0.0048 GB.*--allow-gb"):
         read_seen(path)
 

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from fusion.errors import FusionError, RecordingError
-from fusion.files import limits, reading
+from fusion.files import reading
 from fusion.files.inside import all_inside, inside
 from fusion.files.reading import open_regular, read_bytes, read_text
 
@@ -22,12 +22,12 @@ def test_a_pipe_is_not_waited_for(tmp_path):
         read_bytes(tmp_path / "pipe")
 
 
-def test_a_large_file_is_refused_before_it_is_read(tmp_path, monkeypatch):
+def test_a_large_file_is_refused_before_it_is_read(tmp_path, trusting):
     with (tmp_path / "large").open("wb") as file:
         file.truncate(3_000_000_000)  # sparse: takes no room
     with pytest.raises(FusionError, match=r"3 GB.*--allow-gb"):
         read_bytes(tmp_path / "large")
-    monkeypatch.setattr(limits, "_allowed", 4.0)
+    trusting(4.0, False)
     assert read_bytes(tmp_path / "large", most=1) == b"\0"
 
 

@@ -59,9 +59,11 @@ class TestEveryEffect:
     def test_samples_have_the_declared_mean_and_spread(self, kind, view):
         effect = typical(kind)
         rng = np.random.default_rng(1)
-        draws = np.array([effect.draw(view.depth, view, rng) * np.ones(view.depth.shape) for _ in range(DRAWS)])
+        mean = view.depth + effect.change(view.depth, view)
+        draws = np.array([effect.sampled(view.depth, view, rng) - mean for _ in range(DRAWS)])
         declared = effect.noise(view.depth, view) * np.ones(view.depth.shape)
-        where = np.isfinite(declared) & (declared > 0) & (not effect.frozen)
+        # what errs so rarely that 400 draws hardly show it has no spread to compare
+        where = np.isfinite(mean + declared) & (declared > 0.1 * np.nanmax(declared)) & (not effect.frozen)
         if not where.any():
             assert np.nanmax(np.abs(draws)) == 0
             return

@@ -124,7 +124,7 @@ def test_shake_is_a_motion_too(view):
     effect = PoseJitter(0.001, 0.001)
     T = exp(effect.shake(np.random.default_rng(4)))
     expected = depth_of(T[:3, :3] @ NORMAL, T[:3, :3] @ POINT + T[:3, 3], view.camera) - view.depth
-    drawn = effect.draw(view.depth, view, np.random.default_rng(4))
+    drawn = effect.sampled(view.depth, view, np.random.default_rng(4)) - view.depth
     assert np.abs(drawn - expected).max() < 0.02 * np.abs(expected).max()  # a few mrad at up to 70 deg of incidence
 
 

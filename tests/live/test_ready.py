@@ -1,9 +1,8 @@
 """What the view needs is compiled before the first frame comes."""
 
-import time
-
 import pytest
 
+from fusion.compute import launch
 from fusion.geometry.camera import Camera
 from fusion.live.grow import Grower
 from fusion.live.session import get_ready
@@ -18,6 +17,8 @@ def test_the_ball_is_placed_and_fused(camera, monkeypatch):
     if camera.width == 160:  # in fewer pixels too little of it shows, and that is no error
         assert [one.tracked.ok for one in taken] == [True, True]
         assert len(surfaces[0].points) > 1000
-    begin = time.process_time()
+    slow = []  # calls that the back end has to read a kernel for
+    reading = launch.reading
+    monkeypatch.setattr(launch, "reading", lambda: slow.append(1) or reading())
     get_ready(camera)
-    assert time.process_time() - begin < 1.0
+    assert not slow or not launch.KNOWN

@@ -9,7 +9,6 @@ import pytest
 import synthetic
 
 from fusion.errors import RecordingError
-from fusion.files import inside as names
 from fusion.recording.images.header import plain_png, read_header
 from fusion.recording.images.read import read_color, read_counts, read_mask
 from fusion.recording.looking.inspect import inspect
@@ -45,14 +44,14 @@ def replace_line(folder, name, old, new):
     "name", ["/etc/passwd", "../other/000001.png", "depth/../../other/000001.png", "link/000001.png"]
 )
 @pytest.mark.parametrize("table", ["depth.txt", "rgb.txt"])
-def test_names_in_lists_stay_inside(folder, name, table, monkeypatch):
+def test_names_in_lists_stay_inside(folder, name, table, trusting):
     (folder.parent / "other").mkdir()
     (folder.parent / "other/000001.png").write_bytes((folder / "depth/000001.png").read_bytes())
     (folder / "link").symlink_to(folder.parent / "other")
     replace_line(folder, table, f"{table[:-4]}/000001.png", name)
     with pytest.raises(RecordingError, match=r"outside its folder.*--follow-links"):
         open_recording(folder)
-    monkeypatch.setattr(names, "_follow", True)
+    trusting(2.0, True)
     assert len(open_recording(folder)) == 3
 
 

@@ -1,6 +1,5 @@
 """What is written is read back; what is read is what stands in the files."""
 
-import time
 import tracemalloc
 from dataclasses import replace
 
@@ -179,16 +178,15 @@ def test_opening_ten_thousand_frames(tmp_path):
         lines = (f"{100 + i / 30:.6f} {name}/000000.png\n" for i in range(10_000))
         (tmp_path / "r" / f"{name}.txt").write_text("".join(lines))
     tracemalloc.start()
-    start = time.perf_counter()
     recording = open_recording(tmp_path / "r")
-    seconds, (_, peak) = time.perf_counter() - start, tracemalloc.get_traced_memory()
+    _, peak = tracemalloc.get_traced_memory()
     recording[9_999]
     recording[5_000]
     held, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert len(recording) == 10_000
-    # measured 0.1 s and 7 MB; images of 10 000 frames would be 400 MB
-    assert seconds < 2 and peak < 30e6 and held < 30e6
+    # measured 7 MB; images of 10 000 frames would be 400 MB
+    assert peak < 30e6 and held < 30e6
 
 
 def test_convert_takes_the_mesh_along(tmp_path):

@@ -15,7 +15,7 @@ MOST_BYTES, MOST_SECONDS = 4e6, 2.0  # what can be sent by mail, and what a pers
 
 @pytest.fixture(scope="module")
 def usual(tmp_path_factory):
-    """A scan of 80 000 triangles with colours, coverage and all figures at full size: more are thinned to 60 000."""
+    """A scan of 80 000 triangles with colours, coverage and all figures at full size."""
     mesh = bumpy_sphere(6)
     rng = np.random.default_rng(1)
     noise = rng.integers(-20, 20, mesh.colors.shape)  # real colours do not pack well

@@ -9,6 +9,16 @@ from fusion.commands.terminal import system_libraries
 from tools import system_packages
 
 
+def lacking(*libraries: str):
+    """A loader of libraries that does not find some."""
+
+    def load(name: str):
+        if name in libraries:
+            raise OSError(f"{name}: cannot open shared object file")
+
+    return load
+
+
 @pytest.fixture
 def machine(monkeypatch):
     """A Debian that lacks libGL, with the given user and programs; returns the commands that were run."""
@@ -22,7 +32,7 @@ def machine(monkeypatch):
             failing = [status for name, status in programs.items() if name in command and status]
             return SimpleNamespace(returncode=max(failing, default=0), stdout="E: no network\n")
 
-        monkeypatch.setattr(system_libraries, "_loads", lambda name: name != "libGL.so.1")
+        monkeypatch.setattr(system_libraries.ctypes, "CDLL", lacking("libGL.so.1"))
         for module in (system_packages, system_libraries):
             monkeypatch.setattr(module.os, "geteuid", lambda: user)
             monkeypatch.setattr(module.shutil, "which", lambda name: name if name in programs else None)
@@ -90,7 +100,7 @@ def test_a_browser_only_where_it_is_wanted(machine, browser, asked):
 
 def test_nothing_is_run_where_nothing_is_missing(machine, monkeypatch, capsys):
     ran = machine(1000, {"chromium": 0})
-    monkeypatch.setattr(system_libraries, "_loads", lambda name: True)
+    monkeypatch.setattr(system_libraries.ctypes, "CDLL", lacking())
     assert system_packages.main(["--browser"]) == 0
     assert not ran
     assert capsys.readouterr() == ("", "")

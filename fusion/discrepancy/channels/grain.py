@@ -37,8 +37,8 @@ TRIMMED = 0.1  # of the tiles, at each end
 LEAST_SHARE = 0.1  # of the variance of a frame: what is less lies within what is known of noise and rounding
 
 TEXT = {
-    True: "every pixel keeps an error of its own while the scene stands still, and another one in the next recording",
-    False: "every pixel has an error of its own, the same in all recordings",
+    "scene": "every pixel keeps an error of its own while the scene stands still, and another in the next recording",
+    "unit": "every pixel has an error of its own, the same in all recordings",
 }
 
 
@@ -92,7 +92,7 @@ def with_grain(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
     steps: list[ChannelStep] = []
     for kind in EFFECTS:
         if kind.grain and (not kind.principles or sensor.principle in kind.principles):
-            step = _step(kind, sensor, own if kind.anew else shared, seen)
+            step = _step(kind, sensor, own if kind.frozen == "scene" else shared, seen)
             steps += [] if step is None else [step]
             sensor = sensor if step is None else step.added_to(sensor)
     return sensor, tuple(steps)
@@ -227,7 +227,7 @@ def _step(kind: type[Effect], sensor: Sensor, found: Matrix, seen: Sequence[Grai
     std, gain = {size: spread / (2 * value)}, float(sizes.sum())
     share = float(np.clip(gain / (np.array([grain.whole for grain in seen]) / noise).sum(), 0.0, 1.0))
     corrected = known is not None and bool(np.any(getattr(known, size)))
-    return ChannelStep("bias", replace(one, **fitted), std, corrected, gain, share, chance, text=TEXT[kind.anew])
+    return ChannelStep("bias", replace(one, **fitted), std, corrected, gain, share, chance, text=TEXT[kind.frozen])
 
 
 def _stated(known: Effect | None, size: str, sensor: Sensor) -> float:

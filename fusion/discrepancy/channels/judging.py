@@ -92,23 +92,21 @@ def replicated(best: Tried, before: TunedParameters, scatter: Scatter, whitener:
         rest, part = scatter.place != g, scatter.place == g
         few = [param.only(rest) for param in best.turned.params]
         values = turn(scatter.only(rest), whitener, few, best.turned.values).values
-        fits = [(before.params, before.values), (best.turned.params, values)]
-        own = scatter.only(part)
-        cut = [([param.only(part) for param in params], values) for params, values in fits]
-        gains.append(_bounded_gain(own, whitener, *cut))
-    full = _bounded_gain(scatter, whitener, (before.params, before.values), (best.turned.params, best.turned.values))
-    return float(np.sum(gains)) > REPLICATED * full and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
+        gain = 0.0
+        for sign, params, at in ((1, before.params, before.values), (-1, best.turned.params, values)):
+            gain += sign * _bounded_chi2(scatter.only(part), whitener, [param.only(part) for param in params], at)
+        gains.append(gain)
+    whole = [_bounded_chi2(scatter, whitener, turned.params, turned.values) for turned in (before, best.turned)]
+    enough = REPLICATED * (whole[0] - whole[1])
+    return float(np.sum(gains)) > enough and max(gains) < 0.8 * float(np.maximum(gains, 0).sum())
 
 
-def _bounded_gain(
-    scatter: Scatter,
-    whitener: Whitener,
-    before: tuple[Sequence[NoiseParameter], Sequence[float] | Vector],
-    after: tuple[Sequence[NoiseParameter], Sequence[float] | Vector],
+def _bounded_chi2(
+    scatter: Scatter, whitener: Whitener, params: Sequence[NoiseParameter], values: Sequence[float] | Vector
 ) -> float:
-    """Drop of the chi2 from parameters at some values to others, where no tile counts for more than `FAR`."""
-    first, last = (np.clip(_white(scatter, whitener, *way), -FAR, FAR) for way in (before, after))
-    return float(first @ first - last @ last)
+    """What parameters at some values leave, where no tile counts for more than `FAR`."""
+    white = np.clip(_white(scatter, whitener, params, values), -FAR, FAR)
+    return float(white @ white)
 
 
 def confirmed(

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.scatter import Scatter, predicted_variance
-from fusion.discrepancy.channels.succession import succession_of
+from fusion.discrepancy.channels.succession import memory_of, succession_of
+from fusion.discrepancy.inference.shaking import SHAKES
 from fusion.discrepancy.observe.observations import Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -115,7 +116,7 @@ def new_parameters(
     """
     for kind in EFFECTS:
         # what all pixels of a frame share is told by the course of frames, and not by their scatter
-        changes = (kind.changes("noise") or kind.changes("spread")) and not (kind.frozen or kind.shakes)
+        changes = (kind.changes("noise") or kind.changes("spread")) and not kind.frozen and kind is not SHAKES
         if not changes or (kind.principles and sensor.principle not in kind.principles):
             continue
         own = sensor.effect(kind.name)
@@ -158,7 +159,7 @@ def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:
 
 
 def _new(effect: Effect, about: Parameter, scatter: Scatter) -> NoiseParameter:
-    filtering = _with(effect, about, about.typical).follows() > 0
+    filtering = memory_of(_with(effect, about, about.typical)) > 0
     values = np.array(MEMORIES) if filtering else about.typical * SIZES
     values = np.concatenate([[0.0], values[(values > about.low) & (values <= about.high)]])
     effects = [_with(effect, about, value) for value in values]
@@ -179,7 +180,7 @@ def _with(effect: Effect, about: Parameter, value: float) -> Effect:
 
 def _changes(effects: list[Effect], own: Effect, scatter: Scatter) -> tuple[Vector, Vector, Vector]:
     """(k, n) each: growth, factor and renewal of the tiles when `own` becomes each of the effects."""
-    if own.follows() or any(effect.follows() for effect in effects):
+    if memory_of(own) or any(memory_of(effect) for effect in effects):
         parts = [_filtered(effects, own, patch) for patch in scatter.patches]
         factor, renewal = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return np.zeros(factor.shape), factor, renewal
@@ -189,8 +190,8 @@ def _changes(effects: list[Effect], own: Effect, scatter: Scatter) -> tuple[Vect
 
 def _filtered(effects: list[Effect], own: Effect, patch: Patch) -> tuple[Vector, Vector]:
     n, started = len(patch.block.frames), patch.block.frames[0] == 0
-    before = succession_of(round(own.follows(), 6), n, started)
-    rows = np.array([succession_of(round(effect.follows(), 6), n, started) for effect in effects]) - before
+    before = succession_of(round(memory_of(own), 6), n, started)
+    rows = np.array([succession_of(round(memory_of(effect), 6), n, started) for effect in effects]) - before
     whole = np.ones(len(patch.tiles))
     return rows[:, :1] * whole, rows[:, 1:] * whole * (n > 2)
 

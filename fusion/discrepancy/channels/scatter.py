@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.succession import succession_of
+from fusion.discrepancy.channels.succession import memory_of, succession_of
 from fusion.discrepancy.observe.observations import Patch
 
 Vector = NDArray[np.float64]
@@ -72,7 +72,7 @@ def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     measured, predicted = np.maximum(variance(patch, block.std), LEAST_VARIANCE), predicted_variance(patch, patch.sigma)
     pixels = patch.tiles.pixels / _sharing(patch)
     floor = FLOOR**2 + _undithered(patch) ** 2
-    memory = max((effect.follows() for effect in patch.sensor.effects), default=0.0)
+    memory = max((memory_of(effect) for effect in patch.sensor.effects), default=0.0)
     whole, renewed = succession_of(memory, n, started=block.frames[0] == 0)
     settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
     excess = np.log(measured / predicted) - (whole - settled)

@@ -4,6 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from fusion.geometry.camera import Camera
+from fusion.sensor.effect import Effect
+from fusion.sensor.moment import Moment
+from fusion.sensor.view import View
+
 SETTLED = 60  # frames after which a filter has forgotten its start
 
 
@@ -30,3 +35,12 @@ def succession_of(memory: float, frames: int, started: bool) -> tuple[float, flo
     changes = np.diff(kept, axis=0)
     renewed = 0.5 * float(np.mean((changes**2).sum(axis=1)))
     return float(np.log(whole)), float(np.log(renewed / whole))
+
+
+def memory_of(effect: Effect) -> float:
+    """Share of the frame before that is in each frame behind an effect [1]: so much less of its noise is new."""
+    if not effect.changes("spread"):
+        return 0.0
+    depth = np.ones((1, 1))
+    view = View(Camera(1, 1, 1.0, 1.0, 0.0, 0.0), depth, moment=Moment(previous=depth))
+    return max(0.0, 1.0 - float(np.mean(effect.spread(np.ones_like(depth), depth, view))))

@@ -40,7 +40,7 @@ def own_patterns(observations: Observations) -> Matrix:
 def unknown_patterns(sensor: Sensor) -> Iterator[Effect]:
     """Effects that every unit has in its own way, and of which the model holds a size."""
     for effect in sensor.effects:
-        if effect.frozen and not effect.anew and not effect.lattice:
+        if effect.frozen == "unit":
             yield effect
 
 

@@ -36,7 +36,7 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
         return total
     for rows, patch in observations.rows():
         for effect in patch.sensor.effects:
-            if effect.anew and patch.unrounded is not None:
+            if effect.frozen == "scene" and patch.unrounded is not None:
                 total[rows, rows] += _speckled(patch, effect)
     some = np.flatnonzero(heights[:, 0])
     place, at = observations.place[some], np.ix_(some, some)

@@ -17,15 +17,17 @@ from scipy.stats import f as variance_ratio
 
 from fusion.discrepancy.decisions import FALSE_ALARM
 from fusion.discrepancy.observe.frame_block import FrameBlock
+from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.laws.surface import rigid_motions
-from fusion.sensor.view import Image
+from fusion.sensor.view import Image, View
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-SHAKES = next(kind for kind in EFFECTS if kind.shakes)
+# whose noise all pixels of an image share, of any size: a camera's motion, of sigma_m and sigma_rad
+SHAKES = next(kind for kind in EFFECTS if kind().window(View(Camera(2, 2, 1.0, 1.0, 0.5, 0.5))) > 2)
 DEGREE = 3  # of the fields that a motion is compared with
 SEEN = 1e-3  # of a column: directions that differ less from the others are rounding
 OWN = 0.1  # of a motion: what is left of it beside an offset must be that much, or it is one

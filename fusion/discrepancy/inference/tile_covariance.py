@@ -75,7 +75,7 @@ def covariance_of(observations: Observations) -> TileCovariance:
     for rows, patch in observations.rows():
         total[rows, rows] += _noise(patch)
     for effect in observations.sensor.effects:
-        if effect.anew:
+        if effect.frozen == "scene":
             _add_grain(observations, effect, total)
             if any(_simulated(patch).any() for patch in observations.patches):
                 _add_grain(observations, effect, total)  # of the simulation, which has its own

@@ -8,6 +8,7 @@ import io
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 
 import numpy as np
@@ -136,8 +137,8 @@ def _pictures(rows: Sequence[ViewRow], sides: list[SightSide], pixel: float) -> 
 
 
 def _lit(mesh: Mesh, sides: list[SightSide], pixel: float) -> list[Lit]:
-    normals = vertex_normals(mesh)
-    return [lit(sight, normals) for sight in look_around(mesh, sides, pixel)]
+    with ThreadPoolExecutor(DRAWING) as pool:
+        return list(pool.map(partial(lit, normals=vertex_normals(mesh)), look_around(mesh, sides, pixel)))
 
 
 def _picture(row: ViewRow, seen: Lit) -> _Picture:

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 MOST = 4.0  # errors of the camera stay within this many prior standard deviations
-SETTLED = 5e-5  # [rad], [m]
+SETTLED = 0.1  # standard deviations: a shorter step, all unknowns together, changes nothing that the views tell
 COARSE_POINTS = 30_000  # of all frames together, in all passes but the last: they only have to come near
 SHARED = 4  # steps of the axis
 FIRST = SHARED + len(NAMES)  # column of the first angle
@@ -161,7 +161,7 @@ def close_loop(
             check = replace(check, values=check.values + step[SHARED:FIRST])
             angles = angles + np.where(np.isfinite(angles), step[FIRST:], 0)
             angles -= angles[np.isfinite(angles)][0]
-            if np.abs(np.delete(step, np.arange(SHARED, FIRST))).max() < SETTLED:
+            if abs(system.g @ step) < SETTLED**2:  # Newton's decrement, step' H step
                 break
     free = ~_held(system, angles, settings)
     std = np.zeros(len(system.g))

@@ -11,6 +11,8 @@ vec3 = ti.types.vector(3, ti.f32)
 vec7 = ti.types.vector(7, ti.f32)
 MATRIX = 35  # 28 of the lower triangle, 7 of the slope
 COUNTS = 10
+BLOCK = 64  # points
+NOWHERE = -1e9  # [px]
 WIDTH = 2 * MATRIX + COUNTS
 VISIBLE, PAIRS, MISFIT, ODDS, FITTING, PRINTED = range(2 * MATRIX, 2 * MATRIX + 6)  # of print four sums more
 
@@ -94,6 +96,7 @@ def twist_sums(
     centre: F32,  # (3,) about which the motion turns, in the model's frame
     limits: F32,  # (7,) reach [m], least cosine, stride of the maps, scale of sigma, tone (see `Limits`), most points,
     # stated over true focal length
+    place: F32_3,  # (m, BLOCK, 2) to work with
     sums: F64_2,  # (m, WIDTH) zeros, out
 ):
     """Equations of each pair's motion, and counts."""
@@ -106,27 +109,37 @@ def twist_sums(
             R = ti.Matrix([[poses[e, r, c] for c in ti.static(range(3))] for r in ti.static(range(3))])
             t = vec3(poses[e, 0, 3], poses[e, 1, 3], poses[e, 2, 3])
             middle = vec3(centre[0], centre[1], centre[2])
-            count = first[i + 1] - first[i]
-            step = ti.max(1, count // ti.cast(limits[5], ti.i32))
-            for number in range(count // step):
-                at = first[i] + number * step
-                p = vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2])
-                q = R @ p + t
-                x, y = project(q[0] / q[2] / limits[6], q[1] / q[2] / limits[6], lens, True)
-                x, y = x / limits[2], y / limits[2]
-                u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
-                if q[2] > 0.05 and 0 <= u < maps.shape[2] and 0 <= v < maps.shape[1] and maps[j, v, u, 2] > 0.0:
-                    there = vec3(maps[j, v, u, 0] * limits[6], maps[j, v, u, 1] * limits[6], maps[j, v, u, 2])
-                    n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
-                    m = R @ vec3(sources[at, 3], sources[at, 4], sources[at, 5])
-                    hidden = q[2] > there[2] + limits[0] or m.dot(q) > -0.3 * q.norm()
-                    near = (q - there).norm() < limits[0] and m.dot(n) > limits[1]  # a NaN normal compares false
-                    if near or not hidden:
-                        _count(sums, e, VISIBLE, 1.0)
-                    if near:
-                        wide = ti.math.isnan(maps[j, v, u, 6])
-                        spread = sources[at, 6] ** 2 + (0.0 if wide else maps[j, v, u, 6] ** 2)
-                        spread = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
-                        _add_shape(sums, e, R, p, there, q - middle, n, n.dot(q - there), spread, limits)
-                        if images.shape[0] > 0:
-                            _add_print(sums, e, R, p, q, q - middle, x, y, j, images, tones[at], lens, limits)
+            step = ti.max(1, (first[i + 1] - first[i]) // ti.cast(limits[5], ti.i32))
+            count = (first[i + 1] - first[i]) // step
+            for block in range((count + BLOCK - 1) // BLOCK):
+                begin, end = first[i] + block * BLOCK * step, ti.min(BLOCK, count - block * BLOCK)
+                # places first: so short a loop has several of them under way, and memory answers while it goes on
+                for k in range(end):
+                    at = begin + k * step
+                    q = R @ vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2]) + t
+                    x, y = project(q[0] / q[2] / limits[6], q[1] / q[2] / limits[6], lens, True)
+                    x, y = x / limits[2], y / limits[2]
+                    u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
+                    place[e, k, 0] = NOWHERE
+                    if q[2] > 0.05 and 0 <= u < maps.shape[2] and 0 <= v < maps.shape[1] and maps[j, v, u, 2] > 0.0:
+                        place[e, k, 0], place[e, k, 1] = x, y
+                for k in range(end):
+                    if place[e, k, 0] > NOWHERE:
+                        at, x, y = begin + k * step, place[e, k, 0], place[e, k, 1]
+                        u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
+                        p = vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2])
+                        q = R @ p + t
+                        there = vec3(maps[j, v, u, 0] * limits[6], maps[j, v, u, 1] * limits[6], maps[j, v, u, 2])
+                        n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
+                        m = R @ vec3(sources[at, 3], sources[at, 4], sources[at, 5])
+                        hidden = q[2] > there[2] + limits[0] or m.dot(q) > -0.3 * q.norm()
+                        near = (q - there).norm() < limits[0] and m.dot(n) > limits[1]  # a NaN normal compares false
+                        if near or not hidden:
+                            _count(sums, e, VISIBLE, 1.0)
+                        if near:
+                            wide = ti.math.isnan(maps[j, v, u, 6])
+                            spread = sources[at, 6] ** 2 + (0.0 if wide else maps[j, v, u, 6] ** 2)
+                            spread = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
+                            _add_shape(sums, e, R, p, there, q - middle, n, n.dot(q - there), spread, limits)
+                            if images.shape[0] > 0:
+                                _add_print(sums, e, R, p, q, q - middle, x, y, j, images, tones[at], lens, limits)

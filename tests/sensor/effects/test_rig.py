@@ -143,7 +143,7 @@ class TestPoseJitter:
     def test_a_wall_shows_three_of_six_motions(self):
         view = wall("itof", (0.4, -0.3, -1.0))
         effect, rng = PoseJitter(1e-4, 1e-4), np.random.default_rng(0)
-        draws = np.array([effect.draw(view.depth, view, rng).ravel() for _ in range(30)])
+        draws = np.array([(effect.sampled(view.depth, view, rng) - view.depth).ravel() for _ in range(30)])
         values = np.linalg.svd(draws, compute_uv=False)
         # a plane does not show a shift or turn within itself: three of the six
         assert values[2] > 0.01 * values[0] and values[3] < 1e-3 * values[0]
@@ -157,7 +157,7 @@ class TestPoseJitter:
 
     def test_all_pixels_share_a_shift(self):
         view = wall("structured_light")
-        drawn = PoseJitter(0.001, 0.0).draw(view.depth, view, np.random.default_rng(2))
+        drawn = PoseJitter(0.001, 0.0).sampled(view.depth, view, np.random.default_rng(2)) - view.depth
         assert np.ptp(drawn) < 1e-12 and abs(drawn[0, 0]) > 1e-5
 
 

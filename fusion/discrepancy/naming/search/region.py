@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.decisions import DETECTED
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.effect_part import is_field
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored, scored
@@ -109,11 +111,17 @@ def _probe(candidate: Candidate, weights: Vector) -> Matrix:
 
 
 def confined(regional: Candidate, whole: Candidate, space: Space, target: Vector) -> bool:
-    """True when outside its region the effect is much smaller than inside, the sizes of both fitted together."""
+    """True when outside its region the effect is much smaller than inside, and what is outside tells so.
+
+    Sizes inside and outside are fitted together: a region that leaves out next to nothing contradicts no whole.
+    """
     inside = scored(regional, space.of(regional.white), target).weights
-    pair = np.column_stack([regional.white @ inside, (whole.white - regional.white) @ inside])
-    sizes = np.linalg.lstsq(space.of(pair), target, rcond=None)[0]
-    return bool(abs(sizes[1]) < FAINT * abs(sizes[0]))
+    pair = space.of(np.column_stack([regional.white @ inside, (whole.white - regional.white) @ inside]))
+    sizes = np.linalg.lstsq(pair, target, rcond=None)[0]
+    apart, both = target - pair @ sizes, pair.sum(axis=1)
+    alike = target - both * (both @ target / max(float(both @ both), 1e-300))
+    told = float(alike @ alike - apart @ apart)  # chi2 that one size for both leaves
+    return bool(abs(sizes[1]) < FAINT * abs(sizes[0]) and told > DETECTED**2 * inflation(apart))
 
 
 def region_variables(observations: Observations) -> dict[str, Vector]:

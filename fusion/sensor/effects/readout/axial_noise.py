@@ -91,10 +91,10 @@ class AxialNoise(Effect):
             sigma = independent(sigma, in_depth)
         return sigma
 
-    def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
+    def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
         width = float(np.mean(self.correlation_px))
         white = windowed(rng, depth.shape, width) if width > 0 else normal(rng, depth)
-        return self.noise(depth, view) * white
+        return depth + self.noise(depth, view) * white
 
     def _shape(self, z: Image, view: View) -> Image:
         """The polynomial with its angle and sunlight terms (h, w) [m]; 0 where it would be negative."""

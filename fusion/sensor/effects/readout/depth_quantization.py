@@ -21,7 +21,7 @@ class DepthQuantization(Effect):
     formula: ClassVar[str] = "d_measured = step_px round(d / step_px); z_measured = step round(z / step)"
     variables: ClassVar[tuple[str, ...]] = ("depth",)
     not_corrected: ClassVar[str] = "rounding loses what it rounds off; it counts as noise of step / sqrt(12)"
-    frozen: ClassVar[bool] = True
+    frozen: ClassVar[str] = "depth"
     lattice: ClassVar[dict[str, str]] = {"constant": "step", "z^2": "step_px"}
 
     step: Value = parameter(

@@ -19,7 +19,7 @@ class FixedPattern(Effect):
     key: ClassVar[str] = "N6"
     formula: ClassVar[str] = "z_measured = z + F(u, v); itof: r_measured = r + F(u, v)"
     variables: ClassVar[tuple[str, ...]] = ("u", "v")
-    frozen: ClassVar[bool] = True
+    frozen: ClassVar[str] = "unit"
     grain: ClassVar[tuple[str, ...]] = ("rms",)
 
     rms: Value = parameter(

@@ -54,17 +54,14 @@ class LateralNoise(Effect):
         out.flat[near.where] = np.sqrt(out.flat[near.where] ** 2 + near.noise**2)
         return out
 
-    def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        near = self._near(depth, view)
-        return _spread_out(near, (_flipped(near, rng) - near.share) * near.jump, depth)
-
     def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        if self.where:
-            return super().sampled(depth, view, rng)
         near = self._near(depth, view)
+        flipped = _flipped(near, rng)
+        if self.where:
+            return depth + self.change(depth, view) + _spread_out(near, (flipped - near.share) * near.jump, depth)
         # the share of the frames that a pixel flips in is in the mean and, as much less, in the draw
         out = depth.copy()
-        flat, flipped = out.reshape(-1), _flipped(near, rng)
+        flat = out.reshape(-1)
         flat[near.where[flipped]] += near.jump[flipped]
         return out
 

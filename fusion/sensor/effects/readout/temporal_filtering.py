@@ -40,6 +40,3 @@ class TemporalFiltering(Effect):
         if previous is None:
             return series
         return np.where(np.isfinite(previous), (1 - memory) * sigma, sigma)
-
-    def follows(self) -> float:
-        return float(np.mean(self.memory))

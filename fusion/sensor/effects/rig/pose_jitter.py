@@ -26,7 +26,6 @@ class PoseJitter(Effect):
         "sigma_z = sqrt(sigma_m^2 + sigma_rad^2 |n x P|^2) / |n . ray|, P the point seen, n its normal"
     )
     variables: ClassVar[tuple[str, ...]] = ("depth", "incidence")
-    shakes: ClassVar[bool] = True
 
     sigma_m: float = parameter(
         "m", (0, 0.1), "shift along each axis", "first principles; size: guess", typical=0.001, kind="scalar"
@@ -47,8 +46,8 @@ class PoseJitter(Effect):
     def window(self, view: View) -> float:
         return 4.0 * max(view.camera.shape)  # all pixels of a frame shake together
 
-    def draw(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
-        return moved_rigidly(depth, self.shake(rng), view)
+    def sampled(self, depth: Image, view: View, rng: np.random.Generator) -> Image:
+        return depth + moved_rigidly(depth, self.shake(rng), view)
 
     def shake(self, rng: np.random.Generator) -> NDArray[np.float64]:
         """(6,) the motion of everything that is seen in one frame, as `RigEffect.motion`: a renderer's draw."""

@@ -30,7 +30,7 @@ class DisparityDistortion(Effect):
     formula: ClassVar[str] = "d_measured = d + D(u, v) exp(-decay d), d = fx b / z"
     variables: ClassVar[tuple[str, ...]] = ("u", "v", "depth")
     principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
-    frozen: ClassVar[bool] = True
+    frozen: ClassVar[str] = "unit"
 
     rms: Value = parameter(
         "px",

@@ -23,8 +23,7 @@ class SpeckleNoise(Effect):
     variables: ClassVar[tuple[str, ...]] = ("depth",)
     principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
     not_corrected: ClassVar[str] = "each placement of the scene has another grain, which one image does not tell"
-    frozen: ClassVar[bool] = True
-    anew: ClassVar[bool] = True
+    frozen: ClassVar[str] = "scene"
     grain: ClassVar[tuple[str, ...]] = ("sigma_px", "correlation_px")
 
     sigma_px: Value = parameter("px", (0, 1), "spread of the disparity", "0.05 to 0.15 px, from memory", typical=0.05)

@@ -31,7 +31,7 @@ class VerticalBanding(Effect):
     formula: ClassVar[str] = "d_measured = d + sum of steps_k where u > columns_k, d = fx b / z"
     variables: ClassVar[tuple[str, ...]] = ("u", "depth")
     principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
-    frozen: ClassVar[bool] = True
+    frozen: ClassVar[str] = "unit"
 
     step: Value = parameter(
         "px",
