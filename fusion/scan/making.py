@@ -2,16 +2,13 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fusion.certainty.sigma import Sure
 from fusion.coloring.color_mesh import Colored, color_mesh
-from fusion.geometry.principle import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 from fusion.progress import stage
 from fusion.scan.cleaning.clean import Cleaned, clean
-from fusion.scan.cleaning.plate_light import PlateLight, plate_light, plate_reach, without
+from fusion.scan.cleaning.plate_light import PlateLight, light_on, without
 from fusion.scan.cleaning.seen import looked_through, seen_by_any
 from fusion.scan.judging.sure import MadeWith, scan_sigma
 from fusion.scan.placing import PlacedFrames
@@ -50,7 +47,7 @@ def make(placed: PlacedFrames) -> MadeObject:
         surface = _of_the_object(volume.surface(), placed)
         both = surface, placed.free.volume.surface()
         cleaned, rough = (clean(one, settings, motion, placed.volume.voxel) for one in both)
-        light = _plate_light(cleaned.mesh, placed)
+        light = light_on(cleaned.mesh, placed)
         if light is not None and light.taken_out:
             cleaned = replace(cleaned, mesh=without(cleaned.mesh, light))
     with stage("sigma"):
@@ -59,18 +56,6 @@ def make(placed: PlacedFrames) -> MadeObject:
     mesh = sure.onto(cleaned.mesh)
     colored = color_mesh(mesh, seen.recording, placed.course) if settings.color else Colored(mesh)
     return MadeObject(placed, volume, cleaned, rough, colored, sure, light)
-
-
-def _plate_light(mesh: Mesh, placed: PlacedFrames) -> PlateLight | None:
-    """What light by way of the plate does; None where no plate was seen, or the sensor does not measure time."""
-    seen, settings = placed.found.attempt, placed.found.opened.settings
-    flies = seen.recording.camera.principle == Principle.TIME_OF_FLIGHT
-    if not flies or seen.motion.plate is None or settings.keep_plate or mesh.normals is None:
-        return None
-    first = int(np.flatnonzero(placed.course.valid)[0])
-    recording, object_reach = seen.recording, float(np.hypot(*mesh.vertices[:, :2].T).max())
-    radius = plate_reach(recording[first].depth, recording.camera, placed.course.poses[first], object_reach)
-    return plate_light(mesh, seen.frames, placed.course.poses, radius, settings.plate_reflectance)
 
 
 def _of_the_object(surface: Mesh, placed: PlacedFrames) -> Mesh:

@@ -6,18 +6,23 @@ views are wrong by the same. So one bounce is computed, for a plate that reflect
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
+from fusion.geometry.principle import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.light.multipath import Multipath
 from fusion.simulation.rendering.casting import Body
 from fusion.simulation.rendering.indirect import Bounce
 from fusion.simulation.rendering.render import Channels, RayCaster, view_of
 from fusion.volume.prepared import Prepared
+
+if TYPE_CHECKING:
+    from fusion.scan.placing import PlacedFrames
 
 Array = NDArray[np.float64]
 USUAL = 0.5  # of the light that a plate of wood or plastic reflects (guess)
@@ -52,6 +57,19 @@ class PlateLight:
             f"light by way of the plate makes sides look too far in, by {size} if the plate reflects "
             f"{self.reflectance:.0%}: lay something black on it, or pass --plate-reflectance"
         )
+
+
+def light_on(mesh: Mesh, placed: "PlacedFrames") -> PlateLight | None:
+    """What the plate's light does to an object; None where no plate was seen, or the sensor does not measure time."""
+    seen, settings, poses = placed.found.attempt, placed.found.opened.settings, placed.course.poses
+    camera = seen.recording.camera
+    flies = camera.principle == Principle.TIME_OF_FLIGHT
+    if not flies or seen.motion.plate is None or settings.keep_plate or mesh.normals is None:
+        return None
+    first = int(np.flatnonzero(placed.course.valid)[0])
+    reach = float(np.hypot(*mesh.vertices[:, :2].T).max())
+    radius = plate_reach(seen.recording[first].depth, camera, poses[first], reach)
+    return plate_light(mesh, seen.frames, poses, radius, settings.plate_reflectance)
 
 
 def plate_light(
