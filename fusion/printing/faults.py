@@ -51,6 +51,11 @@ def faults_of(mesh: Mesh, thin: float = THIN) -> Faults:
     return Faults(thin, float(np.mean(walls < thin)), thinnest, len(_crossing(mesh, scene)), solid, why, volume)
 
 
+def thin_share(mesh: Mesh, thin: float) -> float:
+    """Share of a surface, open or closed, that another surface lies behind within a distance [m]."""
+    return float(np.mean(_walls(mesh, _scene(mesh)) < thin)) if len(mesh.faces) else 0.0
+
+
 def is_solid(mesh: Mesh) -> tuple[bool | None, str]:
     """Whether manifold3d, which slicers use, takes a mesh for a valid solid, and its word."""
     try:

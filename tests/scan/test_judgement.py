@@ -204,3 +204,9 @@ def test_a_failed_scan_of_nothing_that_turns_says_so():
     still = with_motion(failed, angles=np.deg2rad(0.1) * np.arange(COUNT))
     assert light(still, "Agreement").do.startswith("Nothing turns: all views lie within")
     assert "fusion reconstruct" in light(still, "Agreement").do
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.0, False), (0.015, False), (0.07, True)])
+def test_thin_parts_are_told_where_there_are_some(share, told):
+    lights = with_evidence(good_scan(), thin_share=share).judgement.lights
+    assert ["Thin parts" in light.subject for light in lights].count(True) == int(told)

@@ -24,6 +24,7 @@ class Evidence:
         agreement: of single frames with the model.
         print: of what is printed on the object, from view to view; None where no colours helped to find the motion.
         hidden: so far above the plate the object cannot be told from it [m].
+        thin_share: share of the surface behind which another lies within the truncation: each disturbs the other.
         notes: of the recording's doctor, of readers and of the correction.
         footnotes: sentences that come with nearly every scan of such a sensor.
     """
@@ -37,5 +38,6 @@ class Evidence:
     agreement: Agreement
     print: PrintAgreement | None = None
     hidden: float = 0.0
+    thin_share: float = 0.0
     notes: tuple[Light, ...] = ()
     footnotes: tuple[str, ...] = ()

@@ -1,5 +1,6 @@
 """The last stage of a scan: what speaks for and against it, and the result."""
 
+from fusion.printing.faults import thin_share
 from fusion.progress import stage
 from fusion.results.choices import LensUsed, RegionFound, ScanChoices
 from fusion.results.color_light import color_lights
@@ -52,6 +53,7 @@ def judged(made: MadeObject) -> Scan:
             noise=typical_noise(frames, region),
             kept_share=made.cleaned.kept,
             hidden=made.cleaned.hidden,
+            thin_share=thin_share(made.colored.mesh, made.volume.settings.truncation),
             agreement=agreed,
             print=prints,
             notes=(
