@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fusion.discrepancy.observe.views import views_of
+from fusion.discrepancy.observe.observations import views_of
 from fusion.geometry.pose import about_axis
 
 

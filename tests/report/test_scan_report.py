@@ -13,7 +13,7 @@ from fusion.mesh.drawing.sight import look, sides
 from fusion.mesh.mesh import Mesh
 from fusion.report.comparisons.comparison import comparison_report
 from fusion.report.comparisons.distance import distance_scale, shares
-from fusion.report.kit.thinning import thinned
+from fusion.report.kit.viewer import thinned
 from fusion.report.kit.views import nice_length
 from fusion.report.scans.scan import ScanReport, scan_report
 from fusion.report.scans.seen import times_seen

@@ -51,3 +51,8 @@ def test_too_little_behind_is_no_foot():
 def test_an_axis_goes_through_the_middle_of_a_ball():
     points, middle = ball(np.random.default_rng(3)), to_camera(np.array([0, 0, 0.07]))
     assert axis_through(UP, points).distance(middle[None])[0][0] < 0.006
+
+
+def test_what_hangs_above_the_table_does_not_stand_on_it():
+    random = np.random.default_rng(0)
+    assert foot_normal(ground(random), ball(random) + 0.12 * UP) is None

@@ -106,3 +106,9 @@ def test_a_smooth_departure_from_the_log_is_told_from_uneven_steps_and_slips(sig
     bent = measured + np.deg2rad(9.0) * np.sin(np.linspace(0, 6 * np.pi, N))
     left, allowed = departure(bent, sign * told)
     assert left > 2 * allowed and np.rad2deg(left) == pytest.approx(9.0, abs=1.0)
+
+
+def test_a_table_that_wanders_off_its_log_is_followed_though_the_angles_are_stated_too_uncertain():
+    told, true, measured, std = table(0.3, 0.1)
+    found = with_log(measured, 10 * std, told)
+    assert rms_deg(found, true) < 1.02 * rms_deg(measured, true)

@@ -144,3 +144,12 @@ def test_a_hand_that_rests_now_and_then_is_no_doubled_frame():
     steps = np.random.default_rng(3).uniform(5, 40, N)
     steps[[7, 20]] = 0.0
     assert judge_steps(np.deg2rad(np.cumsum(steps)), QUIET).rests == 0
+
+
+@pytest.mark.parametrize(("back_deg", "told"), [(0.1, False), (0.2, True)])
+def test_a_step_back_is_told_beyond_the_noise(back_deg, told):
+    """Three deviations of a step of two angles, and a milliradian: 0.14 degrees."""
+    steps = np.full(N - 1, np.deg2rad(9.0))
+    steps[20] = -np.deg2rad(back_deg)
+    found = judge_steps(np.concatenate([[0.0], np.cumsum(steps)]), QUIET)
+    assert any("turns back before frames [21]" in warning for warning in found.warnings) == told

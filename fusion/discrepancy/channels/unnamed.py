@@ -8,6 +8,7 @@ from scipy.optimize import nnls
 from scipy.stats import chi2
 
 from fusion.discrepancy.decisions import LOST_BY_CHANCE
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.geometry.robust import robust_std
 
@@ -69,7 +70,7 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     A = np.concatenate([columns[name] for name in chosen], axis=1)
     weights = _weights(A, white)
     fitted = A @ weights
-    inflated = max(1.0, robust_std(white - fitted) ** 2)
+    inflated = inflation(white - fitted)
     probability = float(min(1.0, len(columns) * chi2.sf(gains[-1] / inflated, A.shape[1])))
     if probability > LOST_BY_CHANCE or gain_elsewhere(A, white, place, RIDGE) < REPLICATED * gains[-1]:
         return None

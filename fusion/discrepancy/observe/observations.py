@@ -13,7 +13,7 @@ from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
 from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
-from fusion.discrepancy.observe.views import views_of
+from fusion.geometry.pose import Array
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.sensor import Sensor
@@ -22,6 +22,7 @@ from fusion.sensor.view import Image, View
 MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
 LARGEST_PX = 64
 SERIES = 5  # blocks of one recording from which on its tiles are larger, to keep the numbers few
+TURNED, MOVED = 0.1, 0.1  # [rad], [m] guess: another side of a thing, beyond what a pose is off
 
 
 @dataclass(frozen=True)
@@ -193,3 +194,21 @@ def predicted(sensor: Sensor, block: FrameBlock) -> tuple[Image, Image]:
     if block.given is None:
         return mean, sigma
     return mean + block.given.offset, sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)
+
+
+def views_of(poses: Sequence[Array]) -> list[int]:
+    """Number of the view of each pose T_world_camera (4, 4); near ones share the number of the first."""
+    firsts: list[Array] = []
+    numbers = []
+    for pose in poses:
+        number = next((k for k, first in enumerate(firsts) if _near(first, pose)), len(firsts))
+        if number == len(firsts):
+            firsts.append(pose)
+        numbers.append(number)
+    return numbers
+
+
+def _near(one: Array, other: Array) -> bool:
+    between = np.linalg.solve(one, other)
+    turned = np.arccos(np.clip((np.trace(between[:3, :3]) - 1) / 2, -1, 1))
+    return bool(turned < TURNED and np.linalg.norm(between[:3, 3]) < MOVED)

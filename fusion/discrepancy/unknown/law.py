@@ -11,6 +11,7 @@ from scipy.stats import chi2
 
 from fusion.discrepancy.decisions import REPLICATED
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
+from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
@@ -20,7 +21,6 @@ from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
 from fusion.discrepancy.unknown.variables import law_variables
-from fusion.geometry.robust import robust_std
 from fusion.sensor.effects.readout.tabulated import Tabulated
 
 Vector = NDArray[np.float64]
@@ -157,7 +157,7 @@ def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: MeasuredTil
     own = covariance.whiten(columns)
     native, footprint = columns @ weights, own @ weights
     gain = float(white @ white - ((white - footprint) ** 2).sum())
-    inflated = max(1.0, robust_std(white - footprint) ** 2)
+    inflated = inflation(white - footprint)
     probability = float(min(1.0, TRIED * chi2.sf(max(gain, 0.0) / inflated, columns.shape[1])))
     held_out = _elsewhere(variables, own, white, observations)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))
@@ -177,11 +177,6 @@ def _ridge(columns: Vector, white: Vector) -> Vector:
     normal = columns.T @ columns
     ridge = 1e-4 * np.trace(normal) / max(len(normal), 1) * np.eye(len(normal))
     return np.asarray(np.linalg.solve(normal + ridge, columns.T @ white))
-
-
-def _gain(columns: Vector, white: Vector) -> float:
-    fitted = columns @ np.linalg.lstsq(columns, white, rcond=None)[0]
-    return float(fitted @ white)
 
 
 def _width(term: UnknownTerm, observations: Observations) -> int:

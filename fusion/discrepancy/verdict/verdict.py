@@ -3,20 +3,22 @@
 import numpy as np
 from msgspec.structs import replace
 
+from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.inference.camera_file import file_error
 from fusion.discrepancy.inference.identifiability import EffectVisibility, visibilities
+from fusion.discrepancy.inference.shapes import bent_m, mesh_off
 from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.observe.outliers import outliers_of
 from fusion.discrepancy.observe.placements import repeats_of
 from fusion.discrepancy.planning.plan import Plans
 from fusion.discrepancy.verdict.channel_claims import channel_claim
 from fusion.discrepancy.verdict.claim import Claim
-from fusion.discrepancy.verdict.content import FORMAT, MODEL, SIMULATION, Identifiability, Verdict
+from fusion.discrepancy.verdict.content import FORMAT, MODEL, SIMULATION, Identifiability, Nuisances, Verdict
 from fusion.discrepancy.verdict.fit import fit_of, unexplained_of
 from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
-from fusion.discrepancy.verdict.nuisances import nuisances_of
 from fusion.discrepancy.verdict.record_next import planned_next
 from fusion.discrepancy.verdict.reference import reference_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
@@ -98,3 +100,19 @@ def _by_name(found: Explanation) -> list[list[Step]]:
     for step in found.named.steps:
         groups.setdefault(step.effect.name, []).append(step)
     return list(groups.values())
+
+
+def nuisances_of(found: Explanation) -> Nuisances:
+    """Sizes that were found beside what was stated: factor on the errors of poses; shape and drift as depth [m]."""
+    loose = found.before.loose
+    drift = loose.drift * float(np.sqrt(np.mean(depth_per_native(found.before) ** 2)))
+    pulled = found.covariance.pulled(found.white)
+    scale, off = mesh_off(found.before, pulled)
+    return Nuisances(
+        pose_factor=loose.pose,
+        shape_rms_m=bent_m(found.before, pulled),
+        mesh_scale=scale,
+        mesh_off_m=off,
+        drift_rms_m=drift,
+        camera_file=file_error(found.before, pulled),
+    )

@@ -1,6 +1,8 @@
 """The part of the page about a claim on missing values: which share of the values is lost, and where."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,16 +10,56 @@ from numpy.typing import NDArray
 from fusion.discrepancy.channels.validity import Validity, validity_of
 from fusion.discrepancy.explain import Explanation, variables_of
 from fusion.discrepancy.verdict.claim import Claim
+from fusion.report.explanations.claim_figures import AXES, mask_panel
 from fusion.report.explanations.claims import lead, parameters_table, questions
 from fusion.report.explanations.evidence import painted_mask
-from fusion.report.explanations.share_figure import MissingCurve, missing_figure
 from fusion.report.kit.page import Figure, Section
+from fusion.report.kit.palette import BLUE, GREY, ORANGE, new_figure, styled, to_svg
 from fusion.sensor.words.in_words import plain
 
 Vector = NDArray[np.float64]
-
 BINS = 24
 FEWEST = 4  # tiles of a bin
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class MissingCurve:
+    """Missing values over bins of one variable [%].
+
+    Attributes:
+        variable: name as in verdicts.
+        at: (k,) of the bins.
+        measured, given, extended: (k,) as recorded, by the model without and with the claim.
+    """
+
+    variable: str
+    at: Array
+    measured: Array
+    given: Array
+    extended: Array
+
+
+def missing_figure(curves: Sequence[MissingCurve], mask: Array, text: Figure) -> Figure:
+    """Measured and predicted shares over one or two variables, and where the claim shows."""
+    with styled():
+        figure = new_figure(11.0, 3.6)
+        axes = figure.subplots(1, len(curves) + 1)
+        for column, curve in enumerate(curves):
+            ax = axes[column]
+            ax.plot(curve.at, curve.given, color=ORANGE, label="without it")
+            ax.plot(curve.at, curve.extended, color=BLUE, label="with it")
+            ax.plot(curve.at, curve.measured, "o", color=GREY, markersize=3.5, label="recorded")
+            ax.set_xlabel(AXES.get(curve.variable, curve.variable))
+            ax.set_ylim(0, max(5.0, 1.05 * float(np.max([curve.measured, curve.extended]))))
+            if np.all(curve.at > 0) and curve.at.max() > 20 * curve.at.min():
+                ax.set_xscale("log")
+                ax.xaxis.set_major_formatter("{x:g}")
+            if column == 0:
+                ax.set_ylabel("missing values [%]")
+                ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1)
+        mask_panel(figure, axes[-1], mask)
+        return Figure(text.title, to_svg(figure, text.svg), text.alt, text.caption)
 
 
 @dataclass(frozen=True)

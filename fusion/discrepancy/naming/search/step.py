@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.decisions import DETECTED, FALSE_ALARM, REPLICATED, SURE
+from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED, SURE
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.effect_part import EffectPart, is_field
-from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.evidence import by_chance, left_out_gain, replicated_share
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.region import Regional, best_region, confined
 from fusion.discrepancy.naming.search.score import Scored, scored
@@ -25,7 +25,6 @@ SHAPES = 2  # of each name that are tried in regions: those that explain most ev
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
 OF_TIME = ("time", "temperature")
 WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
-LOOK_ALIKE = 0.9  # of a gain: the square of the cosine of look-alikes
 KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
 SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
@@ -80,8 +79,7 @@ def best_part(
         if confined(regional.candidate, everywhere, space, target) and _replicates_more(
             regional, whole, observations, Aim(space, target)
         ):
-            candidate, result = _own_to_region(regional, candidates, observations, covariance, Aim(space, target))
-            tried *= regional.tried
+            candidate, result, tried = regional.candidate, regional.scored, tried * regional.tried
     part = EffectPart(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
     probability = by_chance(result, seen @ result.weights, target, tried)
@@ -130,35 +128,6 @@ def _regional(
 def _beats(regional: Regional, whole: Scored) -> bool:
     more = 0.0 if whole.size else REGION_GAIN * whole.gain  # a field has paid for its freedom already
     return regional.scored.score > whole.score + max(SURE, more)
-
-
-def _own_to_region(
-    regional: Regional,
-    candidates: Sequence[Candidate],
-    observations: Observations,
-    covariance: TileCovariance,
-    aim: Aim,
-) -> tuple[Candidate, Scored]:
-    """Of look-alikes in a region, one whose law depends on what bounds it: any other needs a second cause.
-
-    Look-alikes explain nearly as much, and the data do not tell them apart.
-    """
-    space, target = aim
-    where = regional.candidate.where
-    chosen, best = regional.candidate, regional.scored
-    bound = {where[0].variable} | (set(OF_TIME) if where[0].variable in OF_TIME else set())
-    if bound & set(chosen.form.kind.variables):
-        return chosen, best
-    open_by = DETECTED**2 * inflation(target - space.of(chosen.white) @ best.weights)
-    enough = max(LOOK_ALIKE * best.gain, best.gain - open_by)
-    own: tuple[Candidate, Scored] | None = None
-    for other in candidates:
-        if other.columns.shape[1] <= 2 and bound & set(other.form.kind.variables):
-            candidate = candidate_of(observations, covariance, other.form, where)
-            found = scored(candidate, space.of(candidate.white), target)
-            if found.gain > enough and (own is None or found.score > own[1].score):
-                own = candidate, found
-    return own or (chosen, best)
 
 
 def _of_table(candidate: Candidate) -> bool:
