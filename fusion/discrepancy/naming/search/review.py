@@ -1,0 +1,109 @@
+"""Review: after each acceptance, what became redundant is removed, and every name is tried against its rivals."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fusion.discrepancy.decisions import SURE
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
+from fusion.discrepancy.naming.effect_part import EffectPart
+from fusion.discrepancy.naming.partial_residual import partial_residual
+from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.search.bounds import tweaked
+from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.search.region import region_variables
+from fusion.discrepancy.naming.search.score import scored
+from fusion.discrepancy.naming.search.step import REGION_GAIN, scores
+
+ROUNDS = 2
+
+
+def reviewed(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
+    """The fit without redundant parts, each part the best of its rivals."""
+    for _ in range(ROUNDS):
+        fit = _edged(_widened(_without_redundant(fit)))
+        swapped = _swapped(fit, candidates)
+        if swapped is None:
+            break
+        fit = swapped
+    return _without_redundant(fit)
+
+
+def _without_redundant(fit: PartsFit) -> PartsFit:
+    """Parts that no longer pay for themselves beside the others are taken out, the poorest first."""
+    while len(fit.parts) > 1:
+        own = [_own_score(fit, k) for k in range(len(fit.parts))]
+        worst = int(np.argmin(own))
+        if own[worst] > 0:
+            return fit
+        rest = [part for k, part in enumerate(fit.parts) if k != worst]
+        fit = refitted(rest, fit.observations, fit.covariance)
+    return fit
+
+
+def _widened(fit: PartsFit) -> PartsFit:
+    """Parts whose region is no longer needed beside the others act everywhere."""
+    for k, part in enumerate(fit.parts):
+        if not part.candidate.where or len(fit.parts) < 2:
+            continue
+        space, target = partial_residual(fit, k)
+        whole = candidate_of(fit.observations, fit.covariance, part.candidate.form)
+        own, wide = (scored(c, space.of(c.white), target) for c in (part.candidate, whole))
+        if wide.score > own.score - max(SURE, REGION_GAIN * own.gain):
+            new = EffectPart(whole, wide.weights, wide.size)
+            return refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.covariance)
+    return fit
+
+
+def _edged(fit: PartsFit) -> PartsFit:
+    """Regions with their edges where they explain most beside the other parts."""
+    if not any(part.candidate.where for part in fit.parts):
+        return fit
+    values = region_variables(fit.observations)
+    for k, part in enumerate(fit.parts):
+        if not part.candidate.where or part.size:
+            continue
+        bound, aim = part.candidate.where[0], partial_residual(fit, k)
+        measured = MeasuredTiles(fit.observations, fit.covariance)
+        moved = tweaked(part.candidate, bound, values[bound.variable], measured, aim)
+        weights = scored(moved, aim.space.of(moved.white), aim.target).weights
+        better = refitted(
+            [*fit.parts[:k], EffectPart(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.covariance
+        )
+        if better.white @ better.white < fit.white @ fit.white:
+            fit = better
+    return fit
+
+
+def _own_score(fit: PartsFit, k: int) -> float:
+    space, target = partial_residual(fit, k)
+    candidate = fit.parts[k].candidate
+    return scored(candidate, space.of(candidate.white), target).score
+
+
+def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:
+    """The fit with one part replaced by a rival that explains more beside the others; None where none does."""
+    if len(fit.parts) < 2:
+        return None
+    for k, part in enumerate(fit.parts):
+        space, target = partial_residual(fit, k)
+        own = scored(part.candidate, space.of(part.candidate.white), target)
+        taken = {other.name for i, other in enumerate(fit.parts) if i != k}
+        rivals = [c for c in candidates if c.name != part.name and c.name not in taken]
+        if not rivals:
+            continue
+        results = scores(rivals, space, target)
+        best = int(np.argmax([one.score for one in results]))
+        if results[best].score <= own.score + SURE:
+            continue
+        rival = rivals[best]
+        if part.candidate.where:
+            confined = candidate_of(fit.observations, fit.covariance, rival.form, part.candidate.where)
+            inside = scored(confined, space.of(confined.white), target)
+            if inside.score > results[best].score:
+                rival, results[best] = confined, inside
+        new = EffectPart(rival, results[best].weights, results[best].size)
+        better = refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.covariance)
+        if better.white @ better.white < fit.white @ fit.white:
+            return better
+    return None
