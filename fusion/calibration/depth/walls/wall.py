@@ -20,6 +20,8 @@ from fusion.sensor.view import View, incidence_of
 
 FAR_OFF = 0.15  # share: a wall that is this far from the stated distance is another wall
 
+LEAST_STD = 1e-6  # [m] no wall's distance is known better, and weights stay finite
+
 
 @dataclass(frozen=True)
 class Wall:
@@ -150,6 +152,7 @@ def wall_of(
 ) -> Wall:
     """The wall in means of frames; `stated`: name, depth at `centre` [m] (NaN when not known), standard deviation."""
     name, distance, distance_std = stated
+    distance_std = max(distance_std, LEAST_STD)
     if np.isfinite(distance) and not distance > 0:
         raise FusionError("the stated distance is not usable", name, f"{distance:g} m", "a distance above 0")
     moment = moment or Moment()
