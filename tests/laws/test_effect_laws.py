@@ -62,19 +62,21 @@ class TestEveryEffect:
         mean = view.depth + effect.change(view.depth, view)
         draws = np.array([effect.sampled(view.depth, view, rng) - mean for _ in range(DRAWS)])
         declared = effect.noise(view.depth, view) * np.ones(view.depth.shape)
-        # what errs so rarely that 400 draws hardly show it has no spread to compare
-        where = np.isfinite(mean + declared) & (declared > 0.1 * np.nanmax(declared)) & (not effect.frozen)
+        where = np.isfinite(mean + declared) & (declared > 0) & (not effect.frozen)
         if not where.any():
             assert np.nanmax(np.abs(draws)) == 0
             return
         # pixels of one draw may share their noise, so the draws are the independent samples
-        scaled = draws[:, where] / declared[where]
+        # most pixels beside an edge jump in fewer than one of 1000 frames, by far more than their spread: 400 draws show
+        # that of all pixels together, and not of each
+        rare = effect.name == "lateral_noise"
+        scaled = draws[:, where] / (np.sqrt(np.mean(declared[where] ** 2)) if rare else declared[where])
         for power, expected in ((1, 0.0), (2, 1.0)):
             means = (scaled**power).mean(axis=1)
             # four standard errors
             assert abs(means.mean() - expected) < 4 * means.std() / np.sqrt(DRAWS)
         # and each pixel by itself; 5 instead of 4 because the worst of 3000 pixels is looked at
-        if effect.name != "lateral_noise":
+        if not rare:
             assert np.abs(scaled.std(axis=0) - 1).max() < 5 / np.sqrt(2 * DRAWS)
 
     def test_samples_are_missing_as_often_as_declared(self, kind, view):

@@ -17,14 +17,17 @@ CAMERA = {"width": 320, "height": 240, "fx": 288, "fy": 288, "cx": 159.5, "cy": 
 FRAMES = 200
 
 
+def recorded(folder, seed):
+    """Most of a turn, as a Kinect v1 sees it."""
+    (folder / "camera.json").write_text(json.dumps(CAMERA | {"principle": "structured_light"}))
+    words = f"--set frames={FRAMES} --set turns=0.7 --camera {folder}/camera.json --sensor kinect-v1 --quiet"
+    assert main(["simulate", "turntable", *words.split(), "--seed", str(seed), "-o", str(folder / "turn")]) == 0
+    return open_recording(folder / "turn")
+
+
 @pytest.fixture(scope="module")
 def turn(tmp_path_factory):
-    """Most of a turn, as a Kinect v1 sees it."""
-    folder = tmp_path_factory.mktemp("rate")
-    (folder / "camera.json").write_text(json.dumps(CAMERA | {"principle": "structured_light"}))
-    words = f"--set frames={FRAMES} --set turns=0.7 --camera {folder}/camera.json --sensor kinect-v1 --seed 8 --quiet"
-    assert main(["simulate", "turntable", *words.split(), "-o", str(folder / "turn")]) == 0
-    return open_recording(folder / "turn")
+    return recorded(tmp_path_factory.mktemp("rate"), 8)
 
 
 def test_every_frame_of_a_turn_is_placed_and_none_is_shown_late(turn):
@@ -34,18 +37,23 @@ def test_every_frame_of_a_turn_is_placed_and_none_is_shown_late(turn):
     assert np.median(watch.behind) < 0.15
 
 
-def test_while_the_view_is_late_every_frame_is_placed_but_not_fused(turn, monkeypatch):
-    """At the end of the turn it stands where it would otherwise, within what both drift apart by."""
-    usual, _ = fed(turn, 30.0, pace=0.02)
-    fused = []
-    monkeypatch.setattr(grow, "fuse", lambda *told: fused.append(fuse(*told)))
-    monkeypatch.setattr(watch_of, "LATE", -1.0)
-    watch, _ = fed(turn, 30.0, pace=0.02)
-    assert watch.tracked == FRAMES
-    assert len(fused) == pytest.approx(FRAMES / grow.FUSED, abs=2)
-    assert watch.grower.turned.angle == pytest.approx(
-        usual.grower.turned.angle, abs=np.deg2rad(2.0)
-    )  # -1.1, 0.4, 0.0 for seeds 8, 10, 11
+def test_while_the_view_is_late_every_frame_is_placed_but_not_fused(turn, monkeypatch, tmp_path):
+    """At the end of the turn it stands where it would otherwise, within a degree: the middle one of three recordings,
+    as the noise of a single one moves it by as much."""
+    apart = []
+    for seed in (8, 9, 10):
+        (folder := tmp_path / str(seed)).mkdir()
+        one = turn if seed == 8 else recorded(folder, seed)
+        usual, _ = fed(one, 30.0, pace=0.02)
+        fused = []
+        with monkeypatch.context() as late:
+            late.setattr(grow, "fuse", lambda *told, into=fused: into.append(fuse(*told)))
+            late.setattr(watch_of, "LATE", -1.0)
+            watch, _ = fed(one, 30.0, pace=0.02)
+        assert watch.tracked == FRAMES
+        assert len(fused) == pytest.approx(FRAMES / grow.FUSED, abs=2)
+        apart.append(abs(watch.grower.turned.angle - usual.grower.turned.angle))
+    assert np.median(apart) < np.deg2rad(1.0)
 
 
 def test_a_machine_that_is_too_slow_leaves_frames_out_of_the_view_and_counts_them(turn, monkeypatch):
