@@ -67,8 +67,8 @@ class TestEveryEffect:
             assert np.nanmax(np.abs(draws)) == 0
             return
         # pixels of one draw may share their noise, so the draws are the independent samples
-        # most pixels beside an edge jump in fewer than one of 1000 frames, by far more than their spread: 400 draws show
-        # that of all pixels together, and not of each
+        # most pixels beside an edge jump in fewer than one of 1000 frames, by far more than their spread: 400 draws
+        # show that of all pixels together, and not of each
         rare = effect.name == "lateral_noise"
         scaled = draws[:, where] / (np.sqrt(np.mean(declared[where] ** 2)) if rare else declared[where])
         for power, expected in ((1, 0.0), (2, 1.0)):
