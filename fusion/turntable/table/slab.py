@@ -36,7 +36,7 @@ WIDER = (1, 2)  # as far as plates reach, and as far as those of small things do
 PAST = 0.2  # share of the frames in which a cell beyond its border is there at most
 
 
-def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float]) -> bool:
+def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], size: float) -> bool:
     """True when a level surface turns with the object close above a table, is thin, ends all round, and carries it.
 
     Args:
@@ -44,16 +44,17 @@ def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tu
         axis: of the turn.
         motions: (n, 4, 4) what brings the object from where it is at angle 0 to where each view sees it.
         heights: of the surface and of the table along the axis [m].
+        size: of what turns [m], see `plate.size_of`.
     """
     reach = reach_of(views, axis)
-    return any(_is_slab(views, axis, motions, heights, wider * reach) for wider in WIDER)
+    return any(_is_slab(views, axis, motions, heights, (wider * reach, THICK * size)) for wider in WIDER)
 
 
 def _is_slab(
-    views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], reach: float
+    views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], limits: tuple[float, float]
 ) -> bool:
-    height, over = heights[0], heights[0] - heights[1]
-    thick = min(THICK, HALFWAY * over)
+    height, over, (reach, most) = heights[0], heights[0] - heights[1], limits
+    thick = min(most, HALFWAY * over)
     plane = np.array([height, 0.0, 0.0])
     cells = cells_of(axis, plane, reach)
     seen = counted(views, axis, plane, thick, [transform(T, cells) for T in motions])
@@ -68,7 +69,7 @@ def _is_slab(
     wide = 2 * float(np.mean(ends[ends > 0])) * reach / RINGS
     beyond = told & (share < PAST) & (np.arange(RINGS)[:, None] >= ends)
     ended = np.asarray(beyond.any(axis=0))[ends > 0].mean() >= SIDES
-    return bool(ended and over < FLAT * wide and _carried(views, axis, motions, height + THICK, ends * reach / RINGS))
+    return bool(ended and over < FLAT * wide and _carried(views, axis, motions, height + most, ends * reach / RINGS))
 
 
 def reach_of(views: Sequence[ObjectView], axis: Axis) -> float:
