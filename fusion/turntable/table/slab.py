@@ -28,7 +28,7 @@ from fusion.turntable.table.level import (
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
-LOWEST = 0.005  # [m] above the table: less is its noise (guess; plates are 6 mm thick and more)
+LOWEST = 0.05  # of the size above the table: less is its noise (guess)
 FLAT = 1 / 4  # of its width is the height of a plate above the table at most; a brick or a carton stands higher (guess)
 HALFWAY = 0.45  # of the way down to the table still counts as the slab: what lies below is seen past it
 CARRIED = 0.8  # of the points above it stand over it: an arm may reach out, a step on one side carries little (guess)
