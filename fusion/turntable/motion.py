@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 POINTS_FINE = 3000  # source points per frame
 MISPLACED = 0.5  # misfit of a frame with its partners from which it is left out (guess)
-BOARD = 0.03  # [m] what a hand turns with the object on it is a plate where it is no higher (guess)
+BOARD = 0.3  # of the size: what a hand turns with the object on it is a plate where it is no higher (guess)
 POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 
 
@@ -73,6 +73,11 @@ class Motion:
     table: float | None = None
     axis_std: Array | None = None
     size_std: float | None = None
+
+    @property
+    def size(self) -> float:
+        """Radius or half the height of what turns [m], whichever is more."""
+        return max(self.radius, (self.top - self.bottom) / 2)
 
     @property
     def state(self) -> State:
