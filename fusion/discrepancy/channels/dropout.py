@@ -10,8 +10,8 @@ from scipy.stats import chi2
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
-from fusion.discrepancy.channels.validity import Validity, validity_of, validity_of_rims
-from fusion.discrepancy.decisions import ALIKE, LOST_BY_CHANCE, REPLICATED
+from fusion.discrepancy.channels.validity import LEAST_LOST, Validity, validity_of, validity_of_rims
+from fusion.discrepancy.decisions import ALIKE, FAR, LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -25,10 +25,8 @@ LostForm = tuple[Effect, Parameter, Effect | None]
 LEAST_FRAMES = 3
 SIZES = np.geomspace(0.02, 50.0, 33)  # of a typical size, that are tried
 FINE = np.linspace(-1.0, 1.0, 13)  # between two of them, then between two of these
-OUTLIER = 4.0  # standard deviations from which on a tile counts less
 BEYOND = 3.0  # standard deviations by which a stated value must be off
 EXPLAINED = 0.7  # of what is too much: less, and the name is not the right one
-LEAST_CHANGE = 0.05  # of the values of the tile that changes most
 MOST_STEPS = 2
 
 
@@ -96,7 +94,7 @@ def _step(sensor: Sensor, seen: Validity, forms: Sequence[LostForm]) -> tuple[Se
     probability = float(min(1.0, len(tried) * len(SIZES) * chi2.sf(max(gain, 0.0), 1)))
     excess = float(before.sum()) - len(now)
     change = best.share - now
-    if probability > LOST_BY_CHANCE or float(np.max(np.abs(change))) < LEAST_CHANGE or gain < EXPLAINED * excess:
+    if probability > LOST_BY_CHANCE or float(np.max(np.abs(change))) < LEAST_LOST or gain < EXPLAINED * excess:
         return None
     if len(before) > 2 and float((before - best.held_out).sum()) < REPLICATED * gain:
         return None
@@ -187,7 +185,7 @@ def _costs(seen: Validity, share: Vector) -> Vector:
     """(recordings,) chi2 of the tiles of each, tamed."""
     sigma = seen.sigma(share)
     size = np.abs(seen.missing - share) / sigma
-    tamed = np.where(size > OUTLIER, 2 * OUTLIER * size - OUTLIER**2, size**2)
+    tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2)
     return np.array([tamed[seen.place == g].sum() for g in np.unique(seen.place)])
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import chi2
 
-from fusion.discrepancy.decisions import LOST_BY_CHANCE
+from fusion.discrepancy.decisions import LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.geometry.robust import robust_std
@@ -19,7 +19,6 @@ KNOTS = 5
 RIDGE = 1e-6  # of the mean power of the columns: rounding
 MOST = 2  # variables
 OUTLIER = 8.0  # times what the tiles are usually off (at least their noise): beyond, a tile counts no more
-REPLICATED = 0.5  # of the gain that must show in recordings that took no part in the fit
 WORTH = 0.15  # of the gain of the first variable: one that brings less is not named
 
 

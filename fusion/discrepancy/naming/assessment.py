@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import ALIKE, REPLICATED
+from fusion.discrepancy.inference.identifiability import ROOMY
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.intervals import spreads_of
@@ -145,7 +146,7 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], spa
     fitted = space.of(part.footprint)
     length = float(np.linalg.norm(fitted))
     share = _share(fit, part.candidate.where)
-    most = part.candidate.columns.shape[1] + 6
+    most = part.candidate.columns.shape[1] + ROOMY
     taken = {other.name for other in (*fit.parts, part)}
     whole = _whole(fit, part, space)
     for other in candidates:

@@ -15,7 +15,7 @@ from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
-from fusion.discrepancy.unknown.search import best_term
+from fusion.discrepancy.unknown.search import WORTH, best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of, unit_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
@@ -27,7 +27,6 @@ Vector = NDArray[np.float64]
 
 MOST_TERMS = 3
 MOST_VARIABLES = 3
-WORTH = 0.08  # of the gain of all terms: one that brings less is no part of the law
 ENOUGH = 0.7  # of what smooth functions explain: a formula that reaches less is no formula of it
 TRIED = 2000.0  # about how many forms are tried
 

@@ -23,7 +23,7 @@ ALIKE = 0.8  # of the gain: a finer wave that has it may be the better one once 
 NEARBY = (0.96, 0.98, 1.0, 1.02, 1.04)  # times the period that means of tiles give
 SHORTEST = 0.75  # tiles: a tile's mean keeps a fifth of a wave of that length
 FAINT = 1e-6
-MORE = 0.08  # of the gain: what a further variable must bring, as a further term must
+WORTH = 0.08  # of the gain: what a further variable or term must bring
 
 
 class _Tried(NamedTuple):
@@ -103,7 +103,7 @@ def _aliases(term: UnknownTerm, side: int) -> Iterator[UnknownTerm]:
 
 def _plainest(terms: Sequence[UnknownTerm], gains: Sequence[float]) -> int:
     """The best of those with the fewest variables: a further one that brings little is no part of the law."""
-    enough = [k for k, gain in enumerate(gains) if gain >= (1 - MORE) * max(gains)]
+    enough = [k for k, gain in enumerate(gains) if gain >= (1 - WORTH) * max(gains)]
     return min(enough or range(len(gains)), key=lambda k: (len(terms[k].variables), -gains[k]))
 
 
