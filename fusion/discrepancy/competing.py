@@ -7,7 +7,7 @@ from itertools import combinations
 from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
-from fusion.discrepancy.setting import Explained, posterior, with_laws, without_laws
+from fusion.discrepancy.setting import Explained, posterior, setting_parts, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
 
 
@@ -62,10 +62,11 @@ def _beside_parts(mean: MeanFindings, given: Sensor) -> Iterator[Explained]:
     """
     seen, names = mean.seen, sorted({step.effect.name for step in mean.named.steps})
     beyond = mean.beyond.law.score if mean.beyond is not None and mean.beyond.law.replicated else 0.0
+    parts = setting_parts(seen.observations, seen.covariance) if len(names) + bool(beyond) > 1 else None
     for kept in (set(some) for size in range(1, len(names) + bool(beyond)) for some in combinations(names, size)):
         rest = seen.observations.under(_with_only(mean.named.sensor, kept, set(names), given))
         price = sum(step.price for step in mean.named.steps if step.effect.name in kept)
-        setting = without_laws(rest, seen.covariance)
+        setting = without_laws(rest, seen.covariance, parts)
         yield replace(setting, cost=setting.cost + price)
 
 
