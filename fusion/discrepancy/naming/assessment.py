@@ -41,7 +41,6 @@ class Step:
         alike: names that this data cannot tell from it.
         std: of its size, as a share of it.
         weights, weights_std: (k,) of the atoms.
-        white_before: (n,) what it had to explain, in units of the covariance.
         shapes_std: of the searched shapes, by name.
         price: what its freedom costs, in units of the gain.
         together: two names that this data cannot tell from it when both are there.
@@ -56,7 +55,6 @@ class Step:
     std: float
     weights: Vector
     weights_std: Vector
-    white_before: Vector
     shapes_std: dict[str, float] = field(default_factory=dict)
     price: float = 0.0
     together: tuple[str, ...] = ()
@@ -92,7 +90,6 @@ def judged_next(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate])
         1.0 / length,
         part.weights,
         spread,
-        fit.white,
     )
 
 
@@ -124,7 +121,6 @@ def _step(
         else 1.0 / max(length, 1e-12),
         part.weights,
         spreads[weights],
-        fit.white + part.footprint,
         about,
         own.gain - own.score if np.isfinite(own.score) else 0.0,
         _together(fit, part, candidates, space),

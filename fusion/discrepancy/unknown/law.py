@@ -15,7 +15,7 @@ from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
-from fusion.discrepancy.unknown.search import WORTH, best_term
+from fusion.discrepancy.unknown.search import WORTH, TermColumns, best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of, unit_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
@@ -84,17 +84,17 @@ def law_of(
 
 def _terms(white: Vector, observations: Observations, covariance: TileCovariance) -> tuple[list[UnknownTerm], Vector]:
     """The terms of a formula, each the best beside the others, and what they leave (n,)."""
-    at, exact = law_variables(observations), partial(pixel_columns, observations=observations)
+    exact = partial(pixel_columns, observations=observations)
+    seen = TermColumns(law_variables(observations), MeasuredTiles(observations, covariance), exact)
 
     def left_by(terms: Sequence[UnknownTerm]) -> Vector:
         if not terms:
             return white
-        columns = covariance.whiten(np.concatenate([exact(term) for term in terms], axis=1))
+        columns = np.concatenate([seen.at_pixels(term) for term in terms], axis=1)
         return np.asarray(white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0])
 
     def beside(others: Sequence[UnknownTerm]) -> UnknownTerm | None:
-        chosen = best_term(left_by(others), at, MeasuredTiles(observations, covariance), exact)
-        return None if chosen is None else chosen[0]
+        return best_term(left_by(others), seen)
 
     terms: list[UnknownTerm] = []
     left = white
