@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from scipy.stats import chi2
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
+from fusion.discrepancy.channels.noise_parameters import with_value
 from fusion.discrepancy.channels.validity import LEAST_LOST, Validity, validity_of, validity_of_rims
 from fusion.discrepancy.decisions import ALIKE, FAR, LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.observe.observations import Observations
@@ -160,7 +160,7 @@ def _searched(seen: Validity, effect: Effect, about: Parameter, own: Effect | No
     def costs(size: float) -> Vector:
         size = float(np.clip(size, about.low, about.high))
         if size not in rows:
-            rows[size] = _costs(seen, seen.share(_with(effect, about, size), own))
+            rows[size] = _costs(seen, seen.share(with_value(effect, about, size), own))
         return rows[size]
 
     step = SIZES[1] / SIZES[0]
@@ -177,7 +177,7 @@ def _searched(seen: Validity, effect: Effect, about: Parameter, own: Effect | No
     held = np.array([table[int(np.argmin(others[:, g])), g] for g in range(table.shape[1])])
     near = tried[table.sum(axis=1) < rows[best].sum() + 1.0]
     std = float(max(np.max(np.abs(near - best)), abs(best) * (step - 1.0)))
-    chosen = _with(effect, about, best)
+    chosen = with_value(effect, about, best)
     return Lost(chosen, about, std, own is not None, rows[best], held, seen.share(chosen, own))
 
 
@@ -201,8 +201,3 @@ def _beyond(sensor: Sensor, best: Lost) -> bool:
 
 def _like(one: Vector, other: Vector) -> bool:
     return float(one @ other) > ALIKE * float(np.linalg.norm(one)) * float(np.linalg.norm(other))
-
-
-def _with(effect: Effect, about: Parameter, value: float) -> Effect:
-    changed: dict[str, Any] = {about.name: float(value)}
-    return replace(effect, **changed)

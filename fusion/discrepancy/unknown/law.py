@@ -14,7 +14,7 @@ from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCova
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
-from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
+from fusion.discrepancy.unknown.elsewhere import gain_elsewhere, weights_of
 from fusion.discrepancy.unknown.search import WORTH, TermColumns, best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of, unit_of
@@ -142,7 +142,7 @@ def _table(
     white: Vector, observations: Observations, covariance: TileCovariance, found: UnrestrictedGain
 ) -> UnknownLaw:
     variables, columns, table_from = smooth_table(observations, found.variables)
-    weights = _ridge(covariance.whiten(columns), white)
+    weights = weights_of(covariance.whiten(columns), white)
     unit, symbol = unit_of(observations)
     rms = float(np.sqrt(np.mean((columns @ weights) ** 2))) * unit
     text = f"no simple formula; a table over {' and '.join(variables)} with an rms of {rms:.3g} {symbol}"
@@ -169,13 +169,6 @@ def _elsewhere(variables: Sequence[str], own: Vector, white: Vector, observation
         return gain_elsewhere(own, white, observations.place)
     changes = len(np.unique(observations.block_number)) > 1 and set(variables) & set(WITHIN)
     return gain_elsewhere(own, white, observations.block_number) if changes else 0.0
-
-
-def _ridge(columns: Vector, white: Vector) -> Vector:
-    """Least squares; where the data say nothing, the weight is small."""
-    normal = columns.T @ columns
-    ridge = 1e-4 * np.trace(normal) / max(len(normal), 1) * np.eye(len(normal))
-    return np.asarray(np.linalg.solve(normal + ridge, columns.T @ white))
 
 
 def _width(term: UnknownTerm, observations: Observations) -> int:
