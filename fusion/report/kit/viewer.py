@@ -19,7 +19,7 @@ from fusion.report.kit.views import Scale, scale_colors
 
 CLAY = (201, 206, 214)  # of a bare shape
 STEPS = 65535  # of the longest side: places are kept as 16-bit numbers, 5 micrometres in 30 cm
-TRIANGLES = 140_000  # more makes turning slow on small computers (guess); thinning takes 0.7 s to save 0.7 MB
+TRIANGLES = 200_000  # more makes turning slow on small computers (guess); thinning takes half a second
 POINTS = 60_000
 PACKED = 3  # zlib's level: 9 takes eight times as long for 0.3 to 0.7 % of the data
 
