@@ -80,8 +80,10 @@ class Motion:
         return max(self.radius, (self.top - self.bottom) / 2)
 
     @property
-    def state(self) -> State:
-        """As a joint fit has it."""
+    def beginning(self) -> State | Turns:
+        """As another fit begins from it: what print or a hand holds is decided anew."""
+        if not self.held:
+            return Turns(self.axis, self.angles)
         return State(self.axis, self.angles, np.zeros((len(self.angles), 2)) if self.shifts is None else self.shifts)
 
 
@@ -99,13 +101,13 @@ def estimate_motion(
         region: where the object is.
         commanded: (n,) angles [rad] that the table was told or said, of unknown sign; None when nothing is known.
         known: how well a calibrated depth is known; None for a depth as the camera gives it.
-        start: what was found before some pixels were left out; its rejected frames stay so. None for nothing.
+        start: what was found before some pixels were left out, or by another camera; its rejected frames stay so.
 
     Raises:
         TrackingError: the views do not fit any turn about one axis.
     """
     n = len(views)
-    begun = begun_with(views, region, commanded, None if start is None else start.state)
+    begun = begun_with(views, region, commanded, None if start is None else start.beginning)
     used, seen, shown, floor, axis, angles = begun.used, begun.seen, begun.shown, begun.floor, begun.axis, begun.angles
     centre = (region.low + region.high) / 2
     if begun.by_hand is not None:
