@@ -96,29 +96,7 @@ POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; connect-src 'none'; "
     "form-action 'none'; base-uri 'none'; "
 )
-TEMPLATE = Template("""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="$policy">
-<title>$title</title>
-<style>$style</style>
-$script
-</head>
-<body>
-<header>
-<h1>$title</h1>
-<p class="kicker">$subtitle</p>
-$navigation
-</header>
-<main>
-$body
-</main>
-<footer><p>Made by fusion $version$date. This page is complete in itself and loads nothing.</p></footer>
-</body>
-</html>
-""")
+TEMPLATE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
 
 
 def write_page(path: Path, page: Page) -> None:

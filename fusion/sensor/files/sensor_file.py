@@ -133,7 +133,7 @@ def _content(path: Path) -> Content:
     except SensorError as error:
         if not isinstance(error.__cause__, FileNotFoundError):
             raise
-        known = "a sensor.json or " + one_of(list(PRESETS), path)
+        known = "a sensor.json or " + one_of(PRESETS, path)
         raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
 
 
