@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.calibrated import depth_std
+from fusion.sensor.correction.unit import depth_std
 from fusion.sensor.sensor import Sensor
 
 Array = NDArray[np.float64]

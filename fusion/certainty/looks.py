@@ -17,7 +17,7 @@ from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 FACING = 0.1  # least cosine between normal and line of sight
-NEAREST = 0.05  # [m] of depth
+NEAREST = 0.05  # [m] of depth; no depth camera measures nearer
 STENCIL = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]], np.float32) / 8
 
 

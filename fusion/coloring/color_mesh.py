@@ -23,7 +23,9 @@ from fusion.recording.recording import Recording
 
 # images used, as different as can be: all of a turn, a tenth of a long walk, so that colour costs a tenth of the whole
 ENOUGH, SHARE = 60, 0.1
-FILLED = 0.03  # [m] colours are carried so far along the surface to where no image looked (guess)
+# [m] colours are carried so far along the surface to where no image looked (guess); absolute: a rim or a hand hides so
+# much of a thing of any size, and farther on a colour is made up
+FILLED = 0.03
 NEUTRAL = 180  # grey of what no image shows, as of a mesh without colours
 KEPT = 8  # views of a vertex: enough that two or three bad ones are outvoted, few enough to stay sharp (guess)
 ALIKE = 20.0  # [counts] views that differ by more from the middle one hardly count: another thing, or a gloss (guess)

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.coloring.seen import SeenByImage
+from fusion.coloring.images import SeenByImage
 from fusion.coloring.surface import RayMesh
 from fusion.geometry.camera import Camera
 

@@ -7,14 +7,26 @@ msgspec 0.22 frees the pattern twice, and Python crashes at its end; say it in `
 
 import re
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
+from msgspec import Meta
 
 from fusion.errors import FusionError
 from fusion.files.json_file import shown
 from fusion.files.places import Place, at, place_words
 from fusion.files.schema import Node, expectation, holds_objects, ignored, keys_at, node_at, schema_of
+
+FARTHEST_M = 1e7  # of a place: the coordinates of any map on Earth
+
+Name = Annotated[str | int | None, Meta(description="for people")]
+Whole = Annotated[float, Meta(multiple_of=1)]  # a float: 640.0 is a whole number in JSON
+FileName = Annotated[str, Meta(min_length=1, description="a file's name")]
+Metres = Annotated[float, Meta(gt=-FARTHEST_M, lt=FARTHEST_M)]
+Point = Annotated[tuple[Metres, Metres, Metres], Meta(description="three numbers [m], below 1e7")]
+_Row = tuple[Metres, Metres, Metres, Metres]
+Rigid = Annotated[tuple[_Row, _Row, _Row, _Row], Meta(description="a rigid 4x4 matrix, metres, below 1e7")]
+
 
 T = TypeVar("T")
 

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, func, kernel, ti
 from fusion.compute.spare import Spare
 from fusion.compute.start import start
 from fusion.geometry.camera import Camera

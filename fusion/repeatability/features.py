@@ -16,7 +16,8 @@ from fusion.repeatability.forms import Form, Plane, Sphere, form_error, refit
 
 Array = NDArray[np.float64]
 FINDING, MEASURING = 12_000, 60_000  # points on a surface
-WIDTH, LEAST = 4.0, 5e-4  # of the spread, and [m]: how far a point may lie off a form that is looked for (guess)
+# of the spread, and [m], half a count of most files: how far a point may lie off a form that is looked for (guess)
+WIDTH, LEAST = 4.0, 5e-4
 REACH = 2.0  # times that: points of a scan that belong to a form
 FEWEST = 50  # points through which a form is laid
 

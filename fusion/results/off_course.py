@@ -2,8 +2,7 @@
 
 from dataclasses import asdict, dataclass
 
-from fusion.geometry.trajectory import Trajectory
-from fusion.geometry.trajectory_error import TrajectoryError, trajectory_error
+from fusion.geometry.trajectory import Trajectory, TrajectoryError, trajectory_error
 from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from fusion.errors import SensorError
 from fusion.files.schema import one_of
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.working_range import WorkingRange

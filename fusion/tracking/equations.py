@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, func, kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fusion.geometry.trajectory import Trajectory
-from fusion.geometry.trajectory_error import trajectory_error
+from fusion.geometry.trajectory import Trajectory, trajectory_error
 from fusion.mesh.mesh import Mesh
 from fusion.reconstruction.result import Reconstruction
 from fusion.results.choices import LensUsed, ReconstructionChoices

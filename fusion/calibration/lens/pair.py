@@ -17,7 +17,8 @@ FEWEST_CORNERS = 6
 FAR = (
     5.0  # robust standard deviations: a pair that says something else (a board counted from its other end, a moved rig)
 )
-LEAST = (0.5, 0.01)  # [deg], [m]: differences below are no reason to drop a pair
+# [deg], [m]: differences below are no reason to drop a pair; absolute, of a rig's screws and a hand
+LEAST = (0.5, 0.01)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.rounding import whole_step, without_rounding
+from fusion.calibration.noise.repeats import whole_step, without_rounding
 from fusion.calibration.noise.still import still_parts
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.errors import FusionError, RecordingError

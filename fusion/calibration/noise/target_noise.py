@@ -17,7 +17,7 @@ Image = NDArray[np.floating]
 
 PATCH = 240  # [px] of the target nearest to its middle: noise changes little over them
 OUTLIER = 6.0  # standard deviations from the plane
-LEAST_OUTLIER = 0.03  # [m] nearer to the plane than this nothing is an outlier
+LEAST_OUTLIER = 0.03  # [m] nearer to the plane than this nothing is an outlier; above the noise of any camera nearby
 MOST_FRAMES = 2000  # whose values are kept at a time; of longer series every second, third, ...
 SUNNY, FEWEST = 0.1, 5  # share of the frames and number of values that still place a target, where more are missing
 SCORES = 20  # frames whose z-scores are kept

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 BLOCKS = 60  # means that a series is thinned to: what is faster than a block is white there
 FEWEST = 6  # values below which nothing is said
 HORIZON = 600.0  # [s] of scanning that must stay within the tolerance
-TOLERANCE = 0.001  # [m]
+TOLERANCE = 0.001  # [m] a count of most files
 SURE = 0.95  # probability that a verdict needs
 LEVEL = 0.90  # of the intervals
 # [s] time constants of a warm-up: seconds of a small sensor to the 40 to 50 min (three constants) of Tolgyessy 2021

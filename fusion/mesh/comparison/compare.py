@@ -22,7 +22,9 @@ from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 
-_UNSEEN_M = 0.010  # nearer than this the reference counts as seen, however good the scan
+# nearer than this the reference counts as seen, however good the scan; absolute: depth cameras leave rims open so wide,
+# of objects as of rooms
+_UNSEEN_M = 0.010
 _SEEDS = (1, 2)  # of the samples on mesh and reference
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-WITHIN = ("0.001", "0.002", "0.005")  # [m]
+WITHIN = ("0.001", "0.002", "0.005")  # [m] the same for all, so that comparisons can be compared
 _BINS = 81
 
 

@@ -11,7 +11,7 @@ from fusion.geometry.pose import Array, angle, inverse, pose, rotation
 from fusion.reconstruction.loops.keyframes import Keyframe
 
 # where the key frames before and after carry a frame to places farther apart [m], [rad], tracking between them was
-# wrong, and the frame is taken to lie on the way between the two (guess)
+# wrong, and the frame is taken to lie on the way between the two (guess); absolute, of a hand, as what follows
 TORN = 0.05, np.deg2rad(2)
 # farther than this it is more than the noise of a frame, and the frame is held against the nearer key frame (guess)
 OFF = 0.01, np.deg2rad(0.5)

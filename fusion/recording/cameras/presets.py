@@ -6,8 +6,7 @@ from pathlib import Path
 from fusion.errors import RecordingError
 from fusion.files.json_file import read_json
 from fusion.files.schema import one_of
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.cameras.open3d_intrinsic import open3d_camera
 from fusion.recording.native.camera_file import camera_content, camera_of
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 
 NO_VALUE = 2047  # the raw value where nothing was measured
 FARTHEST = 10.0  # [m] beyond, the curve runs away: one step of the raw value is a metre and more

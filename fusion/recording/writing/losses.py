@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.progress import each
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.recording import Frame, Recording

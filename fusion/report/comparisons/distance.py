@@ -9,7 +9,7 @@ from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import BLUE, DIVERGING, GREEN, GREY, INK, ORANGE, new_figure, styled, to_svg
 from fusion.report.kit.views import Scale, ViewRow, mesh_views, nice_length, scale_colors
 
-WITHIN = (0.001, 0.002, 0.005)  # [m]
+WITHIN = (0.001, 0.002, 0.005)  # [m] as of `DistanceStatistics`
 
 
 def distance_scale(distance: Array) -> Scale:

@@ -8,8 +8,7 @@ link on each side, also those that lie half outside of the image. A cell (v, u) 
 
 from typing import NamedTuple
 
-from fusion.compute.arrays import F32, F32_2, I32, I32_2
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, I32, I32_2, func, kernel, ti
 
 OVERSHADOWED_PX, LARGER = 1.5, 3.0  # an edge is left out where one with a jump so many times as large is so close
 BRIGHTEST = 1000.0  # the light across an edge over an own amplitude of nearly nothing stays a number

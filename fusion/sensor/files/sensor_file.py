@@ -16,7 +16,7 @@ from fusion.files.json_values import json_values
 from fusion.files.output.publish import atomic_file
 from fusion.files.reading import read_bytes
 from fusion.files.schema import one_of
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters, settings
 from fusion.sensor.sensor import Sensor

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, F32_3, F64_2, I32, I32_2, U8_2
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, F64_2, I32, I32_2, U8_2, func, kernel, ti
 from fusion.mesh.mesh import Mesh
 from fusion.volume.blocks import Blocks
 from fusion.volume.extraction import cubes

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, I32, I32_2, I64, func, kernel, ti
 from fusion.compute.shares import Deal, after, dealt, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse

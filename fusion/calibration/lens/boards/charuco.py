@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.lens.boards.board import Board
 from fusion.calibration.lens.boards.detect import FoundCorners, stretched
-from fusion.calibration.lens.boards.refine import board_contrast, move
-from fusion.calibration.lens.boards.saddle import REACH, saddles
+from fusion.calibration.lens.boards.refine import REACH, board_contrast, move, saddles
 from fusion.geometry.pose import Array
 
 FEWEST_CORNERS = 6  # a view with fewer says little more than its own pose

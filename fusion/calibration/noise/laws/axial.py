@@ -9,7 +9,7 @@ from fusion.calibration.noise.laws.axial_forms import POLYNOMIAL, AxialForm, Pla
 from fusion.calibration.noise.laws.fit import Data, NoiseFit, choose, fit_law
 from fusion.calibration.noise.poses import Pose
 from fusion.errors import FusionError
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.sensor import Sensor
 

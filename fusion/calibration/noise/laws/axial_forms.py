@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.poses import Pose
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effects.readout.axial_noise import STEEPEST, AxialNoise
 
 Array = NDArray[np.floating]

@@ -12,11 +12,10 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import Content, Metres
 from fusion.files.json_file import json_in
 from fusion.files.reading import decoded
 from fusion.files.tree import Tree, is_zip, open_tree
-from fusion.files.values import Metres
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import is_rigid
 from fusion.geometry.trajectory import Trajectory

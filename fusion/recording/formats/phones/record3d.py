@@ -12,12 +12,11 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import FARTHEST_M, Content
 from fusion.files.json_file import json_in
 from fusion.files.limits import check_size
 from fusion.files.reading import decoded
 from fusion.files.tree import Tree, is_zip, open_tree
-from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory

@@ -10,8 +10,7 @@ are: how many zeros, how many others, and of these the difference to the one bef
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import I32
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import I32, func, kernel, ti
 from fusion.compute.start import start
 
 LONGEST = 7  # nibbles of a value: twenty-one bits, more than any count of pixels that a limit lets through
