@@ -1,6 +1,7 @@
 """Two passes of one object, turned over between them: are they merged, and is what cannot be merged said?
 
     python -m tools.sets.passes -o OUT --seed 1              six objects before three cameras: what is reported
+    python -m tools.sets.passes -o OUT --seed 1 --related    partial turns, other places of the camera, other cameras
     python -m tools.sets.passes -o OUT --seed 1 --refused    pairs that must not be merged
     python -m tools.sets.passes -o OUT --seed 101            to set thresholds on
 
@@ -17,7 +18,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # products of small matrices
 import numpy as np
 
 from tools.sets.judging.series import Series, Table, options_of
-from tools.sets.two_passes.cases import CASES, REFUSED
+from tools.sets.two_passes.cases import CASES, REFUSED, RELATED
 from tools.sets.two_passes.judged import HEAD, judged, line, row, summary
 from tools.sets.two_passes.making import make
 
@@ -27,11 +28,13 @@ BULKY = ("pass_?", "scan_?", "merged", "true")
 def main() -> int:
     """Make, scan, merge, judge, print."""
     parser = options_of(__doc__, "pairs", len(CASES))
-    parser.add_argument("--refused", action="store_true", help="pairs that must not be merged")
+    kinds = parser.add_mutually_exclusive_group()
+    kinds.add_argument("--refused", action="store_true", help="pairs that must not be merged")
+    kinds.add_argument("--related", action="store_true", help="partial turns, other places, other cameras")
     parser.add_argument("--frames", type=int, default=36, help="of each pass")
     options = parser.parse_args()
-    cases = REFUSED if options.refused else CASES
-    stream = int(options.refused)
+    stream = 1 if options.refused else 2 if options.related else 0
+    cases = (CASES, REFUSED, RELATED)[stream]
 
     def made(k: int, folder: Path) -> None:
         make(cases[k], folder, np.random.default_rng([2006, stream, options.seed, k]), options.frames)

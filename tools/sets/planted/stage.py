@@ -127,12 +127,16 @@ class Stage:
         return np.clip(colour, 0, 255).astype(np.uint8)
 
 
-def stage_of(rng: Rng, camera: Pinhole, item: trimesh.Trimesh, distance: float) -> Stage:
-    """A stage drawn round the object: plate, wall at 1.5 to 2.5 m, a camera that looks down by 20 to 35 deg."""
+def stage_of(
+    rng: Rng, camera: Pinhole, item: trimesh.Trimesh, distance: float, looks_down: float | None = None
+) -> Stage:
+    """A stage round the object: plate, wall at 1.5 to 2.5 m, a camera that looks down by 20 to 35 deg (or as told)."""
     radius = float(np.linalg.norm(item.vertices[:, :2], axis=1).max()) + rng.uniform(0.02, 0.04)
     plate = trimesh.creation.cylinder(radius, PLATE_HEIGHT, sections=96)
     plate.apply_translation([0, 0, -PLATE_HEIGHT / 2])
     down, height = np.deg2rad(rng.uniform(20, 35)), float(item.vertices[:, 2].max())
+    if looks_down is not None:
+        down = np.deg2rad(looks_down)
     aim = np.array([*rng.uniform(-0.02, 0.02, 2), 0.45 * height])
     centre = aim + distance * np.array([0, -np.cos(down), np.sin(down)])
     still = joined(_surroundings(rng, rng.uniform(1.5, 2.5) + centre[1]))

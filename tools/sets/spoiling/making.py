@@ -15,7 +15,7 @@ from tools.sets.planted.shapes import BRIGHT, PLAIN, Array, Rng, joined, paint
 from tools.sets.planted.stage import OBJECT, STILL, Hits, Solid, turned
 from tools.sets.spoiling.cases import Spoiled
 from tools.sets.spoiling.plate_light import added
-from tools.sets.two_passes.cases import CAMERAS, OBJECTS, Case
+from tools.sets.two_passes.cases import CAMERAS, OBJECTS, Way
 from tools.sets.two_passes.making import EVERY, STD, Pass, camera_of, pass_of
 
 WARM = {"itof": 0.008}  # [m], and where not listed [px], that the depth drifts by over the scan
@@ -56,11 +56,10 @@ def make(case: Spoiled, folder: Path, rng: Rng) -> None:
         device = replace(device, dropped=0.0)
     item = THINGS[case.shape](rng, case.height)
     printed = paint(rng, PLAIN if case.plain else BRIGHT, 0.06)
-    layout = Case(case.shape if case.shape in OBJECTS else "box", case.camera, degrees=case.degrees)
-    one = pass_of(rng, layout, (item, printed), turned(rng.uniform(0, 360)), case.frames)
+    one = pass_of(rng, Way(case.camera, case.degrees), (item, printed), turned(rng.uniform(0, 360)), case.frames)
     steps = 1 + case.uneven * rng.uniform(-1, 1, case.frames - 1)
     angles = np.append(0, np.cumsum(steps)) * case.degrees / steps.sum()
-    recording = Recording(folder / "pass_1", camera_of(layout, device, device.camera.f * (1 + STD * 0.5)))
+    recording = Recording(folder / "pass_1", camera_of(case.camera, True, 1 + STD * 0.5))
     poses = []
     for i, angle in enumerate(angles):
         T_plate, T_item = _standing(case, i / case.frames, angle)

@@ -43,6 +43,23 @@ OBJECTS: dict[str, Callable[[Rng, float], trimesh.Trimesh]] = {
 
 
 @dataclass(frozen=True)
+class Way:
+    """How a pass is recorded where it is not as the first one is.
+
+    Attributes:
+        camera: name in CAMERAS.
+        degrees: of the table.
+        down: by how much the camera looks down [deg]; None draws it.
+        farther: than the first pass's camera stands [m].
+    """
+
+    camera: str
+    degrees: float = 350.0
+    down: float | None = None
+    farther: float = 0.0
+
+
+@dataclass(frozen=True)
 class Case:
     """Two passes.
 
@@ -50,7 +67,8 @@ class Case:
         shape, camera: names in OBJECTS and CAMERAS.
         second: shape of what stands on the plate in the second pass; "" for the same object.
         color: the recordings have colour images.
-        degrees: of the table, in each pass.
+        degrees: of the table, in each pass that says nothing else.
+        other: how the second pass is recorded; None as the first one is.
         refused: what `fusion merge` ought to say; "" where it ought to merge.
     """
 
@@ -59,10 +77,26 @@ class Case:
     second: str = ""
     color: bool = True
     degrees: float = 350.0
+    other: Way | None = None
     refused: str = ""
+
+    def way(self, number: int) -> Way:
+        """How pass 1 or 2 is recorded."""
+        return self.other if number == 2 and self.other else Way(self.camera, self.degrees)
 
 
 CASES = tuple(Case(name, camera) for name in OBJECTS for camera in CAMERAS)
+RELATED = (
+    Case("lumpy", "kinect-v2", other=Way("kinect-v2", degrees=180)),
+    Case("statue", "kinect-v1", degrees=220, other=Way("kinect-v1", degrees=220)),
+    Case("tower", "kinect-v1", other=Way("kinect-v2")),
+    Case("bricks", "d435", other=Way("kinect-v1")),
+    Case("statue", "kinect-v2", other=Way("d435", degrees=270)),
+    Case("mug", "kinect-v2", other=Way("kinect-v2", down=50, farther=0.3)),
+    Case("bricks", "kinect-v1", other=Way("kinect-v1", down=8)),
+    Case("lumpy", "d435", other=Way("d435", degrees=200, down=55, farther=0.2)),
+    Case("box", "kinect-v2", other=Way("kinect-v1", down=45)),
+)  # partial turns, other heights and distances of the camera, other cameras
 REFUSED = (
     Case("lumpy", "kinect-v2", second="statue", refused="different"),
     Case("bricks", "kinect-v1", second="tower", refused="different"),

@@ -13,7 +13,7 @@ from tools.sets.judging.writing import Recording, plain, trajectory
 from tools.sets.planted.devices import Device
 from tools.sets.planted.shapes import BRIGHT, Array, Paint, Rng, paint
 from tools.sets.planted.stage import Solid, Stage, stage_of, turned
-from tools.sets.two_passes.cases import CAMERAS, FAR, Case, made
+from tools.sets.two_passes.cases import CAMERAS, FAR, Case, Way, made
 
 COUNTS = 1000  # per metre
 STD = 0.001  # relative standard deviation of a calibrated focal length
@@ -44,43 +44,45 @@ class Pass:
 
 def make(case: Case, folder: Path, rng: Rng, frames: int) -> None:
     """Write `folder/pass_1`, `folder/pass_2` and `folder/truth`."""
-    device = CAMERAS[case.camera]
     height = rng.uniform(0.14, 0.24)
     item = made(case.shape, rng, height)
     other = made(case.second, rng, rng.uniform(0.14, 0.24)) if case.second else item
     printed = paint(rng, BRIGHT, 0.06)
     passes = [
-        pass_of(rng, case, (item, printed), _stood(rng), frames),
-        pass_of(rng, case, (other, printed), _turned_over(rng, other), frames),
+        pass_of(rng, case.way(1), (item, printed), _stood(rng), frames),
+        pass_of(rng, case.way(2), (other, printed), _turned_over(rng, other), frames),
     ]
-    stated = device.camera.f * (1 + STD * float(np.clip(rng.standard_normal(), -2, 2)))
+    off = 1 + STD * float(np.clip(rng.standard_normal(), -2, 2))
     truth = folder / "truth"
     truth.mkdir(parents=True, exist_ok=True)
     for number, one in enumerate(passes, 1):
-        recording = Recording(folder / f"pass_{number}", camera_of(case, device, stated))
+        way = case.way(number)
+        device = CAMERAS[way.camera]
+        recording = Recording(folder / f"pass_{number}", camera_of(way.camera, case.color, off))
         _record(recording, (one, device, case.color), rng)
         poses = [np.linalg.inv(turned(a) @ one.T_plate_object) @ one.stage.T_world_camera for a in one.angles]
         trajectory(truth / f"poses_{number}.txt", 100 + EVERY * np.arange(frames), np.array(poses))
     item.export(truth / "object.ply")
-    told = {"shape": case.shape, "camera": case.camera, "refused": case.refused, "height_m": height} | {
+    cameras = " and ".join(dict.fromkeys(case.way(k).camera for k in (1, 2)))
+    told = {"shape": case.shape, "camera": cameras, "refused": case.refused, "height_m": height} | {
         f"T_plate_object_{k}": p.T_plate_object for k, p in enumerate(passes, 1)
     }
     text = json.dumps({name: plain(x) for name, x in told.items()}, indent=1)
     (truth / "truth.json").write_text(text, encoding="utf-8")
 
 
-def pass_of(rng: Rng, case: Case, thing: tuple[trimesh.Trimesh, Paint], T: Array, frames: int) -> Pass:
+def pass_of(rng: Rng, way: Way, thing: tuple[trimesh.Trimesh, Paint], T: Array, frames: int) -> Pass:
     """Another camera place, wall and table each time; the object lies at T on the plate."""
     item, printed = thing
     T = T.copy()
     laid = np.asarray(item.vertices) @ T[:3, :3].T
     T[:3, 3] = [*(-(laid.min(axis=0) + laid.max(axis=0))[:2] / 2 + rng.uniform(-0.01, 0.01, 2)), -laid[:, 2].min()]
     lying = trimesh.Trimesh(laid + T[:3, 3], item.faces, process=False)
-    far = rng.uniform(FAR[case.camera], FAR[case.camera] + 0.1) + float(np.ptp(laid, axis=0).max()) / 2
-    stage = stage_of(rng, CAMERAS[case.camera].camera, lying, far)
+    far = rng.uniform(FAR[way.camera], FAR[way.camera] + 0.1) + float(np.ptp(laid, axis=0).max()) / 2
+    stage = stage_of(rng, CAMERAS[way.camera].camera, lying, far + way.farther, way.down)
     paints: Any = (stage.paints[0], stage.paints[1], Laid(printed, T))
     stage = replace(stage, item=Solid(lying), paints=paints)
-    angles = rng.choice([-1, 1]) * (np.linspace(0, case.degrees, frames) + 0.05 * rng.standard_normal(frames))
+    angles = rng.choice([-1, 1]) * (np.linspace(0, way.degrees, frames) + 0.05 * rng.standard_normal(frames))
     return Pass(stage, angles - angles[0], T)
 
 
@@ -111,12 +113,13 @@ def _record(recording: Recording, what: tuple[Pass, Device | Stereo, bool], rng:
     recording.done(turntable_deg=np.abs(one.angles))
 
 
-def camera_of(case: Case, device: Device | Stereo, f: float) -> dict[str, Any]:
-    """camera.json of a calibrated camera."""
-    true = device.camera
+def camera_of(name: str, color: bool, off: float) -> dict[str, Any]:
+    """camera.json of a calibrated camera whose focal length is `off` times the true one."""
+    device = CAMERAS[name]
+    true, f = device.camera, device.camera.f * off
     lens: dict[str, Any] = {"width": true.width, "height": true.height, "fx": f, "fy": f, "cx": true.cx, "cy": true.cy}
     lens |= {"distortion": [0.0] * 5}
     std = {"fx": STD * true.f, "fy": STD * true.f, "cx": 0.5, "cy": 0.5}
-    color = {"color": lens | {"T_color_depth": np.eye(4).tolist()}} if case.color else {}
-    kind = {"depth_scale": COUNTS, "principle": device.principle, "sensor": case.camera, "std": std}
-    return lens | kind | color
+    colors = {"color": lens | {"T_color_depth": np.eye(4).tolist()}} if color else {}
+    kind = {"depth_scale": COUNTS, "principle": device.principle, "sensor": name, "std": std}
+    return lens | kind | colors
