@@ -90,23 +90,16 @@ class ColorFigures:
 
 @dataclass(frozen=True)
 class Colored:
-    """A mesh with colours, and how they came about.
+    """A mesh with colours, and how they came about."""
 
-    Attributes:
-        mesh: its scalars "color_views" say how many images each vertex has its colour from; 0 where no image shows it:
-            there the colour is that of its neighbours, or grey far from any. Without colours where the recording has no
-            colour image that can be used.
-        images: how many were used.
-        lost: how many could not be, being damaged, missing or of another size.
-        uncolored_share: of the vertices, shown by no image; None without images.
-        neutral_share: of the vertices, grey; None without images.
-    """
-
+    # its scalars "color_views" say how many images each vertex has its colour from; 0 where no image shows it: there
+    # the colour is that of its neighbours, or grey far from any. Without colours where the recording has no colour
+    # image that can be used.
     mesh: Mesh
-    images: int = 0
-    lost: int = 0
-    uncolored_share: float | None = None
-    neutral_share: float | None = None
+    images: int = 0  # how many were used
+    lost: int = 0  # how many could not be, being damaged, missing or of another size
+    uncolored_share: float | None = None  # of the vertices, shown by no image; None without images
+    neutral_share: float | None = None  # of the vertices, grey; None without images
 
     def figures(self) -> ColorFigures:
         """In few numbers."""

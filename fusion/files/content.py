@@ -38,21 +38,13 @@ _NOTHING = object()
 
 @dataclass(frozen=True)
 class Content:
-    """A JSON value, and how it is named in messages.
+    """A JSON value, and how it is named in messages."""
 
-    Attributes:
-        value: as `read_json` gives it.
-        where: the file.
-        of: whose fields they are: "the camera".
-        error: the kind of error to raise.
-        do: what the user can do about a wrong value.
-    """
-
-    value: Any
-    where: object
-    of: str = "the file"
-    error: type[FusionError] = FusionError
-    do: str = ""
+    value: Any  # as `read_json` gives it
+    where: object  # the file
+    of: str = "the file"  # whose fields they are: "the camera"
+    error: type[FusionError] = FusionError  # the kind of error to raise
+    do: str = ""  # what the user can do about a wrong value
 
     def as_type(self, kind: type[T]) -> T:
         """The value as one of this type. Raises `error`: what is wrong at which key, what was found and expected."""

@@ -33,17 +33,12 @@ X, Y, DEPTH, ALONG, SMOOTH, ANGLE = range(6)
 
 @dataclass(frozen=True)
 class _Planes:
-    """Flat images with a margin: pixel (v, u) is entry (v + RADIUS) * stride + LANES + u.
+    """Flat images with a margin: pixel (v, u) is entry (v + RADIUS) * stride + LANES + u."""
 
-    Attributes:
-        flat: all six, one behind the other, as kernels take them: X, Y, DEPTH, ALONG, SMOOTH and ANGLE.
-        images: (6, h, w) views of what lies within the margins.
-        across: groups of eight pixels per row.
-    """
-
+    # all six, one behind the other, as kernels take them: X, Y, DEPTH, ALONG, SMOOTH and ANGLE
     flat: NDArray[np.float32]
-    images: NDArray[np.float32]
-    across: int
+    images: NDArray[np.float32]  # (6, h, w) views of what lies within the margins
+    across: int  # groups of eight pixels per row
 
 
 def _planes(camera: Camera) -> _Planes:

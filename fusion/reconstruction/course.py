@@ -19,16 +19,11 @@ SLID = 0.05  # of the frames: good for the light on directions up to 0.1 (guess)
 
 @dataclass(frozen=True)
 class Straightened:
-    """What became of a trajectory.
+    """What became of a trajectory."""
 
-    Attributes:
-        results: (n) of the frames.
-        course: how it hangs together.
-        between: the key frames where they belong now; None where nothing has changed since the frames were fused.
-    """
-
-    results: list[Tracked]
-    course: Course
+    results: list[Tracked]  # (n) of the frames
+    course: Course  # how it hangs together
+    # the key frames where they belong now; None where nothing has changed since the frames were fused
     between: Between | None = None
 
 

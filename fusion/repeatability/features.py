@@ -37,19 +37,12 @@ class QuantityFigures:
 
 @dataclass(frozen=True)
 class RepeatedQuantity:
-    """A quantity as each scan has it.
+    """A quantity as each scan has it."""
 
-    Attributes:
-        name: what it is, such as "plane 1" or "sphere 1 to 2".
-        term: in VDI/VDE 2634's words.
-        values: (n,) [m] or [rad] by the term; NaN where a scan does not show it.
-        error: of the mean against a stated value [m], None where none was stated.
-    """
-
-    name: str
-    term: str
-    values: Array
-    error: float | None = None
+    name: str  # what it is, such as "plane 1" or "sphere 1 to 2"
+    term: str  # in VDI/VDE 2634's words
+    values: Array  # (n,) [m] or [rad] by the term; NaN where a scan does not show it
+    error: float | None = None  # of the mean against a stated value [m], None where none was stated
 
     @property
     def mean(self) -> float:

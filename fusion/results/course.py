@@ -7,27 +7,18 @@ DRIFT = 0.03  # of the path, where nothing is seen again (guess; 3 % in a simula
 
 @dataclass(frozen=True)
 class Course:
-    """How a trajectory hangs together.
+    """How a trajectory hangs together."""
 
-    Attributes:
-        path: length of the way, from key frame to key frame [m].
-        in_view: the camera always kept something of all that it saw in view, so that tracking itself held it.
-        pieces: parts tracked for themselves, after the camera was lost.
-        joined: of them, those that stand in one frame of reference.
-        met: pairs of key frames that show a place seen before; `refused` those that the others contradict.
-        before, after: how far such pairs were and are apart, rms [m]; NaN where there are none.
-        moved: largest correction of a camera centre [m].
-    """
-
-    path: float
-    in_view: bool
-    pieces: int
-    joined: int
-    met: int = 0
+    path: float  # length of the way, from key frame to key frame [m]
+    in_view: bool  # the camera always kept something of all that it saw in view, so that tracking itself held it
+    pieces: int  # parts tracked for themselves, after the camera was lost
+    joined: int  # of them, those that stand in one frame of reference
+    met: int = 0  # pairs of key frames that show a place seen before; `refused` those that the others contradict
     refused: int = 0
+    # before, after: how far such pairs were and are apart, rms [m]; NaN where there are none
     before: float = float("nan")
     after: float = float("nan")
-    moved: float = 0.0
+    moved: float = 0.0  # largest correction of a camera centre [m]
 
     @property
     def drift(self) -> float:

@@ -8,21 +8,13 @@ LEVELS = ("ok", "warning", "bad")
 
 @dataclass(frozen=True)
 class Light:
-    """One judged statement.
+    """One judged statement."""
 
-    Attributes:
-        level: "ok", "warning" or "bad".
-        subject: what is judged, two or three words ("Frames used").
-        reason: one sentence that says why.
-        do: what a person can do about it, one sentence; "" when there is nothing to do.
-        fails: the result itself is wrong, not only doubtful.
-    """
-
-    level: str
-    subject: str
-    reason: str
-    do: str = ""
-    fails: bool = False
+    level: str  # "ok", "warning" or "bad"
+    subject: str  # what is judged, two or three words ("Frames used")
+    reason: str  # one sentence that says why
+    do: str = ""  # what a person can do about it, one sentence; "" when there is nothing to do
+    fails: bool = False  # the result itself is wrong, not only doubtful
 
 
 def note(subject: str, level: str, text: str) -> Light:

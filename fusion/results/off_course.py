@@ -11,15 +11,10 @@ NOMINAL = "nominal poses, as planned and not measured"
 
 @dataclass(frozen=True)
 class OffCourse:
-    """A trajectory's error against stated poses.
+    """A trajectory's error against stated poses."""
 
-    Attributes:
-        error: after rigid alignment.
-        against: what these poses are, in words.
-    """
-
-    error: TrajectoryError
-    against: str
+    error: TrajectoryError  # after rigid alignment
+    against: str  # what these poses are, in words
 
     def values(self) -> dict[str, float | str]:
         """Plain values for JSON [m]."""

@@ -19,19 +19,13 @@ OCCUPIED = 8  # mean number of values per level below which levels may be missin
 
 @dataclass(frozen=True)
 class Repeats:
-    """Values (frames, pixels) of some pixels, summed up.
+    """Values (frames, pixels) of some pixels, summed up."""
 
-    Attributes:
-        sigma: standard deviation of one value [m], NaN without values.
-        sigma_std: how well it is known [m].
-        scores: values less their pixel's mean, over their pixel's standard deviation; outliers are in it.
-        step: mean gap between neighbouring values that occur [m], 0 where it cannot be told.
-    """
-
-    sigma: float
-    sigma_std: float
+    sigma: float  # standard deviation of one value [m], NaN without values
+    sigma_std: float  # how well it is known [m]
+    # values less their pixel's mean, over their pixel's standard deviation; outliers are in it
     scores: NDArray[np.float32]
-    step: float
+    step: float  # mean gap between neighbouring values that occur [m], 0 where it cannot be told
 
 
 def repeats_of(values: Image, tilts: Image | None = None) -> Repeats:

@@ -21,19 +21,12 @@ Image = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Reference:
-    """The usual view of a still stretch, from a sample of its frames.
+    """The usual view of a still stretch, from a sample of its frames."""
 
-    Attributes:
-        depth: (h, w) [m], NaN where no frame has a value.
-        sigma: (h, w) robust standard deviation of one depth [m]; NaN below three values.
-        usual: (h, w) pixels that have a depth in half of the frames or more.
-        frames: number of frames in the sample.
-    """
-
-    depth: NDArray[np.float32]
-    sigma: NDArray[np.float32]
-    usual: NDArray[np.bool_]
-    frames: int
+    depth: NDArray[np.float32]  # (h, w) [m], NaN where no frame has a value
+    sigma: NDArray[np.float32]  # (h, w) robust standard deviation of one depth [m]; NaN below three values
+    usual: NDArray[np.bool_]  # (h, w) pixels that have a depth in half of the frames or more
+    frames: int  # number of frames in the sample
 
     def limit(self) -> NDArray[np.float32]:
         """(h, w) how far a depth may be from the reference before it is not that surface [m]."""

@@ -19,21 +19,13 @@ MARK = ".fusion.json"  # in a command's result: which command made which files
 
 @dataclass
 class OutputClaim:
-    """An output that one run may make.
+    """An output that one run may make."""
 
-    Attributes:
-        path: as the user named it.
-        place: where that is.
-        command: who makes it, such as "calibrate depth".
-        overwrite: an earlier result of the same command may be replaced.
-        at: where it is made.
-    """
-
-    path: Path
-    place: Path
-    command: str
-    overwrite: bool
-    at: Staging
+    path: Path  # as the user named it
+    place: Path  # where that is
+    command: str  # who makes it, such as "calibrate depth"
+    overwrite: bool  # an earlier result of the same command may be replaced
+    at: Staging  # where it is made
     _made: tuple[int, int] | None = field(default=None, init=False)
 
     @contextmanager

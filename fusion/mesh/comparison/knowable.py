@@ -14,19 +14,13 @@ NINETY, FAR = 1.645, 3.0  # standard deviations: 90 % of normal errors stay belo
 
 @dataclass(frozen=True)
 class Knowable:
-    """What of the deviations the scan's own uncertainty explains.
+    """What of the deviations the scan's own uncertainty explains."""
 
-    Attributes:
-        vertices: with a sigma and a distance.
-        within_90: share of them within 1.645 sigma; 0.9 where nothing but the scan's own errors is seen.
-        beyond_3_sigma: share of them beyond 3 sigma: there scan and reference differ by more than the scan can know.
-        sigma_median: [m].
-    """
-
-    vertices: int
-    within_90: float
+    vertices: int  # with a sigma and a distance
+    within_90: float  # share of them within 1.645 sigma; 0.9 where nothing but the scan's own errors is seen
+    # share of them beyond 3 sigma: there scan and reference differ by more than the scan can know
     beyond_3_sigma: float
-    sigma_median: float
+    sigma_median: float  # [m]
 
     def values(self) -> dict[str, float]:
         """For JSON."""

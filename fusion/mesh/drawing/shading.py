@@ -14,17 +14,11 @@ CLAY = (0.80, 0.81, 0.83)  # colour of a mesh that has none
 
 @dataclass(frozen=True)
 class Lit:
-    """A sight in its light, which is the same whatever colours are shown in it.
+    """A sight in its light, which is the same whatever colours are shown in it."""
 
-    Attributes:
-        sight: what the pixels show.
-        light: (k,) brightness of the k pixels that were hit.
-        inside: (k,) whether they show the surface from behind, through a hole.
-    """
-
-    sight: Sight
-    light: NDArray[np.float32]
-    inside: NDArray[np.bool_]
+    sight: Sight  # what the pixels show
+    light: NDArray[np.float32]  # (k,) brightness of the k pixels that were hit
+    inside: NDArray[np.bool_]  # (k,) whether they show the surface from behind, through a hole
 
     @property
     def side(self) -> SightSide:

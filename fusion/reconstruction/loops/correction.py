@@ -19,17 +19,11 @@ OFF = 0.01, np.deg2rad(0.5)
 
 @dataclass(frozen=True)
 class CorrectedPoses:
-    """Poses of all frames.
+    """Poses of all frames."""
 
-    Attributes:
-        poses: (n, 4, 4), NaN where lost.
-        off: (n,) key frames contradict how these were tracked.
-        torn: (n,) so much that where they are is a guess.
-    """
-
-    poses: Array
-    off: NDArray[np.bool_]
-    torn: NDArray[np.bool_]
+    poses: Array  # (n, 4, 4), NaN where lost
+    off: NDArray[np.bool_]  # (n,) key frames contradict how these were tracked
+    torn: NDArray[np.bool_]  # (n,) so much that where they are is a guess
 
 
 def corrected(

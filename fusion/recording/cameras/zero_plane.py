@@ -15,21 +15,13 @@ DEPTH_SCALE = 5000.0
 
 @dataclass(frozen=True)
 class ZeroPlane:
-    """The plane at which the factory took the reference image. Lengths in centimetres, as the arithmetic needs them.
+    """The plane at which the factory took the reference image. Lengths in centimetres, as the arithmetic needs them."""
 
-    Attributes:
-        baseline: from the emitter to the infrared camera.
-        to_color: from the infrared to the colour camera.
-        distance: of the plane.
-        pixel: of 1280 across; the focal length in pixels of 640 is `distance` / (2 `pixel`).
-        shift: constant that the device adds to its disparity, in quarters of a raw value.
-    """
-
-    baseline: float
-    to_color: float
-    distance: float
-    pixel: float
-    shift: int
+    baseline: float  # from the emitter to the infrared camera
+    to_color: float  # from the infrared to the colour camera
+    distance: float  # of the plane
+    pixel: float  # of 1280 across; the focal length in pixels of 640 is `distance` / (2 `pixel`)
+    shift: int  # constant that the device adds to its disparity, in quarters of a raw value
 
     def metres(self) -> NDArray[np.float32]:
         """(2048,) [m] depth of each raw value, NaN where there is none.

@@ -25,23 +25,14 @@ MOST = 0.9  # of the whole image stands still when nothing moves, and changes wh
 
 @dataclass(frozen=True)
 class Stillness:
-    """Shares of the pixels that are known in most frames.
+    """Shares of the pixels that are known in most frames."""
 
-    Attributes:
-        still: that see the same depth in all frames but one.
-        moving: in patches that do not.
-        coming: in patches that are known in some frames and missing in others, of those that are ever known.
-        border_known: pixels of the image's rim that are known, of all of its rim.
-        border_moving: that change much of the time, of these.
-        held: what stands still fixes the camera in every direction; a wall alone does not.
-    """
-
-    still: float
-    moving: float
-    coming: float
-    border_known: float
-    border_moving: float
-    held: bool
+    still: float  # that see the same depth in all frames but one
+    moving: float  # in patches that do not
+    coming: float  # in patches that are known in some frames and missing in others, of those that are ever known
+    border_known: float  # pixels of the image's rim that are known, of all of its rim
+    border_moving: float  # that change much of the time, of these
+    held: bool  # what stands still fixes the camera in every direction; a wall alone does not
 
     @property
     def nothing_moves(self) -> bool:

@@ -18,13 +18,9 @@ DO = "name each mask like its depth image or by its time stamp, or pass one PNG 
 
 @dataclass(frozen=True)
 class Masks:
-    """Where the mask of each frame lies; `masks[i]` reads it.
+    """Where the mask of each frame lies; `masks[i]` reads it."""
 
-    Attributes:
-        files: one per frame, or a single one for all.
-    """
-
-    files: tuple[Path, ...]
+    files: tuple[Path, ...]  # one per frame, or a single one for all
 
     @property
     def moving(self) -> bool:

@@ -25,17 +25,11 @@ POINTS = 60_000
 
 @dataclass(frozen=True)
 class Layer:
-    """One colouring of the mesh.
+    """One colouring of the mesh."""
 
-    Attributes:
-        name: what the button says.
-        colors: (n, 3) uint8 RGB; None is plain clay.
-        scale: what the colours stand for, shown as a bar; None for colours that are only colours.
-    """
-
-    name: str
-    colors: NDArray[np.uint8] | None = None
-    scale: Scale | None = None
+    name: str  # what the button says
+    colors: NDArray[np.uint8] | None = None  # (n, 3) uint8 RGB; None is plain clay
+    scale: Scale | None = None  # what the colours stand for, shown as a bar; None for colours that are only colours
 
 
 @dataclass(frozen=True)

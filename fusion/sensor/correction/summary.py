@@ -29,21 +29,13 @@ class CorrectionFigures:
 
 @dataclass(frozen=True)
 class CorrectionSummary:
-    """The correction of a recording in numbers and words.
+    """The correction of a recording in numbers and words."""
 
-    Attributes:
-        corrected: effect to the median size of what was taken back in a frame that was looked at [m].
-        camera: names of the errors of the camera that the true camera takes out.
-        left: what is not corrected, one sentence each with the reason.
-        doubtful: effects that are corrected, but are known no better than the noise, one sentence each.
-        guessed: [m] size of what was taken back for a brightness that was guessed.
-    """
-
-    corrected: dict[str, float]
-    camera: tuple[str, ...]
-    left: tuple[str, ...]
-    doubtful: tuple[str, ...]
-    guessed: float = 0.0
+    corrected: dict[str, float]  # effect to the median size of what was taken back in a frame that was looked at [m]
+    camera: tuple[str, ...]  # names of the errors of the camera that the true camera takes out
+    left: tuple[str, ...]  # what is not corrected, one sentence each with the reason
+    doubtful: tuple[str, ...]  # effects that are corrected, but are known no better than the noise, one sentence each
+    guessed: float = 0.0  # [m] size of what was taken back for a brightness that was guessed
 
     @property
     def line(self) -> str:

@@ -19,17 +19,11 @@ I32_3 = ti.types.ndarray(ti.i32, 3)
 
 
 class Rings(NamedTuple):
-    """Cells by their distance from a pixel.
+    """Cells by their distance from a pixel."""
 
-    Attributes:
-        cells: (n, 3) the nearest first: square of the distance [px^2], and row and column from the pixel.
-        begins: (reach^2 + 2,) the first of them that is as far [px^2].
-        margin: rows and columns of `Pieces.held` beyond the cells, more than the reach [px].
-    """
-
-    cells: I32_2
-    begins: I32
-    margin: ti.i32
+    cells: I32_2  # (n, 3) the nearest first: square of the distance [px^2], and row and column from the pixel
+    begins: I32  # (reach^2 + 2,) the first of them that is as far [px^2]
+    margin: ti.i32  # rows and columns of `Pieces.held` beyond the cells, more than the reach [px]
 
 
 class Pieces(NamedTuple):

@@ -56,17 +56,11 @@ class SceneFile(SceneFields, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class SceneSource:
-    """A scene file.
+    """A scene file."""
 
-    Attributes:
-        content: as it stands.
-        given: the same, as its type.
-        notes: what was left out, for people; appended to.
-    """
-
-    content: Content
-    given: SceneFile
-    notes: list[str]
+    content: Content  # as it stands
+    given: SceneFile  # the same, as its type
+    notes: list[str]  # what was left out, for people; appended to
 
     @property
     def folder(self) -> Path:

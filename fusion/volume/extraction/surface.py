@@ -43,17 +43,12 @@ class CaseTable(NamedTuple):
 
 @dataclass(frozen=True)
 class Extracted:
-    """A surface and where in the blocks each of its elements comes from; b is the number of blocks.
+    """A surface and where in the blocks each of its elements comes from; b is the number of blocks."""
 
-    Attributes:
-        mesh: (n) vertices and (m) faces.
-        crossed: (b * 64,) of each row of voxels the edges that hold a vertex, a bit each: 8 * axis + place in the row.
-        triangles: (b * 64,) how many triangles the cells of each row hold.
-    """
-
-    mesh: Mesh
+    mesh: Mesh  # (n) vertices and (m) faces
+    # (b * 64,) of each row of voxels the edges that hold a vertex, a bit each: 8 * axis + place in the row
     crossed: NDArray[np.int32]
-    triangles: NDArray[np.int32]
+    triangles: NDArray[np.int32]  # (b * 64,) how many triangles the cells of each row hold
 
     def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Of each vertex (n,): block, place of its edge's first voxel in it (0 to 511), axis of the edge; and of each

@@ -20,30 +20,19 @@ Flat = NDArray[np.float32]
 
 
 class FrameImages(NamedTuple):
-    """A frame as it is fused.
+    """A frame as it is fused."""
 
-    Attributes:
-        depth: (h, w) [m], anything not finite and positive is missing.
-        weight: (h, w), no positive one is missing too; None for 1.
-        color: (h, w, 3), or None.
-    """
-
-    depth: Flat
-    weight: Flat | None
-    color: NDArray[np.uint8] | None
+    depth: Flat  # (h, w) [m], anything not finite and positive is missing
+    weight: Flat | None  # (h, w), no positive one is missing too; None for 1
+    color: NDArray[np.uint8] | None  # (h, w, 3), or None
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Pixel (v, u) is entry (v + PAD) * stride + u of every flat image.
+    """Pixel (v, u) is entry (v + PAD) * stride + u of every flat image."""
 
-    Attributes:
-        stride: entries per row, a multiple of STRIP.
-        rows: whole cells of rows, and the padding.
-    """
-
-    stride: int
-    rows: int
+    stride: int  # entries per row, a multiple of STRIP
+    rows: int  # whole cells of rows, and the padding
 
     def flat(self) -> Flat:
         """An image of zeros."""
@@ -52,23 +41,17 @@ class Layout:
 
 @dataclass(frozen=True)
 class Geometry:
-    """What is known of a camera's images before anything is measured; read only.
+    """What is known of a camera's images before anything is measured; read only."""
 
-    Attributes:
-        layout: of the flat images.
-        x, y: flat, x/z and y/z of every pixel.
-        bend: flat, four images one after the other for a lens with distortion: slopes along x/z and y/z are
-            a * bend[0] + b * bend[1] and a * bend[2] + b * bend[3] of slopes a, b along u, v; else one value.
-        margin: the largest step of x or y from one pixel's centre to its border.
-        cells: (4, rows / CELL, stride / CELL) x/z and y/z of the middle of each cell, and from there to its borders.
-    """
-
-    layout: Layout
+    layout: Layout  # of the flat images
+    # x, y: flat, x/z and y/z of every pixel
     x: Flat
     y: Flat
+    # flat, four images one after the other for a lens with distortion: slopes along x/z and y/z are a * bend[0] + b *
+    # bend[1] and a * bend[2] + b * bend[3] of slopes a, b along u, v; else one value
     bend: Flat
-    margin: float
-    cells: Flat
+    margin: float  # the largest step of x or y from one pixel's centre to its border
+    cells: Flat  # (4, rows / CELL, stride / CELL) x/z and y/z of the middle of each cell, and from there to its borders
 
 
 @dataclass(frozen=True)

@@ -73,25 +73,17 @@ def count_apart(values: NDArray[np.floating]) -> int:
 
 @dataclass(frozen=True)
 class AxialLaw:
-    """Axial noise over depth and tilt.
+    """Axial noise over depth and tilt."""
 
-    Attributes:
-        poses: that were used.
-        sigma, sigma_std: (n,) their noise [m] and how well it is known.
-        places: of these poses.
-        fits: every form that competed; `chosen` is the index of the one in use.
-        visible: what the poses can show.
-        kept: parameters that stay as the sensor model had them.
-    """
-
-    poses: list[Pose]
+    poses: list[Pose]  # that were used
+    # sigma, sigma_std: (n,) their noise [m] and how well it is known
     sigma: Array
     sigma_std: Array
-    places: Places
-    fits: list[NoiseFit]
+    places: Places  # of these poses
+    fits: list[NoiseFit]  # every form that competed; `chosen` is the index of the one in use
     chosen: int
-    visible: VisibleParameters
-    kept: dict[str, float]
+    visible: VisibleParameters  # what the poses can show
+    kept: dict[str, float]  # parameters that stay as the sensor model had them
 
     @property
     def best(self) -> NoiseFit:
