@@ -57,20 +57,16 @@ FEWEST = 3  # centres that fix an alignment
 
 @dataclass(frozen=True)
 class TrajectoryError:
-    """Absolute pose error: distances of the camera centres after a rigid alignment onto the reference [m].
+    """Absolute pose error: distances of the camera centres after a rigid alignment onto the reference [m]."""
 
-    Attributes:
-        rmse, mean, median, std, min, max: over the frames.
-        frames: that have a pose in both.
-    """
-
+    # rmse, mean, median, std, min, max: over the frames
     rmse: float
     mean: float
     median: float
     std: float
     min: float
     max: float
-    frames: int
+    frames: int  # that have a pose in both
 
 
 def trajectory_error(measured: Trajectory, reference: Trajectory) -> TrajectoryError | None:

@@ -8,8 +8,7 @@ import numpy as np
 from fusion.certainty.sigma import Sure
 from fusion.geometry.pose import Array
 from fusion.mesh.shape import MeshShape
-from fusion.results.course import Course
-from fusion.results.off_course import OffCourse
+from fusion.results.course import Course, OffCourse
 
 
 @dataclass(frozen=True)

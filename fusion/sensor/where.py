@@ -43,14 +43,10 @@ class BoundFields(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Bound:
-    """One variable within bounds.
+    """One variable within bounds."""
 
-    Attributes:
-        variable: its name, of `VARIABLES`.
-        low, high: both included; infinite where open.
-    """
-
-    variable: str
+    variable: str  # its name, of `VARIABLES`
+    # low, high: both included; infinite where open
     low: float = -np.inf
     high: float = np.inf
 

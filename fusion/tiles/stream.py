@@ -19,19 +19,14 @@ MOST = (1 << 31) - 1  # vertices that the faces of a PLY file can name
 
 @dataclass(frozen=True)
 class Streamed:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        vertices, faces: how many.
-        parts: connected ones that were kept, and how many were left out as crumbs.
-        area: of the surface [m^2].
-        low, high: (3,) its box [m].
-    """
-
+    # vertices, faces: how many
     vertices: int
     faces: int
-    parts: tuple[int, int]
-    area: float
+    parts: tuple[int, int]  # connected ones that were kept, and how many were left out as crumbs
+    area: float  # of the surface [m^2]
+    # low, high: (3,) its box [m]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 

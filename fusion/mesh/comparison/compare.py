@@ -14,9 +14,17 @@ from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import in_metres, size
 from fusion.mesh.comparison.distances import Surface, surface_of
-from fusion.mesh.comparison.knowable import OVER, SIGMA, Knowable, knowable, over_sigma
 from fusion.mesh.comparison.mirrored import mirrored_note
-from fusion.mesh.comparison.statistics import DistanceStatistics, fscore, histogram
+from fusion.mesh.comparison.statistics import (
+    OVER,
+    SIGMA,
+    DistanceStatistics,
+    Knowable,
+    fscore,
+    histogram,
+    knowable,
+    over_sigma,
+)
 from fusion.mesh.comparison.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh

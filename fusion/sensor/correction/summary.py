@@ -66,9 +66,11 @@ def tell(sensor: Sensor, view: View) -> CorrectionSummary:
     depth = sensor.correct(measured, full)
     true = true_camera(sensor, view.camera)
     noise = _median(sigma_of(sensor, View(true, depth, ir=view.ir, moment=view.moment)))
-    corrected, left, doubtful, dark = {}, _by_name(sensor), [], 0.0
+    by_name_only = [text for text in sensor.left_out if ": not corrected (" not in text]
+    corrected, left, doubtful, dark = {}, by_name_only, [], 0.0
     for effect in sensor.effects:
-        why = _why_left(sensor, effect)
+        # the true camera corrects those of the camera
+        why = sensor.usual(effect) if isinstance(effect, CameraEffect) else sensor.why_not_corrected(effect)
         if why:
             left.append(f"{effect.name}: not corrected ({why})")
         if why or not effect.changes("bias") or isinstance(effect, CameraEffect):
@@ -89,16 +91,6 @@ def tell(sensor: Sensor, view: View) -> CorrectionSummary:
             )
     moved = tuple(e.name for e in camera_effects(sensor) if e.true_camera(view.camera) != view.camera)
     return CorrectionSummary(corrected, moved, tuple(left), tuple(doubtful), dark)
-
-
-def _by_name(sensor: Sensor) -> list[str]:
-    """What the model holds by name only."""
-    return [text for text in sensor.left_out if ": not corrected (" not in text]
-
-
-def _why_left(sensor: Sensor, effect: Effect) -> str:
-    """Why an effect stays; the true camera corrects those of the camera."""
-    return sensor.usual(effect) if isinstance(effect, CameraEffect) else sensor.why_not_corrected(effect)
 
 
 def _size(effect: Effect, depth: np.ndarray, view: View) -> float:

@@ -37,14 +37,10 @@ class Part:
 
 @dataclass(frozen=True)
 class StatedPoses:
-    """How well the poses in the recording are known.
+    """How well the poses in the recording are known."""
 
-    Attributes:
-        source: "surveyed", "tracked" or "nominal" (as the turntable reports).
-        sigma_m, sigma_rad: standard deviation per axis of one error that all poses of the recording share.
-    """
-
-    source: str = "surveyed"
+    source: str = "surveyed"  # "surveyed", "tracked" or "nominal" (as the turntable reports)
+    # sigma_m, sigma_rad: standard deviation per axis of one error that all poses of the recording share
     sigma_m: float = 0.0
     sigma_rad: float = 0.0
 

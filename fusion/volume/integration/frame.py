@@ -56,27 +56,20 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Work:
-    """What the passes over one frame hand to each other, and what they leave for the next one.
+    """What the passes over one frame hand to each other, and what they leave for the next one."""
 
-    Attributes:
-        geometry: of the camera.
-        inverse: flat, one over depth, 0 where missing [1/m].
-        weight: flat, the weight of each pixel, where there is any.
-        level, slopes, scales: flat, the plane at every pixel, see `planes`.
-        shifted: the same three, from the pixel before the first one on, one row up and eight to the left.
-        filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where planes stand.
-        farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
-    """
-
-    geometry: Geometry
-    inverse: Flat
-    weight: Flat
+    geometry: Geometry  # of the camera
+    inverse: Flat  # flat, one over depth, 0 where missing [1/m]
+    weight: Flat  # flat, the weight of each pixel, where there is any
+    # level, slopes, scales: flat, the plane at every pixel, see `planes`
     level: Flat
     slopes: NDArray[np.int32]
     scales: NDArray[np.int32]
+    # the same three, from the pixel before the first one on, one row up and eight to the left
     shifted: tuple[Flat, NDArray[np.int32], NDArray[np.int32]]
+    # for each strip of a row of cells, 1 where anything is measured, and 2 more where planes stand
     filled: NDArray[np.int32]
-    farthest: NDArray[np.float32]
+    farthest: NDArray[np.float32]  # (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m]
 
 
 @lru_cache(maxsize=4)
