@@ -53,7 +53,6 @@ def look(mesh: Mesh, frames: Iterable[tuple[Prepared, Array]], near: float) -> L
     """What placed frames, each with its pose `T_object_camera` (4, 4), measured at the vertices of a mesh.
 
     Args:
-        mesh: with normals.
         frames: in any order; asked for one after the other, so they may be read as they are asked for.
         near: largest difference in depth [m]: what lies farther off is another surface.
     """

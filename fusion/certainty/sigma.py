@@ -75,9 +75,7 @@ def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Share
     Args:
         mesh: with normals.
         some: (m,) its vertices that were looked at; the others take what is near.
-        looks: at these.
         shared: what neighbouring views share.
-        causes: the rest.
     """
     assert mesh.normals is not None
     points, normals = mesh.vertices[some], mesh.normals[some].astype(float)

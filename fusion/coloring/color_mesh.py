@@ -186,7 +186,6 @@ def filled(
     Ring by ring along the edges of the mesh, as far as about `reach` [m].
 
     Args:
-        mesh: triangles.
         colors: (n, 3); of unknown vertices they have no meaning.
         known: (n,) vertices with a colour.
         reach: how far colours are carried [m].

@@ -70,7 +70,6 @@ def _from_rims(front: NDArray[np.float32], measured: NDArray[np.float32], camera
     Args:
         front: (h, w) depth of the surface [m], infinite where there is none.
         measured: (h, w) what the depth camera saw [m], NaN where nothing.
-        camera: whose pixels these are.
     """
     with np.errstate(invalid="ignore"):  # of NaN and infinity no comparison is meant to hold
         blocked = measured < front * (1 - DISAGREE)

@@ -33,8 +33,6 @@ class Orbbec:
     """An Orbbec camera.
 
     Args:
-        device: of pyorbbecsdk.
-        with_infrared: not available here.
         camera: intrinsics that replace the device's own.
 
     Raises:

@@ -32,7 +32,6 @@ class RealSense:
     """A RealSense.
 
     Args:
-        device: of pyrealsense2.
         with_infrared: the left infrared picture too, which is in the depth's pixels.
         camera: intrinsics that replace the device's own.
 

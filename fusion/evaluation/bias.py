@@ -37,7 +37,6 @@ def bias_of(
     """Bias of a stretch; None where nothing is known of the surface.
 
     Args:
-        sensor: the model that is known, or None.
         distance_std: standard deviation of a stated distance [m].
     """
     if surface.kind == "unknown":

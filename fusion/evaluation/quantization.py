@@ -43,7 +43,6 @@ def quantization_of(views: Sequence[NDArray[np.int64]], depth_scale: float) -> Q
 
     Args:
         views: how often each count of the file occurs, per view: walls at several distances share no levels.
-        depth_scale: counts per metre.
     Returns: None where too little occurs.
     """
     found = np.array([step for counts in views for step in _steps(counts)]).reshape(-1, 2) / depth_scale

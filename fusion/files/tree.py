@@ -103,8 +103,6 @@ def open_tree(path: Path, error: type[FusionError], marker: str) -> Tree:
     """The tree of a folder or of a zip archive.
 
     Args:
-        path: the folder or archive.
-        error: the kind of error to raise.
         marker: a file or the beginning of a name that the content has; a folder that was packed with its own name is
             found by it.
 

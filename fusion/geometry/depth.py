@@ -31,7 +31,6 @@ def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002) -> Poi
 
     Args:
         depth: (h, w) [m], NaN where missing.
-        camera: its camera.
         sigma: (h, w) or one standard deviation of the depth [m].
     """
     from fusion.geometry.relief import relief  # Taichi starts with the first image

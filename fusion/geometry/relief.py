@@ -64,7 +64,6 @@ def relief(
 
     Args:
         depth: NaN where missing.
-        camera: its camera.
         sigma: (h, w) standard deviation of the depth [m].
         step: differences of depth above about this are steps, not noise [m].
     """

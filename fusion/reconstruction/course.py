@@ -36,7 +36,6 @@ def straighten(
         results: (n) as tracked; poses of different pieces have nothing to do with each other.
         pieces: (n,) of the trajectory.
         stamps: (n,) time [s].
-        frames: key frames.
     """
     count = len({frame.piece for frame in frames})
     if not count:  # nothing was placed

@@ -39,9 +39,7 @@ def projection_uncertainty(camera: Camera, covariance: Array, distance: float) -
     """The projection uncertainty of a camera.
 
     Args:
-        camera: of the fit.
         covariance: (k, k) of its parameters in the order of RATIONAL, of which there are 9 or 12.
-        distance: working distance [m].
     """
     u, v = np.meshgrid(np.linspace(0, camera.width - 1, GRID[0]), np.linspace(0, camera.height - 1, GRID[1]))
     pixels = np.stack([u, v], axis=2)

@@ -49,7 +49,6 @@ def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -
     """The poses of all recordings, and in words what was left out.
 
     Args:
-        camera: calibrated.
         known: what is known of the sensor; its depth errors are undone before a target's distance and tilt are read.
     Raises:
         FusionError: not one pose shows a target.

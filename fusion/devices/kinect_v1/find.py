@@ -43,9 +43,6 @@ def usb_module() -> Any:
 def kinects(devices: Iterable[Any] | None = None) -> list[Parts]:
     """Every Kinect v1 that is plugged in.
 
-    Args:
-        devices: of pyusb; None: all there are.
-
     Raises:
         DeviceError: pyusb or libusb are not installed.
     """

@@ -105,7 +105,6 @@ def measure_still(sample: StretchSample, expected: Image, pixel: tuple[int, int]
     """Let all frames of a stretch pass by.
 
     Args:
-        sample: of the stretch.
         expected: (h, w) depth of the surface [m]; outliers are counted where it is known.
         pixel: (v, u) whose series is kept.
     Raises:

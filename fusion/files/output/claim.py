@@ -81,8 +81,6 @@ def claimed(
     """The block may make `path` as the result of a command; what must not be replaced or written is refused first.
 
     Args:
-        path: a folder or a file.
-        command: who makes it.
         inputs: files and folders that are read; the output may not be one, lie in one or hold one.
         overwrite: an earlier result of the same command, or a file, is replaced.
         folder: the result is a folder, else a file.

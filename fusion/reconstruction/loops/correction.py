@@ -35,7 +35,6 @@ def corrected(
         poses: (n, 4, 4) as tracked, NaN where lost.
         pieces: (n,) of the trajectory.
         stamps: (n,) time [s].
-        frames: key frames.
         settled: (k, 4, 4) their new poses, NaN where they have none.
     """
     out = np.full_like(poses, np.nan)

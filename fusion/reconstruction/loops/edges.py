@@ -94,8 +94,6 @@ def by_relief(information: Array, source: Points, model: PointMap, T_model_sourc
 
     Args:
         information: (6, 6) as the alignment gives it, by the model's normals alone.
-        source: points that were aligned.
-        model: with what.
         T_model_source: (4, 4) as aligned.
         reach: largest distance of a pair [m].
     """

@@ -65,9 +65,7 @@ class Keyframes:
         """Keep a placed frame, if the camera has moved enough since the last one of its piece; says whether.
 
         Args:
-            piece: of the trajectory.
             T_world_camera: (4, 4) as tracked.
-            frame: the frame.
             slid: its surface left a direction open, so that its pose may miss a motion.
         """
         last = self.found[-1] if self.found and self.found[-1].piece == piece else None

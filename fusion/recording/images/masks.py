@@ -38,7 +38,6 @@ def open_masks(path: Path, recording: Recording) -> Masks:
     Args:
         path: one PNG for all frames, or a folder with one PNG per depth frame: of the same name, or named by a time
             stamp within 20 ms.
-        recording: what they belong to.
 
     Raises:
         RecordingError: no such path, frames without a mask, another size than the depth, nothing or everything marked.

@@ -26,7 +26,6 @@ def fill_tum(folder: Path, recording: Recording, notes: list[str] | None = None)
     `associations.txt` holds a line of colour and depth for each frame that has both, as ORB-SLAM and others read it.
 
     Args:
-        folder: empty.
         recording: its colour in the depth camera's pixels is written.
         notes: what is to be known about the result is appended here.
 

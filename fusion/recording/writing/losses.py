@@ -22,7 +22,6 @@ class Watched:
     """The frames of a recording, walked once; then `told` says what of them the format has no place for.
 
     Args:
-        recording: the one that is written.
         counts: whether depth becomes whole counts of its camera's unit.
         without: what of `BESIDE` the format has no place for.
     """

@@ -48,12 +48,10 @@ def comparison_report(
     """Write `report.html` of a comparison.
 
     Args:
-        path: the page.
         comparison: the fields of `comparison.json`, as a mapping or as attributes; `histogram` (counts, edges [m])
             is used where there is one.
         mesh: the compared mesh with `scalars["signed_distance"]` [m] per vertex.
         reference: what it was compared with, in the mesh's frame, or None.
-        about: the rest of the page.
     """
     about = about or Circumstances()
     up, front = np.asarray(about.up, float), np.asarray(about.front, float)

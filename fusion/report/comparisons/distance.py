@@ -44,10 +44,7 @@ def histogram_figure(counts: Array, edges: Array, within: dict[float, float], me
     """Histogram of the signed distances.
 
     Args:
-        counts: (k,) points per bin.
-        edges: (k + 1,) [m].
-        within: share by limit [m].
-        median: of the signed distance [m], for the title.
+        counts, edges: (k,) points per bin, (k + 1,) [m].
     """
     total = max(float(counts.sum()), 1.0)
     middle = (edges[:-1] + edges[1:]) / 2 * 1000

@@ -53,11 +53,7 @@ class BinnedCurve:
 def maps_figure(
     columns: Sequence[Sequence[tuple[str, Array]]], rows: Sequence[str], unit: Unit, text: Figure
 ) -> Figure:
-    """Residual maps (h, w) with one colour scale: a column per recording, a row per model.
-
-    Args:
-        columns: title and image of each row, for each recording.
-    """
+    """Residual maps (h, w) with one colour scale: a column per recording, a row per model."""
     known = np.abs(np.concatenate([np.ravel(image) for column in columns for _, image in column]))
     known = known[np.isfinite(known)]
     half = SIGMAS if unit is NOISE else max(float(np.percentile(known, 98)) if len(known) else 1.0, 1e-6)

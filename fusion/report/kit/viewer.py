@@ -79,7 +79,6 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
         mesh: [m]; thinned out for display when it is large.
         layers: colourings of its vertices; the first is shown, buttons change it.
         up, front: (3,) directions in the mesh's frame; front points from the object to the eye.
-        paths: lines that a person can switch on.
     """
     if not np.isfinite(mesh.vertices).all(axis=1).any():
         return Section("Turn it yourself")

@@ -55,11 +55,7 @@ class CorrectionSummary:
 
 
 def tell(sensor: Sensor, view: View) -> CorrectionSummary:
-    """What the correction of this measured view (with depth, and what is known beside it) does and leaves.
-
-    Args:
-        view: camera as stated, measured depth, amplitude and moment.
-    """
+    """What the correction of this measured view (with depth, and what is known beside it) does and leaves."""
     assert view.depth is not None
     measured = np.asarray(view.depth, np.float32)
     full = view_of(sensor, measured, view.camera, view.ir, view.moment)

@@ -36,11 +36,6 @@ def depth_std(sensor: Sensor, camera: Camera, distance: float) -> float | None:
     """Standard deviation of what a calibrated correction leaves over [m]; None where no depth law was fitted.
 
     The numbers of a law hold each other, and their file has no correlations: the squares are added, which is careful.
-
-    Args:
-        sensor: as its file has it.
-        camera: for disparities.
-        distance: at which it is asked [m].
     """
     per_pixel = distance**2 / max(camera.fx * abs(sensor.baseline), 1e-9)
     sizes = []

@@ -21,12 +21,7 @@ NARROWEST, WIDEST = 2, 8  # [px] half windows
 
 
 def find_charuco(image: NDArray, board: Board) -> FoundCorners | None:
-    """The corners of the board that are seen, or None; both layouts of boards with even rows are tried.
-
-    Args:
-        image: (height, width) or (height, width, 3).
-        board: with markers.
-    """
+    """The corners of the board that are seen, or None; both layouts of boards with even rows are tried."""
     grey = stretched(image)
     best: FoundCorners | None = None
     for scale, blur in ATTEMPTS:

@@ -77,7 +77,6 @@ def find_checkerboard(
     """All corners of the board in a picture of any depth of grey (or colour), or None.
 
     Args:
-        image: (height, width) or (height, width, 3).
         board: what to look for; half a board is not found.
         attempts: tried in this order; the first whose corners form a board wins.
     """

@@ -32,10 +32,6 @@ class Search:
 def search(pictures: dict[str, Picture], board: Board) -> Search:
     """Find the board in pictures of one camera; damaged ones are listed, not fatal.
 
-    Args:
-        pictures: key to picture.
-        board: what to look for.
-
     Raises:
         RecordingError: none can be read, or another board than the stated one is in them.
     """

@@ -48,8 +48,6 @@ def judge(views: Sequence[BoardView], size: tuple[int, int], keep: bool = False,
     """Solve, leave out what does not fit, and solve again until nothing changes; `keep` names but does not leave out.
 
     Args:
-        views: of the board.
-        size: (width, height) [px].
         keep: use outliers all the same.
         rational: the lens has the twelve parameters of OpenCV's rational form.
 

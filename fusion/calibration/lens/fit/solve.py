@@ -68,7 +68,6 @@ def solve(
 
     Args:
         views: at least three.
-        size: (width, height) [px].
         start: parameters to start from; twelve of them are fitted in the rational form.
         hold_k3: leave k3 where `start` has it, or at 0.
         rational: fit all twelve parameters, from the best nine on where there is no `start`.

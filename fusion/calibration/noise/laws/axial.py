@@ -122,8 +122,6 @@ def axial_law(poses: list[Pose], principle: Principle, known: Sensor, focal_base
     """Fit the forms of this kind of sensor and choose by held-out poses.
 
     Args:
-        poses: of a target.
-        principle: of the sensor.
         known: the model so far: numbers that these poses cannot show stay as its axial_noise has them.
         focal_baseline: disparity times depth [px m].
     Raises:

@@ -101,7 +101,6 @@ def candidates(places: Places, principle: Principle, seen: frozenset[str], fixed
     """The laws that compete for these places.
 
     Args:
-        principle: of the sensor.
         seen: parameters that the places can show.
         fixed: parameters that they cannot show and that are known otherwise.
     """
